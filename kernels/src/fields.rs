@@ -1,0 +1,187 @@
+//! The field table: every parameter, state and metric is declared once, with its unit and meaning.
+//!
+//! [`bundle!`](crate::bundle) turns one declaration into the generic Rust struct, its flat list of
+//! scalars (for buffers, lanes and the tracer) and the [`Field`] rows that name the WGSL struct
+//! members, the Parquet columns and the dispersible parameters.
+
+/// One scalar of a bundle, as buffers, WGSL structs and Parquet columns see it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Flat snake_case name, unique inside its bundle (`approach_offset_y`).
+    pub name: String,
+    /// SI unit, `1` for a pure number.
+    pub unit: &'static str,
+    /// What the number means, with its frame.
+    pub meaning: &'static str,
+}
+
+impl Field {
+    /// The name with its unit as a suffix, as Parquet columns are called (`target_mass_kg`).
+    pub fn column(&self) -> String {
+        match unit_suffix(self.unit) {
+            "" => self.name.clone(),
+            suffix => format!("{}_{suffix}", self.name),
+        }
+    }
+}
+
+/// The column suffix of a unit; empty for pure numbers.
+pub fn unit_suffix(unit: &str) -> &'static str {
+    match unit {
+        "1" | "bits" => "",
+        "kg" => "kg",
+        "m" => "m",
+        "s" => "s",
+        "N" => "n",
+        "J" => "j",
+        "rad" => "rad",
+        "m/s" => "m_per_s",
+        "rad/s" => "rad_per_s",
+        "N m" => "n_m",
+        "N s" => "n_s",
+        "N/m" => "n_per_m",
+        "N s/m" => "n_s_per_m",
+        "N m/rad" => "n_m_per_rad",
+        "N m s/rad" => "n_m_s_per_rad",
+        "s/m" => "s_per_m",
+        "kg m/s" => "kg_m_per_s",
+        "kg m^2/s" => "kg_m2_per_s",
+        "Hz" => "hz",
+        other => panic!("unit `{other}` has no column suffix: add it to unit_suffix"),
+    }
+}
+
+/// A value made of a fixed list of scalars: a bundle, or a leaf of one.
+pub trait Bundle<R>: Sized {
+    /// Appends one [`Field`] per scalar, in the order of [`read`](Self::read) and [`write`](Self::write).
+    fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>);
+    /// Builds the value from its scalars.
+    fn read(source: &mut impl FnMut() -> R) -> Self;
+    /// Gives out the scalars.
+    fn write(&self, sink: &mut impl FnMut(R));
+}
+
+/// The rows of a bundle's field table.
+pub fn fields<R, B: Bundle<R>>() -> Vec<Field> {
+    let mut out = Vec::new();
+    B::describe("", "1", "", &mut out);
+    out
+}
+
+/// A bundle from a slice of its scalars.
+pub fn from_slice<R: Copy, B: Bundle<R>>(values: &[R]) -> B {
+    let mut values = values.iter().copied();
+    B::read(&mut || values.next().expect("a slice as long as the bundle's field table"))
+}
+
+/// The scalars of a bundle.
+pub fn to_vec<R, B: Bundle<R>>(bundle: &B) -> Vec<R> {
+    let mut out = Vec::new();
+    bundle.write(&mut |value| out.push(value));
+    out
+}
+
+/// `prefix_name`, or `name` alone at the top.
+pub fn join(prefix: &str, name: &str) -> String {
+    if prefix.is_empty() { name.to_owned() } else { format!("{prefix}_{name}") }
+}
+
+/// Declares a leaf: a scalar newtype-free value whose components get the given suffixes.
+macro_rules! leaf {
+    ($ty:ty, [$($suffix:literal => $($part:tt).+),*]) => {
+        impl<R: Copy> Bundle<R> for $ty {
+            fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>) {
+                $(out.push(Field { name: join(name, $suffix), unit, meaning });)*
+            }
+            #[inline(always)]
+            fn read(source: &mut impl FnMut() -> R) -> Self {
+                let mut value = <$ty>::splat(source());
+                let mut first = true;
+                $(if first { first = false; } else { value.$($part).+ = source(); })*
+                let _ = first;
+                value
+            }
+            #[inline(always)]
+            fn write(&self, sink: &mut impl FnMut(R)) {
+                $(sink(self.$($part).+);)*
+            }
+        }
+    };
+}
+
+leaf!(crate::vector::Vec3<R>, ["x" => x, "y" => y, "z" => z]);
+leaf!(crate::vector::Quat<R>, ["w" => w, "x" => v.x, "y" => v.y, "z" => v.z]);
+leaf!(crate::vector::Sym3<R>, ["xx" => xx, "yy" => yy, "zz" => zz, "xy" => xy, "xz" => xz, "yz" => yz]);
+
+impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
+    fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>) {
+        for index in 0..N {
+            T::describe(&join(name, &index.to_string()), unit, meaning, out);
+        }
+    }
+    #[inline(always)]
+    fn read(source: &mut impl FnMut() -> R) -> Self {
+        std::array::from_fn(|_| T::read(source))
+    }
+    #[inline(always)]
+    fn write(&self, sink: &mut impl FnMut(R)) {
+        for value in self {
+            value.write(sink);
+        }
+    }
+}
+
+/// Makes the scalar types themselves bundles of one.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! scalar_bundle {
+    ($([$($generic:tt)*])? $ty:ty) => {
+        impl $(<$($generic)*>)? $crate::fields::Bundle<$ty> for $ty {
+            fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<$crate::fields::Field>) {
+                out.push($crate::fields::Field { name: name.to_owned(), unit, meaning });
+            }
+            #[inline(always)]
+            fn read(source: &mut impl FnMut() -> $ty) -> Self {
+                source()
+            }
+            #[inline(always)]
+            fn write(&self, sink: &mut impl FnMut($ty)) {
+                sink(*self);
+            }
+        }
+    };
+}
+
+/// Declares a bundle: `name: type, unit, meaning;` per field.
+///
+/// The struct is generic over the scalar `R` and, with `<N>`, over the number of arm joints.
+#[macro_export]
+macro_rules! bundle {
+    (
+        $(#[$doc:meta])*
+        $name:ident $(<$n:ident>)? {
+            $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name<R $(, const $n: usize)?> {
+            $(#[doc = concat!($meaning, " \\[", $unit, "\\]")] pub $field: $ty,)*
+        }
+
+        impl<R: Copy + $crate::fields::Bundle<R> $(, const $n: usize)?> $crate::fields::Bundle<R> for $name<R $(, $n)?> {
+            fn describe(name: &str, _unit: &'static str, _meaning: &'static str, out: &mut Vec<$crate::fields::Field>) {
+                $(<$ty as $crate::fields::Bundle<R>>::describe(
+                    &$crate::fields::join(name, stringify!($field)), $unit, $meaning, out);)*
+            }
+            #[inline(always)]
+            fn read(source: &mut impl FnMut() -> R) -> Self {
+                Self { $($field: <$ty as $crate::fields::Bundle<R>>::read(source),)* }
+            }
+            #[inline(always)]
+            fn write(&self, sink: &mut impl FnMut(R)) {
+                $($crate::fields::Bundle::<R>::write(&self.$field, sink);)*
+            }
+        }
+    };
+}

@@ -1,0 +1,76 @@
+//! What a run is judged by: the metrics of one loop, written by the monitor stage, read by requirements.
+
+use crate::bundle;
+
+bundle! {
+    /// Metrics of one loop; the same table for the loop in space and the loop on the facility.
+    ///
+    /// A time or a ratio that never happened is negative here and null in Parquet ([`Metrics::available`]).
+    Metrics {
+        success: R, "1", "1 if all task criteria of the scenario hold";
+        touch_time: R, "s", "time of the first touch; null without one";
+        approach_speed: R, "m/s", "normal speed of approach at the first touch; null without one";
+        restitution: R, "1", "greatest normal speed of separation after the first bounce over the speed of approach; null without a bounce";
+        contact_duration: R, "s", "time during which the parts touched";
+        peak_force: R, "N", "largest contact force, latch excluded";
+        peak_moment: R, "N m", "largest moment of contact and latch about part A's origin";
+        peak_depth: R, "m", "largest penetration of the parts";
+        impulse: R, "N s", "integral of the contact force's magnitude, latch excluded";
+        capture_time: R, "s", "time at which the latch closed; null without capture";
+        capture_offset: R, "m", "radial offset of the latch point when the latch closed; null without capture";
+        separation_speed: R, "m/s", "normal speed of separation at the end of the run (negative = closing)";
+        linear_momentum_error: R, "kg m/s", "change of total linear momentum beyond the external impulses";
+        angular_momentum_error: R, "kg m^2/s", "change of total angular momentum beyond the external moments";
+        created_energy: R, "J", "energy created by the facility: space port minus hardware port; 0 in space";
+        end_time: R, "s", "time at which the loop ended";
+    }
+}
+
+/// Flag bits of a run; a set bit in [`INVALID`] makes the run invalid, the others are findings.
+pub mod flags {
+    /// A non-finite number in the space loop.
+    pub const SPACE_NON_FINITE: u32 = 1;
+    /// A non-finite number in the HIL loop before its divergence bound was met.
+    pub const HIL_NON_FINITE: u32 = 1 << 1;
+    /// The space loop gained energy that nothing put in.
+    pub const SPACE_ENERGY_JUMP: u32 = 1 << 2;
+    /// The space loop passed the scenario's penetration limit.
+    pub const SPACE_PENETRATION: u32 = 1 << 3;
+    /// The HIL loop diverged: a facility fail, not an invalid run.
+    pub const HIL_UNSTABLE: u32 = 1 << 4;
+    /// The sensor saturated.
+    pub const SENSOR_SATURATED: u32 = 1 << 5;
+    /// A robot ran into its speed limit.
+    pub const ROBOT_SPEED_LIMIT: u32 = 1 << 6;
+    /// At least one command packet was dropped.
+    pub const PACKET_DROPPED: u32 = 1 << 7;
+    /// The run was first invalid and then repeated in f64.
+    pub const RETRIED: u32 = 1 << 8;
+
+    /// The bits that make a run invalid.
+    pub const INVALID: u32 = SPACE_NON_FINITE | HIL_NON_FINITE | SPACE_ENERGY_JUMP | SPACE_PENETRATION;
+
+    /// Bit, name and meaning of every flag.
+    pub const TABLE: &[(u32, &str, &str)] = &[
+        (SPACE_NON_FINITE, "space_non_finite", "a non-finite number in the space loop"),
+        (HIL_NON_FINITE, "hil_non_finite", "a non-finite number in the HIL loop"),
+        (SPACE_ENERGY_JUMP, "space_energy_jump", "the space loop gained energy that nothing put in"),
+        (SPACE_PENETRATION, "space_penetration", "the space loop passed the penetration limit"),
+        (HIL_UNSTABLE, "hil_unstable", "the HIL loop diverged: a facility fail"),
+        (SENSOR_SATURATED, "sensor_saturated", "the sensor saturated"),
+        (ROBOT_SPEED_LIMIT, "robot_speed_limit", "a robot ran into its speed limit"),
+        (PACKET_DROPPED, "packet_dropped", "at least one command packet was dropped"),
+        (RETRIED, "retried", "first invalid, then repeated in f64"),
+    ];
+}
+
+impl Metrics<f64> {
+    /// The value of a metric by its field name, or `None` if it is not available (or unknown).
+    pub fn available(&self, name: &str) -> Option<f64> {
+        let position = crate::fields::fields::<f64, Self>().iter().position(|field| field.name == name)?;
+        let value = crate::fields::to_vec(self)[position];
+        let may_be_missing =
+            matches!(name, "touch_time" | "approach_speed" | "restitution" | "capture_time" | "capture_offset");
+        (value.is_finite() && !(may_be_missing && value < 0.0)).then_some(value)
+    }
+}

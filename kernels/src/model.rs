@@ -1,0 +1,308 @@
+//! The constants of one scenario: bodies, arm, parts, rates, controllers, facility, task; plain f64 in SI.
+//!
+//! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
+//! What may vary from run to run is not here but in [`Params`](crate::params::Params).
+
+use crate::params::Params;
+use crate::vector::{Pose, Sym3, Vec3};
+
+/// The most arm joints that a scenario may have.
+pub const MAX_JOINTS: usize = 7;
+
+/// Everything that the kernels need to know of a scenario.
+///
+/// The *contact frame* has its origin at the nominal contact point and is inertial; `+x` is the
+/// approach axis, from part A towards part B. All poses below are given in it unless said otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Ticks, substeps and the end of a run.
+    pub timing: Timing,
+    /// The chaser's base: inertia about its centre of mass, body axes; nominal mass is in `nominal`.
+    pub base_inertia: Sym3<f64>,
+    /// Nominal start pose of the base (its centre of mass and body axes).
+    pub base_pose: Pose<f64>,
+    /// Links from the base to the end-effector; each turns about its own z axis.
+    pub links: Vec<Link>,
+    /// Pose of part A in the last link's frame (in the base's body frame if there is no link).
+    pub tool: Pose<f64>,
+    /// Start angles of the joints, also the posture that the arm controllers hold \[rad\].
+    pub start_angles: Vec<f64>,
+    /// The target: inertia about its centre of mass, body axes; nominal mass is in `nominal`.
+    pub target_inertia: Sym3<f64>,
+    /// Nominal start pose of the target (its centre of mass and body axes).
+    pub target_pose: Pose<f64>,
+    /// Pose of part B in the target's body frame.
+    pub seat: Pose<f64>,
+    /// The contact pair.
+    pub contact: Contact,
+    /// What the chaser does.
+    pub guidance: Guidance,
+    /// Orbital rate for Clohessy-Wiltshire relative gravity \[rad/s\]; 0 = none. Contact-frame axes are read as
+    /// LVLH: x radial, y along-track, z cross-track, rotated by `orbit_axes`.
+    pub orbit_rate: f64,
+    /// Rotation from LVLH axes to the contact frame.
+    pub orbit_axes: crate::vector::Quat<f64>,
+    /// Constant acceleration of every body, a test field (a block on an incline) \[m/s^2\].
+    pub field: Vec3<f64>,
+    /// The facility that closes the HIL loop.
+    pub facility: Facility,
+    /// When a run counts as a success, and when it is over.
+    pub task: Task,
+    /// Parameters of the undispersed run.
+    pub nominal: Params<f64>,
+}
+
+/// Rates of the loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Integration step \[s\].
+    pub substep: f64,
+    /// Substeps in a tick (one command period).
+    pub substeps: u32,
+    /// A run ends after this many ticks.
+    pub max_ticks: u32,
+}
+
+impl Timing {
+    /// The command period \[s\].
+    pub fn tick(&self) -> f64 {
+        self.substep * f64::from(self.substeps)
+    }
+
+    /// The dead time that the frame itself causes \[s\]: a wrench held over a tick, `(T - dt) / 2`.
+    ///
+    /// Half the hold is `T / 2`; semi-implicit Euler moves with the velocity of the step's end, which
+    /// gives half a substep back (checked by the half-tick oracle).
+    pub fn own_delay(&self) -> f64 {
+        0.5 * (self.tick() - self.substep)
+    }
+}
+
+/// One arm link with the revolute joint at its origin; the joint turns about the link's z axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Pose of the link frame in the parent's frame at joint angle 0.
+    pub origin: Pose<f64>,
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre of mass in the link frame \[m\].
+    pub com: Vec3<f64>,
+    /// Inertia about the centre of mass, link axes \[kg m^2\].
+    pub inertia: Sym3<f64>,
+}
+
+/// Part A's points against part B's distance, and how they push.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Points of part A: centre in A's frame, radius.
+    pub points: Vec<ContactPoint>,
+    /// Solids of part B in its frame; the part is their union.
+    pub solids: Vec<Solid>,
+    /// The normal force.
+    pub law: NormalLaw,
+    /// The contact may pull and never opens (the linear oracles only).
+    pub bilateral: bool,
+    /// The capture latch, if there is one.
+    pub latch: Option<Latch>,
+}
+
+/// A sphere of part A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Centre in part A's frame \[m\].
+    pub position: Vec3<f64>,
+    /// Radius \[m\]; 0 is a point.
+    pub radius: f64,
+}
+
+/// The normal contact law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalLaw {
+    /// F = K d + b d'.
+    Linear,
+    /// F = K d^n (1 + a d').
+    Power {
+        /// The exponent n: 1, 1.5 (Hertz) or any other above 0.
+        exponent: f64,
+    },
+}
+
+/// A solid with an exact signed distance; `frame` places it in part B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Pose of the solid in part B's frame.
+    pub frame: Pose<f64>,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+/// Shapes, each in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Half space x >= 0: its face looks towards -x.
+    Plane,
+    /// A ball about the origin.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A box about the origin.
+    Box {
+        /// Half edge lengths \[m\].
+        half: Vec3<f64>,
+    },
+    /// A hollow cone (drogue) about the x axis that opens towards -x: material outside the cone surface between
+    /// the mouth at x = 0 and the bottom at x = depth, closed by the bottom disc.
+    Cone {
+        /// Radius of the mouth \[m\].
+        mouth: f64,
+        /// Radius of the bottom \[m\].
+        bottom: f64,
+        /// Depth from mouth to bottom \[m\].
+        depth: f64,
+    },
+    /// A blind round hole about the x axis in the half space x >= 0, with a chamfer at its mouth.
+    Bore {
+        /// Radius of the hole \[m\].
+        radius: f64,
+        /// Depth of the hole \[m\].
+        depth: f64,
+        /// Width and height of the 45 degree chamfer \[m\]; 0 = none.
+        chamfer: f64,
+    },
+}
+
+/// The gate and the hold of a capture latch. It closes when part A's latch point is inside the gate, and then
+/// holds A's latch frame to B's seat frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latch {
+    /// Latch point in part A's frame \[m\].
+    pub point: Vec3<f64>,
+    /// Seat in part B's frame \[m\].
+    pub seat: Vec3<f64>,
+    /// The gate is open while the latch point is within this axial distance of the seat \[m\].
+    pub depth: f64,
+    /// ... and within this radial distance of the seat's axis \[m\].
+    pub offset: f64,
+    /// ... and the axes of A and B differ by less than this angle \[rad\].
+    pub angle: f64,
+    /// ... and the latch point moves slower than this relative to the seat \[m/s\].
+    pub speed: f64,
+}
+
+/// What the chaser does: thrust on the base, torques at the joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guidance {
+    /// Thrust during the approach; ends at first touch.
+    pub thrust: Thrust,
+    /// The arm's controller.
+    pub arm: ArmControl,
+}
+
+/// Base thrust during a docking approach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Thrust {
+    /// The chaser coasts.
+    Off,
+    /// PD on part A's velocity along the approach axis and position across it, and on the base's attitude rate.
+    Approach {
+        /// Velocity gain along the approach axis \[N s/m\].
+        speed_gain: f64,
+        /// Lateral position gain \[N/m\].
+        lateral_stiffness: f64,
+        /// Lateral velocity gain \[N s/m\].
+        lateral_damping: f64,
+        /// Attitude gain \[N m/rad\].
+        attitude_stiffness: f64,
+        /// Rate gain \[N m s/rad\].
+        attitude_damping: f64,
+        /// Force limit per axis \[N\].
+        max_force: f64,
+        /// Torque limit per axis \[N m\].
+        max_torque: f64,
+    },
+}
+
+/// The arm's joint controller; gains per joint are scaled by `joint_scale`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ArmControl {
+    /// Torque = kp (q0 - q) - kd q'.
+    JointPd {
+        /// Stiffness per joint \[N m/rad\].
+        stiffness: [f64; MAX_JOINTS],
+        /// Damping per joint \[N m s/rad\].
+        damping: [f64; MAX_JOINTS],
+    },
+    /// Inverse dynamics of the free-floating arm with q'' = w^2 (q0 - q) - 2 z w q'.
+    ComputedTorque {
+        /// Bandwidth w \[rad/s\].
+        bandwidth: f64,
+        /// Damping ratio z.
+        damping_ratio: f64,
+    },
+    /// End-effector spring and damper to its start pose relative to the base, joint damping for the null space.
+    CartesianImpedance {
+        /// Translational stiffness \[N/m\].
+        stiffness: f64,
+        /// Translational damping \[N s/m\].
+        damping: f64,
+        /// Rotational stiffness \[N m/rad\].
+        rotation_stiffness: f64,
+        /// Rotational damping \[N m s/rad\].
+        rotation_damping: f64,
+        /// Joint damping \[N m s/rad\].
+        joint_damping: f64,
+    },
+}
+
+/// The hardware-in-the-loop facility.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facility {
+    /// Share of the relative translation that robot 1 (part A) makes, the rest is robot 2's (part B).
+    pub robot1_share: f64,
+    /// The rail under robot 1: its axis in the laboratory and its share of robot 1's motion along it.
+    pub rail: Option<Rail>,
+    /// Robot speed limit at the tool, per Cartesian axis \[m/s\].
+    pub max_speed: f64,
+    /// Robot rotation speed limit at the tool, per axis \[rad/s\].
+    pub max_rate: f64,
+    /// Ticks during which a lost command is replaced by the last pose carried on along its twist;
+    /// after that the pose alone is held.
+    pub drop_hold_ticks: u32,
+    /// The sensor samples every this many substeps.
+    pub sensor_substeps: u32,
+    /// Crosstalk pattern C: measured = true + crosstalk * C true; rows and columns fx fy fz mx my mz (SI).
+    pub crosstalk: [[f64; 6]; 6],
+    /// The HIL loop counts as diverged above this relative speed of the simulated parts \[m/s\].
+    pub unstable_speed: f64,
+}
+
+/// A linear axis under robot 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rail {
+    /// Unit vector in the laboratory.
+    pub axis: Vec3<f64>,
+    /// Share of robot 1's displacement along the axis, 0..1.
+    pub share: f64,
+}
+
+/// Success and end of a run; a limit that is not used is infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task {
+    /// Success needs a closed latch.
+    pub capture: bool,
+    /// Success needs a first touch.
+    pub touch: bool,
+    /// Success needs a peak contact force below this \[N\].
+    pub max_force: f64,
+    /// Success needs capture (or the end of contact) before this \[s\].
+    pub max_time: f64,
+    /// Success needs a restitution below this.
+    pub max_restitution: f64,
+    /// A run is over this long after the parts have separated \[s\]; infinite = never.
+    pub end_after_separation: f64,
+    /// A run is over this long after capture \[s\]; infinite = never.
+    pub end_after_capture: f64,
+    /// A contact deeper than this is a numerical failure (penetration limit) \[m\].
+    pub max_depth: f64,
+}

@@ -1,0 +1,90 @@
+//! The dispersible parameters of one run: what a campaign may draw, with units, frames and null values.
+//!
+//! Every row is a legal dispersion target; its Parquet column is `in_` + [`Field::column`](crate::fields::Field::column).
+//! Physical values go to both loops; the `_error` rows and everything of the facility touch the HIL loop alone.
+
+use crate::bundle;
+use crate::vector::Vec3;
+
+bundle! {
+    /// One run's parameters; SI units.
+    Params {
+        closing_speed: R, "m/s", "speed of part A towards part B along the approach axis (+x of the contact frame) at the start";
+        drift: Vec3<R>, "m/s", "additional velocity of part A relative to part B at the start, contact frame";
+        offset: Vec3<R>, "m", "displacement of part A from its nominal start, contact frame";
+        tilt: Vec3<R>, "rad", "rotation vector of the chaser from its nominal attitude, contact frame";
+        chaser_rate: Vec3<R>, "rad/s", "angular velocity of the chaser at the start, contact frame";
+        target_rate: Vec3<R>, "rad/s", "angular velocity of the target at the start, contact frame";
+
+        base_mass: R, "kg", "mass of the chaser's base, without the arm";
+        base_inertia_scale: R, "1", "factor on the base's nominal inertia";
+        target_mass: R, "kg", "mass of the free target";
+        target_inertia_scale: R, "1", "factor on the target's nominal inertia";
+
+        contact_stiffness: R, "N/m", "normal contact stiffness K (unit N/m^n for exponent n)";
+        contact_damping: R, "N s/m", "linear normal contact damping b of F = K d + b d'";
+        contact_dissipation: R, "s/m", "dissipation a of F = K d^n (1 + a d')";
+        contact_friction: R, "1", "Coulomb friction coefficient of the contact pair";
+        bristle_stiffness: R, "N/m", "tangential stiffness of a contact before it slips";
+        bristle_damping: R, "N s/m", "tangential damping of a contact before it slips";
+        latch_stiffness: R, "N/m", "translational stiffness of a closed latch";
+        latch_damping: R, "N s/m", "translational damping of a closed latch";
+        latch_rotation_stiffness: R, "N m/rad", "rotational stiffness of a closed latch";
+        latch_rotation_damping: R, "N m s/rad", "rotational damping of a closed latch";
+
+        mass_error: R, "1", "relative error of the target mass in the facility's simulation";
+        inertia_error: R, "1", "relative error of the target inertia in the facility's simulation";
+        contact_stiffness_error: R, "1", "relative error of the contact stiffness of the parts mounted on the robots";
+        contact_damping_error: R, "1", "relative error of the contact damping of the parts mounted on the robots";
+        contact_friction_error: R, "1", "relative error of the friction of the parts mounted on the robots";
+
+        loop_delay: R, "s", "whole effective dead time of the HIL loop: command transport, sensor, stage order and half the hold";
+        delay_jitter: R, "s", "standard deviation of the command transport delay, per packet";
+        drop_probability: R, "1", "probability that a command packet is lost";
+
+        robot1_lag: R, "s", "1/w of robot 1's response w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2); 0 = ideal";
+        robot1_lag_damping: R, "1", "damping ratio z of robot 1's response";
+        robot1_lag_zero: R, "s", "time constant T_z of the zero of robot 1's response";
+        robot2_lag: R, "s", "1/w of robot 2's response; 0 = ideal";
+        robot2_lag_damping: R, "1", "damping ratio z of robot 2's response";
+        robot2_lag_zero: R, "s", "time constant T_z of the zero of robot 2's response";
+        rail_lag: R, "s", "1/w of the rail's response; 0 = ideal";
+        rail_lag_damping: R, "1", "damping ratio z of the rail's response";
+
+        sensor_delay: R, "s", "delay of the measured wrench, a part of loop_delay";
+        sensor_lag: R, "s", "time constant of the sensor's first-order low-pass; 0 = none";
+        sensor_noise_force: R, "N", "standard deviation of the force noise per sample and axis";
+        sensor_noise_moment: R, "N m", "standard deviation of the moment noise per sample and axis";
+        sensor_bias_force: Vec3<R>, "N", "force bias, sensor frame";
+        sensor_bias_moment: Vec3<R>, "N m", "moment bias, sensor frame";
+        sensor_gain_force: Vec3<R>, "1", "relative gain error of the force, sensor frame";
+        sensor_gain_moment: Vec3<R>, "1", "relative gain error of the moment, sensor frame";
+        sensor_crosstalk: R, "1", "factor on the facility's crosstalk matrix";
+        sensor_resolution_force: R, "N", "force quantisation step; 0 = none";
+        sensor_resolution_moment: R, "N m", "moment quantisation step; 0 = none";
+        sensor_range_force: R, "N", "force at which the sensor saturates";
+        sensor_range_moment: R, "N m", "moment at which the sensor saturates";
+    }
+}
+
+/// "No limit" for ranges: far beyond any real sensor, far below the f32 overflow of its square.
+pub const UNLIMITED: f64 = 1.0e15;
+
+impl Params<f64> {
+    /// A parameter set that changes nothing: unit masses, no contact force, an ideal facility.
+    ///
+    /// Scenario files overwrite what they state; everything unstated stays at its null value.
+    pub fn null() -> Self {
+        let mut zero: Self = crate::fields::from_slice(&vec![0.0; crate::fields::fields::<f64, Self>().len()]);
+        zero.base_mass = 1.0;
+        zero.base_inertia_scale = 1.0;
+        zero.target_mass = 1.0;
+        zero.target_inertia_scale = 1.0;
+        zero.robot1_lag_damping = 1.0;
+        zero.robot2_lag_damping = 1.0;
+        zero.rail_lag_damping = 1.0;
+        zero.sensor_range_force = UNLIMITED;
+        zero.sensor_range_moment = UNLIMITED;
+        zero
+    }
+}

@@ -1,0 +1,111 @@
+//! The scalar that the physics is written in: f64, a lane vector of f64, or a symbol of the tracer.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// A real number, or several at once, or a name for one.
+///
+/// There are no branches on values: comparisons give a [`Mask`](Self::Mask), and [`select`](Self::select)
+/// chooses. `min` and `max` give the second operand when the comparison fails (also for NaN), on every
+/// implementation but WGSL, where NaN is caught by the monitor before it matters.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + crate::fields::Bundle<Self>
+    + 'static
+{
+    /// The outcome of a comparison.
+    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
+
+    /// A constant.
+    fn lit(value: f64) -> Self;
+    /// `self * factor + addend`, rounded once wherever the hardware can.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Greatest whole number not above.
+    fn floor(self) -> Self;
+    /// `self < other`.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `then` where the mask holds, `other` elsewhere.
+    fn select(mask: Self::Mask, then: Self, other: Self) -> Self;
+    /// `self = mantissa * 2^exponent` with the mantissa in [0.5, 1), for positive normal numbers.
+    fn frexp(self) -> (Self, Self);
+    /// `2^self` for a whole number in the normal exponent range.
+    fn exp2_whole(self) -> Self;
+
+    /// The smaller value.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+
+    /// The greater value.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+
+    /// Polynomial with the given coefficients, lowest power first, by Horner's rule.
+    #[inline(always)]
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        let (last, rest) = coefficients.split_last().expect("at least one coefficient");
+        rest.iter().rev().fold(Self::lit(*last), |sum, c| sum.mul_add(self, Self::lit(*c)))
+    }
+}
+
+crate::scalar_bundle!(f64);
+
+impl Real for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        f64::mul_add(self, factor, addend)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f64::floor(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, then: Self, other: Self) -> Self {
+        if mask { then } else { other }
+    }
+    #[inline(always)]
+    fn frexp(self) -> (Self, Self) {
+        let bits = self.to_bits();
+        let exponent = ((bits >> 52) & 0x7ff) as i64 - 1022;
+        (f64::from_bits((bits & !(0x7ff << 52)) | (1022 << 52)), exponent as f64)
+    }
+    #[inline(always)]
+    fn exp2_whole(self) -> Self {
+        f64::from_bits(((self as i64 + 1023) as u64) << 52)
+    }
+}
