@@ -1,1 +1,22 @@
-//! Placeholder.
+//! The Parquet contract: what a campaign leaves on disk, written and read; the only crate that names arrow and parquet.
+//!
+//! Files hold no time stamp, host or path, so that equal work gives equal bytes; they appear whole or not at all,
+//! so that two writers of one shard and a killed writer are normal cases.
+
+mod atomic;
+mod error;
+pub mod merge;
+pub mod parity;
+mod read;
+pub mod runs;
+mod schema;
+pub mod shards;
+mod table;
+pub mod traces;
+mod write;
+
+pub use atomic::write_file;
+pub use error::{Error, Result};
+pub use read::TableReader;
+pub use table::{Column, Kind, Table, Values};
+pub use write::{Metadata, content_hash, write_table};

@@ -1,0 +1,106 @@
+//! Parquet files to tables, batch by batch, so that memory stays flat in the number of rows.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use crate::table::Table;
+use crate::{Error, Result};
+
+/// Rows decoded at a time.
+const BATCH_ROWS: usize = 8_192;
+
+/// An open file: its footer is read, its rows are not.
+pub struct TableReader {
+    path: PathBuf,
+    builder: ParquetRecordBatchReaderBuilder<File>,
+    selected: Option<Vec<String>>,
+}
+
+impl TableReader {
+    /// Opens a file and reads its footer.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(Error::io(path))?;
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(Error::parquet(path))?;
+        Ok(Self { path: path.to_owned(), builder: builder.with_batch_size(BATCH_ROWS), selected: None })
+    }
+
+    /// The file metadata, without the embedded Arrow schema.
+    pub fn metadata(&self) -> BTreeMap<String, String> {
+        let pairs = self.builder.metadata().file_metadata().key_value_metadata();
+        let pairs = pairs.into_iter().flatten().filter(|pair| pair.key != "ARROW:schema");
+        pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect()
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> u64 {
+        self.builder.metadata().file_metadata().num_rows().max(0) as u64
+    }
+
+    /// Names of the columns, in file order.
+    pub fn names(&self) -> Vec<String> {
+        self.builder.schema().fields().iter().map(|field| field.name().clone()).collect()
+    }
+
+    /// The selected columns with units and meanings, without rows.
+    pub fn columns(&self) -> Result<Table> {
+        let empty = arrow_array::RecordBatch::new_empty(self.builder.schema().clone());
+        let mut table = Table::from_batch(&empty).map_err(|name| unknown(&self.path, &name))?;
+        if let Some(selected) = &self.selected {
+            table.columns.retain(|column| selected.contains(&column.name));
+        }
+        Ok(table)
+    }
+
+    /// Only these columns will be read (in file order); a name that the file lacks is an error.
+    pub fn select(mut self, names: &[impl AsRef<str>]) -> Result<Self> {
+        let present = self.names();
+        if let Some(missing) = names.iter().find(|name| !present.iter().any(|other| other == name.as_ref())) {
+            return Err(Error::contract(&self.path, format!("no column `{}`", missing.as_ref())));
+        }
+        let mask = ProjectionMask::columns(self.builder.parquet_schema(), names.iter().map(AsRef::as_ref));
+        self.builder = self.builder.with_projection(mask);
+        self.selected = Some(names.iter().map(|name| name.as_ref().to_owned()).collect());
+        Ok(self)
+    }
+
+    /// The rows, as tables of a few thousand.
+    pub fn batches(self) -> Result<Batches> {
+        let reader = self.builder.build().map_err(Error::parquet(&self.path))?;
+        Ok(Batches { path: self.path, reader })
+    }
+
+    /// All rows at once: for small tables.
+    pub fn read(self) -> Result<Table> {
+        let mut whole = self.columns()?;
+        let path = self.path.clone();
+        for batch in self.batches()? {
+            if !whole.append(batch?) {
+                return Err(Error::contract(&path, "a column changes its type"));
+            }
+        }
+        Ok(whole)
+    }
+}
+
+/// The rows of one file, as tables of a few thousand.
+pub struct Batches {
+    path: PathBuf,
+    reader: ParquetRecordBatchReader,
+}
+
+impl Iterator for Batches {
+    type Item = Result<Table>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let batch = self.reader.next()?.map_err(Error::parquet(&self.path));
+        Some(batch.and_then(|batch| Table::from_batch(&batch).map_err(|name| unknown(&self.path, &name))))
+    }
+}
+
+fn unknown(path: &Path, name: &str) -> Error {
+    Error::contract(path, format!("column `{name}` has a type or a kind that softdock does not write"))
+}

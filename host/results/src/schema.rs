@@ -1,0 +1,263 @@
+//! The runs contract: how runs become columns and come back.
+
+use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::params::Params;
+
+use crate::runs::{AGREEMENT_WORDS, Agreement, Outcome, RunRow, STATUS_WORDS, Status};
+use crate::table::{Column, Kind, Table, Values};
+
+/// What the runs table must know of a requirement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RequirementColumn {
+    /// The id as column names carry it (`arm_con_110`).
+    pub id: String,
+    /// Unit of the margin.
+    pub unit: String,
+}
+
+/// The columns of a campaign's runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunsSchema {
+    requirements: Vec<RequirementColumn>,
+}
+
+/// The two loops of a run; prefix of the columns and place in words.
+#[derive(Clone, Copy)]
+pub(crate) enum Loop {
+    Space,
+    Hil,
+}
+
+impl Loop {
+    pub(crate) const BOTH: [Self; 2] = [Self::Space, Self::Hil];
+
+    pub(crate) fn prefix(self) -> &'static str {
+        ["space", "hil"][self as usize]
+    }
+
+    pub(crate) fn place(self) -> &'static str {
+        ["in space", "on the facility"][self as usize]
+    }
+
+    fn metrics(self, row: &RunRow) -> &Metrics<f64> {
+        [&row.space, &row.hil][self as usize]
+    }
+
+    fn outcomes(self, row: &RunRow) -> &[Outcome] {
+        [&row.space_outcomes, &row.hil_outcomes][self as usize]
+    }
+}
+
+/// The field table of the inputs.
+pub fn input_fields() -> Vec<Field> {
+    fields::<f64, Params<f64>>()
+}
+
+/// The field table of the metrics.
+pub fn metric_fields() -> Vec<Field> {
+    fields::<f64, Metrics<f64>>()
+}
+
+/// One metric as the files know it.
+pub(crate) struct MetricColumn {
+    pub(crate) field: Field,
+    /// Position in the bundle.
+    at: usize,
+    /// A negative value says that it never happened.
+    may_be_missing: bool,
+}
+
+impl MetricColumn {
+    /// The metrics that a loop's columns hold; in space no energy can be created, so that column is left out.
+    pub(crate) fn all(side: Loop) -> Vec<Self> {
+        let fields = metric_fields();
+        let negative: Metrics<f64> = from_slice(&vec![-1.0; fields.len()]);
+        let kept = |field: &Field| matches!(side, Loop::Hil) || field.name != "created_energy";
+        let described = fields.into_iter().enumerate().map(|(at, field)| {
+            let may_be_missing = negative.available(&field.name).is_none();
+            Self { field, at, may_be_missing }
+        });
+        described.filter(|metric| kept(&metric.field)).collect()
+    }
+
+    pub(crate) fn value(&self, scalars: &[f64]) -> Option<f64> {
+        let value = scalars[self.at];
+        (value.is_finite() && !(self.may_be_missing && value < 0.0)).then_some(value)
+    }
+
+    pub(crate) fn is_success(&self) -> bool {
+        self.field.name == "success"
+    }
+
+    /// The number that stands for "not available" in memory.
+    fn missing(&self) -> f64 {
+        if self.may_be_missing { -1.0 } else { f64::NAN }
+    }
+}
+
+impl RunsSchema {
+    /// The schema of a campaign with these requirements.
+    pub fn new(requirements: Vec<RequirementColumn>) -> Self {
+        Self { requirements }
+    }
+
+    /// The schema of a runs table, from its columns.
+    pub fn of_table(table: &Table) -> Self {
+        let requirement = |column: &Column| {
+            let id = column.name.strip_prefix("space_margin_")?;
+            Some(RequirementColumn { id: id.to_owned(), unit: column.unit.clone() })
+        };
+        Self { requirements: table.columns.iter().filter_map(requirement).collect() }
+    }
+
+    /// The requirements, in column order.
+    pub fn requirements(&self) -> &[RequirementColumn] {
+        &self.requirements
+    }
+
+    /// Rows to columns.
+    pub fn table(&self, rows: &[RunRow]) -> Table {
+        let mut columns = head(rows);
+        columns.extend(input_fields().into_iter().enumerate().map(|(at, field)| {
+            let values = Values::F64(rows.iter().map(|row| Some(row.inputs[at])).collect());
+            let name = format!("in_{}", field.column());
+            column(name, field.unit, field.meaning, "campaign, as applied", Kind::Input, values)
+        }));
+        let effective = Values::F64(rows.iter().map(|row| row.effective_mass).collect());
+        let meaning = "effective mass along the contact normal at first touch";
+        columns.push(column("effective_mass_kg", "kg", meaning, "monitor", Kind::Metric, effective));
+        columns.extend(Loop::BOTH.into_iter().flat_map(|side| metric_columns(rows, side)));
+        for (at, requirement) in self.requirements.iter().enumerate() {
+            columns.extend(Loop::BOTH.into_iter().map(|side| margin_column(rows, at, requirement, side)));
+            columns.extend(Loop::BOTH.into_iter().map(|side| pass_column(rows, at, requirement, side)));
+        }
+        Table { columns }
+    }
+
+    /// Columns to rows, or what the table lacks.
+    pub fn rows(&self, table: &Table) -> Result<Vec<RunRow>, String> {
+        let lacking = |name: &str| format!("no column `{name}` of the expected type");
+        let numbers = |name: String| table.f64s(&name).ok_or_else(|| lacking(&name));
+        let inputs = input_fields().into_iter().map(|field| numbers(format!("in_{}", field.column())));
+        let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
+        let effective = numbers("effective_mass_kg".to_owned())?;
+        let [space, hil] = Loop::BOTH.map(|side| read_metrics(table, side));
+        let [space_outcomes, hil_outcomes] = Loop::BOTH.map(|side| self.read_outcomes(table, side));
+        let (mut space, mut hil) = (space?.into_iter(), hil?.into_iter());
+        let (mut space_outcomes, mut hil_outcomes) = (space_outcomes?.into_iter(), hil_outcomes?.into_iter());
+        let run = table.u64s("run").ok_or_else(|| lacking("run"))?;
+        let outer = table.u32s("outer").ok_or_else(|| lacking("outer"))?;
+        let flags = table.u32s("flags").ok_or_else(|| lacking("flags"))?;
+        let status = table.column("status").ok_or_else(|| lacking("status"))?;
+        let agreement = table.column("agreement").ok_or_else(|| lacking("agreement"))?;
+        let word = |column: &'_ Column, row| column.values.word(row).unwrap_or_default().to_owned();
+        (0..table.rows())
+            .map(|row| {
+                let status = Status::from_word(&word(status, row)).ok_or_else(|| lacking("status"))?;
+                let agreement = Agreement::from_word(&word(agreement, row)).ok_or_else(|| lacking("agreement"))?;
+                Ok(RunRow {
+                    run: run[row],
+                    outer: outer[row],
+                    status,
+                    agreement,
+                    flags: flags[row],
+                    inputs: inputs.iter().map(|values| values[row].unwrap_or(f64::NAN)).collect(),
+                    effective_mass: effective[row],
+                    space: space.next().ok_or_else(|| lacking("space_success"))?,
+                    hil: hil.next().ok_or_else(|| lacking("hil_success"))?,
+                    space_outcomes: space_outcomes.next().unwrap_or_default(),
+                    hil_outcomes: hil_outcomes.next().unwrap_or_default(),
+                })
+            })
+            .collect()
+    }
+
+    fn read_outcomes(&self, table: &Table, side: Loop) -> Result<Vec<Vec<Outcome>>, String> {
+        let mut rows = vec![Vec::with_capacity(self.requirements.len()); table.rows()];
+        for requirement in &self.requirements {
+            let (margin, pass) = outcome_names(side, &requirement.id);
+            let margins = table.f64s(&margin).ok_or_else(|| format!("no column `{margin}`"))?;
+            let passes = table.bools(&pass).ok_or_else(|| format!("no column `{pass}`"))?;
+            for (row, (margin, pass)) in rows.iter_mut().zip(margins.iter().zip(passes)) {
+                row.push(Outcome { margin: *margin, pass: *pass });
+            }
+        }
+        Ok(rows)
+    }
+}
+
+fn column(name: impl Into<String>, unit: &str, description: &str, source: &str, kind: Kind, values: Values) -> Column {
+    let (unit, description, source) = (unit.to_owned(), description.to_owned(), source.to_owned());
+    Column { name: name.into(), unit, description, source, kind, values }
+}
+
+fn head(rows: &[RunRow]) -> Vec<Column> {
+    let run = Values::U64(rows.iter().map(|row| row.run).collect());
+    let outer = Values::U32(rows.iter().map(|row| row.outer).collect());
+    let status = Values::words(&STATUS_WORDS, rows.iter().map(|row| row.status as u32).collect());
+    let agreement = Values::words(&AGREEMENT_WORDS, rows.iter().map(|row| row.agreement as u32).collect());
+    let flags = Values::U32(rows.iter().map(|row| row.flags).collect());
+    let status_meaning = "pass: every requirement holds in space; invalid: the numbers cannot be trusted";
+    let agreement_meaning = "the facility's verdict on the task against the verdict of space";
+    vec![
+        column("run", "1", "run number", "campaign", Kind::Key, run),
+        column("outer", "1", "number of the outer draw of the epistemic inputs", "campaign", Kind::Key, outer),
+        column("status", "1", status_meaning, "monitor", Kind::Status, status),
+        column("agreement", "1", agreement_meaning, "monitor", Kind::Status, agreement),
+        column("flags", "bits", "findings of the run, one bit each", "monitor", Kind::Status, flags),
+    ]
+}
+
+fn metric_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
+    let scalars: Vec<Vec<f64>> = rows.iter().map(|row| to_vec(side.metrics(row))).collect();
+    let metric = |metric: MetricColumn| {
+        let numbers = scalars.iter().map(|scalars| metric.value(scalars));
+        let values = if metric.is_success() {
+            Values::Bool(numbers.map(|number| number.map(|success| success != 0.0)).collect())
+        } else {
+            Values::F64(numbers.collect())
+        };
+        let name = format!("{}_{}", side.prefix(), metric.field.column());
+        let meaning = format!("{}, {}", metric.field.meaning, side.place());
+        column(name, metric.field.unit, &meaning, "monitor", Kind::Metric, values)
+    };
+    MetricColumn::all(side).into_iter().map(metric).collect()
+}
+
+fn read_metrics(table: &Table, side: Loop) -> Result<Vec<Metrics<f64>>, String> {
+    let mut rows = vec![vec![0.0; metric_fields().len()]; table.rows()];
+    for metric in MetricColumn::all(side) {
+        let name = format!("{}_{}", side.prefix(), metric.field.column());
+        let lacking = || format!("no column `{name}`");
+        if metric.is_success() {
+            for (row, pass) in rows.iter_mut().zip(table.bools(&name).ok_or_else(lacking)?) {
+                row[metric.at] = pass.map_or(metric.missing(), f64::from);
+            }
+        } else {
+            for (row, value) in rows.iter_mut().zip(table.f64s(&name).ok_or_else(lacking)?) {
+                row[metric.at] = value.unwrap_or(metric.missing());
+            }
+        }
+    }
+    Ok(rows.iter().map(|scalars| from_slice(scalars)).collect())
+}
+
+/// Names of a requirement's margin and pass columns.
+fn outcome_names(side: Loop, id: &str) -> (String, String) {
+    (format!("{}_margin_{id}", side.prefix()), format!("{}_pass_{id}", side.prefix()))
+}
+
+fn margin_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
+    let values = Values::F64(rows.iter().map(|row| side.outcomes(row)[at].margin).collect());
+    let meaning = format!("distance to the requirement's limit, positive inside, {}", side.place());
+    let (name, _) = outcome_names(side, &requirement.id);
+    column(name, &requirement.unit, &meaning, "requirement", Kind::Margin, values)
+}
+
+fn pass_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
+    let values = Values::Bool(rows.iter().map(|row| side.outcomes(row)[at].pass).collect());
+    let meaning = format!("whether the requirement holds, {}", side.place());
+    let (_, name) = outcome_names(side, &requirement.id);
+    column(name, "1", &meaning, "requirement", Kind::Verdict, values)
+}

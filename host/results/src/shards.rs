@@ -1,0 +1,271 @@
+//! The shards of a campaign: written once, found complete, missing or foreign by their files alone.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::read::{Batches, TableReader};
+use crate::runs::{RunRow, RunsSchema};
+use crate::table::Table;
+use crate::write::{Metadata, content_hash, write_table};
+use crate::{Error, Result};
+
+/// Version of the runs contract; a change of the first number breaks readers, columns are only added.
+pub const RUNS_SCHEMA: &str = "runs/1";
+
+/// How a campaign's runs are cut into files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShardPlan {
+    /// Runs of the campaign.
+    pub runs: u64,
+    /// Runs of a shard; the last one may hold fewer.
+    pub shard_runs: u64,
+}
+
+impl ShardPlan {
+    /// Number of shards.
+    pub fn shards(&self) -> u32 {
+        self.runs.div_ceil(self.shard_runs.max(1)) as u32
+    }
+
+    /// The run numbers of a shard.
+    pub fn range(&self, shard: u32) -> Range<u64> {
+        let start = u64::from(shard) * self.shard_runs.max(1);
+        start.min(self.runs)..(start + self.shard_runs.max(1)).min(self.runs)
+    }
+}
+
+/// What every file of a campaign says about where it comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    /// Hash of the checked campaign.
+    pub campaign_hash: String,
+    /// The campaign's seed.
+    pub seed: u64,
+    /// Version of softdock.
+    pub version: String,
+    /// `cpu` or `gpu`.
+    pub backend: String,
+    /// The device, as its driver calls it.
+    pub device: String,
+    /// More keys, without prefix: `campaign_toml`, `scenario_hash`, `kernel_hash`, `driver` ...
+    pub more: Metadata,
+}
+
+impl Provenance {
+    /// The file metadata of a file with this schema.
+    pub fn metadata(&self, schema: &str) -> Metadata {
+        let fixed = [
+            ("schema", schema.to_owned()),
+            ("campaign_hash", self.campaign_hash.clone()),
+            ("seed", self.seed.to_string()),
+            ("version", self.version.clone()),
+            ("backend", self.backend.clone()),
+            ("device", self.device.clone()),
+        ];
+        let fixed = fixed.into_iter().map(|(key, value)| (key.to_owned(), value));
+        fixed.chain(self.more.iter().cloned()).map(|(key, value)| (format!("softdock.{key}"), value)).collect()
+    }
+}
+
+/// Path of a shard below a results folder.
+pub fn shard_path(results: &Path, shard: u32) -> PathBuf {
+    results.join("runs").join(format!("shard={shard:05}.parquet"))
+}
+
+/// Writes one shard, sorted by run; returns the hash of its rows.
+pub fn write_shard(
+    results: &Path,
+    shard: u32,
+    schema: &RunsSchema,
+    mut rows: Vec<RunRow>,
+    provenance: &Provenance,
+) -> Result<String> {
+    rows.sort_by_key(|row| row.run);
+    let path = shard_path(results, shard);
+    if let Some(pair) = rows.windows(2).find(|pair| pair[0].run == pair[1].run) {
+        return Err(Error::contract(&path, format!("run {} stands twice in the shard", pair[0].run)));
+    }
+    let table = schema.table(&rows);
+    let hash = content_hash(&table);
+    let mut metadata = provenance.metadata(RUNS_SCHEMA);
+    let first_run = rows.first().map_or(0, |row| row.run);
+    let own = [
+        ("softdock.shard", shard.to_string()),
+        ("softdock.first_run", first_run.to_string()),
+        ("softdock.rows", rows.len().to_string()),
+        ("softdock.content_hash", hash.clone()),
+    ];
+    metadata.extend(own.map(|(key, value)| (key.to_owned(), value)));
+    write_table(&path, &table, &metadata)?;
+    Ok(hash)
+}
+
+/// A shard whose footer says that it is whole and belongs to the campaign.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShardFile {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Hash of its rows, as its writer stated it.
+    pub content_hash: String,
+    /// `cpu` or `gpu`.
+    pub backend: String,
+    /// The device that computed it.
+    pub device: String,
+}
+
+/// Which shards of a campaign exist.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShardIndex {
+    /// How the campaign is cut.
+    pub plan: ShardPlan,
+    /// Whole shards by number.
+    pub complete: BTreeMap<u32, ShardFile>,
+    /// Files under `runs/` that do not belong: damaged, of another campaign, seed or cut; with the reason.
+    pub foreign: Vec<(PathBuf, String)>,
+}
+
+impl ShardIndex {
+    /// Looks at the footers of all shards of a results folder; an absent folder has none.
+    pub fn scan(results: &Path, plan: ShardPlan, campaign_hash: &str, seed: u64) -> Result<Self> {
+        let mut index = Self { plan, complete: BTreeMap::new(), foreign: Vec::new() };
+        for path in parquet_files(&results.join("runs"))? {
+            match belongs(&path, plan, campaign_hash, seed) {
+                Ok((shard, file)) => drop(index.complete.insert(shard, file)),
+                Err(reason) => index.foreign.push((path, reason)),
+            }
+        }
+        Ok(index)
+    }
+
+    /// Numbers of the shards that are still to be computed.
+    pub fn missing(&self) -> Vec<u32> {
+        (0..self.plan.shards()).filter(|shard| !self.complete.contains_key(shard)).collect()
+    }
+
+    /// True if every shard is there.
+    pub fn is_complete(&self) -> bool {
+        self.complete.len() as u64 == u64::from(self.plan.shards())
+    }
+}
+
+/// The Parquet files of a folder, by name; unfinished files do not end in `.parquet`.
+pub(crate) fn parquet_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let entries = std::fs::read_dir(folder).map_err(Error::io(folder))?;
+    let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<std::io::Result<Vec<_>>>();
+    let mut paths = paths.map_err(Error::io(folder))?;
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "parquet"));
+    paths.sort();
+    Ok(paths)
+}
+
+/// The shard's number if the file is a whole shard of this campaign, or why it is not.
+fn belongs(
+    path: &Path,
+    plan: ShardPlan,
+    campaign_hash: &str,
+    seed: u64,
+) -> std::result::Result<(u32, ShardFile), String> {
+    let reader = TableReader::open(path).map_err(|error| error.to_string())?;
+    let metadata = reader.metadata();
+    let text = |key: &str| metadata.get(&format!("softdock.{key}")).cloned().unwrap_or_default();
+    let expect = |key: &str, expected: &str| match text(key) {
+        found if found == expected => Ok(()),
+        found => Err(format!("{key} is `{found}`, expected `{expected}`")),
+    };
+    expect("schema", RUNS_SCHEMA)?;
+    expect("campaign_hash", campaign_hash)?;
+    expect("seed", &seed.to_string())?;
+    let shard: u32 = text("shard").parse().map_err(|_| format!("shard is `{}`, not a number", text("shard")))?;
+    let range = plan.range(shard);
+    if range.is_empty() {
+        return Err(format!("shard {shard} is beyond the campaign's {} runs", plan.runs));
+    }
+    if path.file_name() != shard_path(Path::new(""), shard).file_name() {
+        return Err(format!("the file says that it is shard {shard}"));
+    }
+    let rows = range.end - range.start;
+    expect("first_run", &range.start.to_string())?;
+    expect("rows", &rows.to_string())?;
+    if reader.rows() != rows {
+        return Err(format!("{} rows, expected {rows}", reader.rows()));
+    }
+    let file = ShardFile {
+        path: path.to_owned(),
+        content_hash: text("content_hash"),
+        backend: text("backend"),
+        device: text("device"),
+    };
+    Ok((shard, file))
+}
+
+/// Reads a shard whole and compares its rows with the hash that its writer stated.
+pub fn verify_shard(file: &ShardFile) -> Result<()> {
+    let found = content_hash(&TableReader::open(&file.path)?.read()?);
+    if found != file.content_hash {
+        let what = format!("the rows have the hash {found}, the file states {}", file.content_hash);
+        return Err(Error::contract(&file.path, what));
+    }
+    Ok(())
+}
+
+/// The columns of a results folder's runs, without rows.
+pub fn run_columns(results: &Path) -> Result<Table> {
+    let folder = results.join("runs");
+    let first = parquet_files(&folder)?.into_iter().next();
+    TableReader::open(&first.ok_or_else(|| Error::contract(&folder, "no shard"))?)?.columns()
+}
+
+/// Streams selected columns of all runs, in the order of the shards, a few thousand rows at a time.
+pub fn read_columns(results: &Path, names: &[String]) -> Result<impl Iterator<Item = Result<Table>>> {
+    let files = parquet_files(&results.join("runs"))?.into_iter();
+    let names = names.to_vec();
+    let open = move |path: PathBuf| TableReader::open(&path)?.select(&names)?.batches();
+    Ok(files.flat_map(move |path| either(open(path))))
+}
+
+/// The batches of a file, or the one error that stands in their place.
+fn either(batches: Result<Batches>) -> impl Iterator<Item = Result<Table>> {
+    let (batches, error) = match batches {
+        Ok(batches) => (Some(batches), None),
+        Err(error) => (None, Some(Err(error))),
+    };
+    batches.into_iter().flatten().chain(error)
+}
+
+/// Streams all runs as rows, in the order of the shards.
+pub fn read_runs(results: &Path) -> Result<impl Iterator<Item = Result<RunRow>>> {
+    let files = parquet_files(&results.join("runs"))?.into_iter();
+    Ok(files.flat_map(|path| {
+        let batches = either(TableReader::open(&path).and_then(TableReader::batches));
+        batches.flat_map(move |batch| match batch.and_then(|table| rows_of(&path, &table)) {
+            Ok(rows) => rows.into_iter().map(Ok).collect::<Vec<_>>(),
+            Err(error) => vec![Err(error)],
+        })
+    }))
+}
+
+fn rows_of(path: &Path, table: &Table) -> Result<Vec<RunRow>> {
+    RunsSchema::of_table(table).rows(table).map_err(|what| Error::contract(path, what))
+}
+
+/// One run of a results folder; only the shard that holds it is read.
+pub fn read_run(results: &Path, run: u64) -> Result<Option<RunRow>> {
+    for path in parquet_files(&results.join("runs"))? {
+        let reader = TableReader::open(&path)?;
+        let metadata = reader.metadata();
+        let first = metadata.get("softdock.first_run").and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
+        if !(first..first + reader.rows()).contains(&run) {
+            continue;
+        }
+        for batch in reader.batches()? {
+            if let Some(row) = rows_of(&path, &batch?)?.into_iter().find(|row| row.run == run) {
+                return Ok(Some(row));
+            }
+        }
+    }
+    Ok(None)
+}

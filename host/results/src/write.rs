@@ -1,0 +1,84 @@
+//! Tables to Parquet files, with equal bytes for equal content.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+
+use crate::atomic::atomically;
+use crate::table::{Table, Values};
+use crate::{Error, Result};
+
+/// File metadata: keys and values in the order in which they are written.
+pub type Metadata = Vec<(String, String)>;
+
+/// Rows of a row group: large enough to compress, small enough to stream.
+const ROW_GROUP_ROWS: usize = 100_000;
+
+/// Writes a table: zstd, units and meanings as field metadata, whole or not at all.
+///
+/// NaN becomes null. The same table and metadata give the same bytes, also on another machine.
+pub fn write_table(path: &Path, table: &Table, metadata: &[(String, String)]) -> Result<()> {
+    let rows = table.rows();
+    if let Some(column) = table.columns.iter().find(|column| column.values.len() != rows) {
+        let what = format!("column `{}` has {} rows of {rows}", column.name, column.values.len());
+        return Err(Error::contract(path, what));
+    }
+    atomically(path, |file| {
+        let batch = table.batch().map_err(Error::parquet(path))?;
+        let mut writer = ArrowWriter::try_new(file, Arc::new(table.schema()), Some(properties(metadata)))
+            .map_err(Error::parquet(path))?;
+        writer.write(&batch).map_err(Error::parquet(path))?;
+        writer.close().map_err(Error::parquet(path))?;
+        Ok(())
+    })
+}
+
+fn properties(metadata: &[(String, String)]) -> WriterProperties {
+    let metadata = metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone())).collect();
+    WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
+        .set_created_by("softdock".to_owned())
+        .set_key_value_metadata(Some(metadata))
+        .build()
+}
+
+/// Hash of a table's rows: names and values bit by bit, file metadata left out.
+///
+/// Two shards that hold the same rows have the same hash, whoever computed them.
+pub fn content_hash(table: &Table) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for column in &table.columns {
+        hasher.update(column.name.as_bytes());
+        hasher.update(&[0]);
+        hasher.update(&(column.values.len() as u64).to_le_bytes());
+        hash_values(&mut hasher, &column.values);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+fn hash_values(hasher: &mut blake3::Hasher, values: &Values) {
+    let mut put = |bytes: &[u8]| {
+        hasher.update(bytes);
+    };
+    match values {
+        Values::U64(values) => values.iter().for_each(|value| put(&value.to_le_bytes())),
+        Values::U32(values) => values.iter().for_each(|value| put(&value.to_le_bytes())),
+        // The null's bit pattern is a NaN that no other value can have: NaN is null.
+        Values::F64(values) => values.iter().for_each(|value| {
+            let bits = value.filter(|number| !number.is_nan()).map_or(u64::MAX, f64::to_bits);
+            put(&bits.to_le_bytes());
+        }),
+        Values::Bool(values) => values.iter().for_each(|value| put(&[value.map_or(2, u8::from)])),
+        Values::Words { .. } => {
+            for row in 0..values.len() {
+                put(values.word(row).unwrap_or_default().as_bytes());
+                put(&[0]);
+            }
+        }
+    }
+}

@@ -1,0 +1,398 @@
+//! The Parquet contract: what is written comes back, appears whole, in equal bytes, and merges only without gaps.
+
+mod sample;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sample::{PLAN, fill, provenance, row, schema};
+use softdock_results::merge::{MergeError, check_merge, merge};
+use softdock_results::parity::{ParityRow, read_parity, write_parity};
+use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
+use softdock_results::shards::{
+    ShardIndex, read_columns, read_run, read_runs, run_columns, shard_path, verify_shard, write_shard,
+};
+use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, read_traces, write_trace};
+use softdock_results::{Column, Kind, Table, TableReader, Values, content_hash, write_file, write_table};
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn parquet_names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+}
+
+fn scan(results: &Path) -> ShardIndex {
+    ShardIndex::scan(results, PLAN, "abc", 7).expect("a folder that can be read")
+}
+
+#[test]
+fn rows_come_back_bit_for_bit() {
+    let results = folder();
+    let rows: Vec<RunRow> = (0..PLAN.runs).map(row).collect();
+    fill(results.path(), &[0, 1, 2]);
+    let back: Vec<RunRow> = read_runs(results.path()).unwrap().collect::<Result<_, _>>().unwrap();
+    assert_eq!(back, rows);
+    assert_eq!(read_run(results.path(), 17).unwrap(), Some(row(17)));
+    assert_eq!(read_run(results.path(), PLAN.runs).unwrap(), None);
+}
+
+#[test]
+fn a_shard_is_sorted_by_run_and_refuses_a_run_twice() {
+    let results = folder();
+    let backwards = (0..10).rev().map(row).collect();
+    write_shard(results.path(), 0, &schema(), backwards, &provenance()).unwrap();
+    let runs: Vec<u64> = read_runs(results.path()).unwrap().map(|row| row.unwrap().run).collect();
+    assert_eq!(runs, (0..10).collect::<Vec<_>>());
+    let twice = vec![row(3), row(3)];
+    assert!(write_shard(results.path(), 1, &schema(), twice, &provenance()).unwrap_err().to_string().contains("twice"));
+}
+
+#[test]
+fn every_column_of_the_contract_exists_with_unit_and_meaning() {
+    let results = folder();
+    fill(results.path(), &[0]);
+    let table = run_columns(results.path()).unwrap();
+    let named = [
+        "run",
+        "outer",
+        "status",
+        "agreement",
+        "flags",
+        "in_loop_delay_s",
+        "in_contact_stiffness_n_per_m",
+        "in_contact_damping_n_s_per_m",
+        "in_contact_friction",
+        "in_target_mass_kg",
+        "effective_mass_kg",
+        "space_success",
+        "space_restitution",
+        "space_peak_force_n",
+        "space_contact_duration_s",
+        "space_capture_time_s",
+        "space_impulse_n_s",
+        "hil_success",
+        "hil_created_energy_j",
+        "space_margin_dck_010",
+        "hil_margin_dck_010",
+        "space_pass_dck_010",
+        "hil_pass_dck_010",
+    ];
+    for name in named {
+        assert!(table.column(name).is_some(), "no column {name}");
+    }
+    assert!(table.column("space_created_energy_j").is_none());
+    let expected = 5 + input_fields().len() + 1 + 2 * metric_fields().len() - 1 + 4 * schema().requirements().len();
+    assert_eq!(table.columns.len(), expected);
+    assert!(table.columns.iter().all(|column| !column.unit.is_empty() && !column.description.is_empty()));
+    assert_eq!(table.column("space_margin_dck_010").unwrap().unit, "N");
+    assert_eq!(RunsSchema::of_table(&table), schema());
+}
+
+#[test]
+fn not_available_is_null_and_never_a_number() {
+    let results = folder();
+    fill(results.path(), &[0]);
+    let names = ["space_capture_time_s".to_owned(), "space_pass_dck_010".to_owned(), "status".to_owned()];
+    let tables: Vec<Table> = read_columns(results.path(), &names).unwrap().collect::<Result<_, _>>().unwrap();
+    let [table] = tables.as_slice() else { panic!("one batch") };
+    assert_eq!(table.columns.len(), 3);
+    let captured = table.f64s("space_capture_time_s").unwrap();
+    let passes = table.bools("space_pass_dck_010").unwrap();
+    for run in 0..10 {
+        let source = row(run as u64);
+        assert_eq!(captured[run], source.space.available("capture_time"));
+        assert_eq!(passes[run].is_none(), source.status == Status::Invalid);
+        assert_eq!(table.column("status").unwrap().values.word(run), Some(source.status.word()));
+    }
+    assert!(captured.contains(&None));
+}
+
+#[test]
+fn equal_content_gives_equal_bytes() {
+    let (one, two) = (folder(), folder());
+    fill(one.path(), &[0]);
+    fill(two.path(), &[0]);
+    let [first, second] = [one.path(), two.path()].map(|results| fs::read(shard_path(results, 0)).unwrap());
+    assert!(first == second);
+    for unwanted in [one.path().to_str().unwrap(), &std::process::id().to_string()] {
+        assert!(!first.windows(unwanted.len()).any(|window| window == unwanted.as_bytes()), "{unwanted} in the file");
+    }
+}
+
+#[test]
+fn the_content_hash_sees_every_bit_and_no_metadata() {
+    let rows: Vec<RunRow> = (0..5).map(row).collect();
+    let hash = content_hash(&schema().table(&rows));
+    let mut other = rows.clone();
+    other[4].inputs[3] = f64::from_bits(other[4].inputs[3].to_bits() ^ 1);
+    assert_ne!(content_hash(&schema().table(&other)), hash);
+    let results = folder();
+    let mut elsewhere = provenance();
+    elsewhere.device = "another device".to_owned();
+    assert_eq!(write_shard(results.path(), 0, &schema(), rows, &elsewhere).unwrap(), hash);
+}
+
+#[test]
+fn file_metadata_say_where_a_shard_comes_from() {
+    let results = folder();
+    fill(results.path(), &[2]);
+    let metadata = TableReader::open(&shard_path(results.path(), 2)).unwrap().metadata();
+    let expected = [
+        ("schema", "runs/1"),
+        ("campaign_hash", "abc"),
+        ("seed", "7"),
+        ("version", "0.1.0"),
+        ("backend", "cpu"),
+        ("device", "test lanes"),
+        ("campaign_toml", "id = \"test\""),
+        ("shard", "2"),
+        ("first_run", "20"),
+        ("rows", "5"),
+    ];
+    for (key, value) in expected {
+        assert_eq!(metadata.get(&format!("softdock.{key}")).map(String::as_str), Some(value), "{key}");
+    }
+}
+
+#[test]
+fn nan_becomes_null() {
+    let results = folder();
+    let path = results.path().join("table.parquet");
+    let column = |name: &str, values| Column {
+        name: name.to_owned(),
+        unit: "1".to_owned(),
+        description: "a test".to_owned(),
+        source: "test".to_owned(),
+        kind: Kind::Metric,
+        values,
+    };
+    let words = Values::words(&["no", "yes"], vec![1, 0]);
+    let table = Table { columns: vec![column("x", Values::F64(vec![Some(f64::NAN), Some(1.5)])), column("w", words)] };
+    write_table(&path, &table, &[]).unwrap();
+    let back = TableReader::open(&path).unwrap().read().unwrap();
+    assert_eq!(back.f64s("x").unwrap(), [None, Some(1.5)]);
+    let word = |row| back.column("w").unwrap().values.word(row).unwrap().to_owned();
+    assert_eq!([word(0), word(1)], ["yes", "no"]);
+    let ragged = Table { columns: vec![column("x", Values::U32(vec![1])), column("y", Values::U32(vec![]))] };
+    assert!(write_table(&path, &ragged, &[]).is_err());
+}
+
+#[test]
+fn words_and_numbers_survive_many_row_groups() {
+    let results = folder();
+    let path = results.path().join("long.parquet");
+    const ROWS: u32 = 250_000;
+    let codes: Vec<u32> = (0..ROWS).map(|row| (row / 90_000) % 3).collect();
+    let column = |name: &str, values| Column {
+        name: name.to_owned(),
+        unit: "1".to_owned(),
+        description: "a test".to_owned(),
+        source: "test".to_owned(),
+        kind: Kind::Key,
+        values,
+    };
+    let words = Values::words(&["a", "b", "c"], codes.clone());
+    let table = Table { columns: vec![column("n", Values::U32((0..ROWS).collect())), column("w", words)] };
+    write_table(&path, &table, &[]).unwrap();
+    let mut rows = 0;
+    for batch in TableReader::open(&path).unwrap().batches().unwrap() {
+        let batch = batch.unwrap();
+        assert!(batch.rows() <= 8_192, "a batch holds the file");
+        for row in 0..batch.rows() {
+            assert_eq!(batch.column("w").unwrap().values.word(row), Some(["a", "b", "c"][codes[rows] as usize]));
+            rows += 1;
+        }
+    }
+    let whole = TableReader::open(&path).unwrap().read().unwrap();
+    assert_eq!(whole.u32s("n").unwrap(), (0..ROWS).collect::<Vec<_>>());
+    assert_eq!(content_hash(&whole), content_hash(&table));
+}
+
+#[test]
+fn two_writers_of_one_shard_leave_one_whole_file() {
+    let results = folder();
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| (0..20).for_each(|_| fill(results.path(), &[0])));
+        }
+        scope.spawn(|| {
+            for _ in 0..200 {
+                assert!(scan(results.path()).foreign.is_empty(), "a half-written shard was seen");
+            }
+        });
+    });
+    assert_eq!(parquet_names(&results.path().join("runs")), ["shard=00000.parquet"]);
+    verify_shard(&scan(results.path()).complete[&0]).unwrap();
+}
+
+/// Child half of the next test: writes one file for ever.
+#[test]
+#[ignore = "started by a_killed_writer_leaves_no_partial_file"]
+fn write_for_ever() {
+    let path = PathBuf::from(std::env::var("SOFTDOCK_TEST_FILE").expect("the parent sets it"));
+    let bytes = vec![b'x'; 8 << 20];
+    loop {
+        write_file(&path, &bytes).unwrap();
+    }
+}
+
+#[test]
+fn a_killed_writer_leaves_no_partial_file() {
+    let results = folder();
+    let path = results.path().join("runs").join("shard=00000.parquet");
+    for round in 0..8 {
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "write_for_ever", "--ignored"])
+            .env("SOFTDOCK_TEST_FILE", &path)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(30 + 7 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if let Ok(file) = fs::metadata(&path) {
+            assert_eq!(file.len(), 8 << 20, "a partial file is visible");
+        }
+    }
+    let _ = fs::remove_file(&path);
+    let index = scan(results.path());
+    assert!(index.complete.is_empty() && index.foreign.is_empty(), "left-over temporary files are counted");
+    fill(results.path(), &[0, 1, 2]);
+    assert!(scan(results.path()).is_complete());
+}
+
+#[test]
+fn the_index_tells_complete_missing_and_foreign() {
+    let results = folder();
+    assert_eq!(scan(&results.path().join("nothing")).missing(), [0, 1, 2]);
+    fill(results.path(), &[0, 2]);
+    let index = scan(results.path());
+    assert_eq!((index.missing(), index.is_complete(), index.foreign.len()), (vec![1], false, 0));
+
+    fs::write(shard_path(results.path(), 1), b"PAR1 but not more").unwrap();
+    assert_eq!(scan(results.path()).missing(), [1]);
+    fs::copy(shard_path(results.path(), 0), shard_path(results.path(), 1)).unwrap();
+    let reasons: Vec<String> = scan(results.path()).foreign.into_iter().map(|(_, reason)| reason).collect();
+    assert_eq!(reasons, ["the file says that it is shard 0"]);
+
+    let other = ShardIndex::scan(results.path(), PLAN, "another campaign", 7).unwrap();
+    assert_eq!((other.complete.len(), other.foreign.len()), (0, 3));
+    let reseeded = ShardIndex::scan(results.path(), PLAN, "abc", 8).unwrap();
+    assert!(reseeded.foreign[0].1.contains("seed is `7`, expected `8`"), "{:?}", reseeded.foreign);
+}
+
+#[test]
+fn a_truncated_shard_is_not_complete() {
+    let results = folder();
+    fill(results.path(), &[0]);
+    let path = shard_path(results.path(), 0);
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 100]).unwrap();
+    let index = scan(results.path());
+    assert!(index.complete.is_empty() && index.foreign[0].1.contains("not a readable Parquet file"));
+}
+
+#[test]
+fn merge_joins_workers_and_can_be_repeated() {
+    let (one, two, out) = (folder(), folder(), folder());
+    fill(one.path(), &[0, 1]);
+    fill(two.path(), &[1, 2]);
+    let pair = |run| ParityRow { backend: row(run), truth: row(run) };
+    write_parity(one.path(), &schema(), vec![pair(4), pair(1)], &provenance()).unwrap();
+    write_parity(two.path(), &schema(), vec![pair(21), pair(4)], &provenance()).unwrap();
+    let folders = [one.path().to_owned(), two.path().to_owned()];
+    for _ in 0..2 {
+        assert!(merge(&folders, out.path(), PLAN, "abc", 7).unwrap().is_complete());
+    }
+    let whole = folder();
+    fill(whole.path(), &[0, 1, 2]);
+    for shard in 0..3 {
+        let [merged, alone] = [out.path(), whole.path()].map(|results| fs::read(shard_path(results, shard)).unwrap());
+        assert!(merged == alone, "shard {shard}");
+    }
+    assert_eq!(read_parity(out.path()).unwrap().unwrap().u64s("run").unwrap(), [1, 4, 21]);
+}
+
+#[test]
+fn merge_refuses_gaps_clashes_strangers_and_damage() {
+    let (one, two, out) = (folder(), folder(), folder());
+    let folders = [one.path().to_owned(), two.path().to_owned()];
+    fill(one.path(), &[0]);
+    fill(two.path(), &[2]);
+    let refused = merge(&folders, out.path(), PLAN, "abc", 7).unwrap_err();
+    assert!(matches!(&refused, MergeError::Gaps { missing, .. } if *missing == [1]), "{refused}");
+    assert_eq!(refused.to_string(), "1 of 3 shards are missing: 1");
+
+    fill(one.path(), &[1]);
+    let mut altered: Vec<RunRow> = PLAN.range(1).map(row).collect();
+    altered[0].hil.peak_force += 1.0;
+    write_shard(two.path(), 1, &schema(), altered, &provenance()).unwrap();
+    let refused = merge(&folders, out.path(), PLAN, "abc", 7).unwrap_err();
+    assert!(matches!(&refused, MergeError::Clash { shard: 1, .. }), "{refused}");
+    fs::remove_file(shard_path(two.path(), 1)).unwrap();
+
+    let refused = check_merge(&folders, PLAN, "another", 7).unwrap_err();
+    assert!(matches!(&refused, MergeError::Foreign { .. }), "{refused}");
+
+    let rows: Vec<RunRow> = PLAN.range(1).map(row).collect();
+    let mut metadata = provenance().metadata("runs/1");
+    for (key, value) in [("shard", "1"), ("first_run", "10"), ("rows", "10"), ("content_hash", "0000")] {
+        metadata.push((format!("softdock.{key}"), value.to_owned()));
+    }
+    write_table(&shard_path(two.path(), 1), &schema().table(&rows), &metadata).unwrap();
+    let refused = check_merge(&folders, PLAN, "abc", 7).unwrap_err();
+    assert!(refused.to_string().contains("the file states 0000"), "{refused}");
+    assert!(parquet_names(out.path()).is_empty(), "a refused merge wrote something");
+}
+
+#[test]
+fn parity_holds_both_values_of_every_metric() {
+    let results = folder();
+    assert_eq!(read_parity(results.path()).unwrap(), None);
+    let mut truth = row(3);
+    truth.space.peak_force += 0.25;
+    write_parity(results.path(), &schema(), vec![ParityRow { backend: row(3), truth }], &provenance()).unwrap();
+    let table = read_parity(results.path()).unwrap().unwrap();
+    let value = |name: &str| table.f64s(name).unwrap()[0].unwrap();
+    assert_eq!(value("truth_space_peak_force_n") - value("space_peak_force_n"), 0.25);
+    assert_eq!(table.column("truth_agreement").unwrap().values.word(0), Some(row(3).agreement.word()));
+    assert!(table.column("truth_hil_pass_dck_010").is_some() && table.column("in_loop_delay_s").is_none());
+}
+
+#[test]
+fn traces_come_back_and_the_nominal_case_has_its_own_name() {
+    let results = folder();
+    let trace = |run, kept_as: &str| Trace {
+        run,
+        kept_as: kept_as.to_owned(),
+        time: vec![0.0, 0.001],
+        signals: vec![Signal {
+            name: "space_force_n".to_owned(),
+            unit: "N".to_owned(),
+            description: "contact force, in space".to_owned(),
+            values: vec![Some(0.0), None],
+        }],
+    };
+    let kept = [trace(NOMINAL_RUN, "nominal"), trace(12, "worst DCK-010")];
+    for trace in &kept {
+        write_trace(results.path(), trace, &provenance()).unwrap();
+    }
+    assert!(results.path().join("traces/nominal.parquet").is_file());
+    assert!(results.path().join("traces/run=000000012.parquet").is_file());
+    assert_eq!(read_traces(results.path()).unwrap(), kept);
+}
+
+#[cfg(unix)]
+#[test]
+fn results_are_readable_by_colleagues() {
+    use std::os::unix::fs::PermissionsExt;
+    let results = folder();
+    let (ours, plain) = (results.path().join("ours"), results.path().join("plain"));
+    write_file(&ours, b"x").unwrap();
+    fs::write(&plain, b"x").unwrap();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+    assert_eq!(mode(&ours), mode(&plain));
+}

@@ -1,0 +1,70 @@
+//! Made-up runs with every kind of row: passing, failing, invalid, without capture.
+
+use std::path::Path;
+
+use softdock_kernels::fields::from_slice;
+use softdock_kernels::metrics::flags;
+use softdock_results::runs::{
+    Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status, input_fields, metric_fields,
+};
+use softdock_results::shards::{Provenance, ShardPlan, write_shard};
+
+/// 25 runs in shards of 10: the last shard is shorter.
+pub(crate) const PLAN: ShardPlan = ShardPlan { runs: 25, shard_runs: 10 };
+
+/// One requirement on a force.
+pub(crate) fn schema() -> RunsSchema {
+    RunsSchema::new(vec![RequirementColumn { id: "dck_010".to_owned(), unit: "N".to_owned() }])
+}
+
+/// Where the made-up runs come from.
+pub(crate) fn provenance() -> Provenance {
+    Provenance {
+        campaign_hash: "abc".to_owned(),
+        seed: 7,
+        version: "0.1.0".to_owned(),
+        backend: "cpu".to_owned(),
+        device: "test lanes".to_owned(),
+        more: vec![("campaign_toml".to_owned(), "id = \"test\"".to_owned())],
+    }
+}
+
+/// A run whose every number depends on its run number.
+pub(crate) fn row(run: u64) -> RunRow {
+    let number = |at: usize| (run as f64 + 1.0) / (at as f64 + 3.0);
+    let metrics: Vec<f64> = (0..metric_fields().len()).map(number).collect();
+    let mut space: softdock_kernels::metrics::Metrics<f64> = from_slice(&metrics);
+    space.success = f64::from(u32::from(!run.is_multiple_of(3)));
+    let mut hil = space;
+    hil.success = f64::from(u32::from(!run.is_multiple_of(4)));
+    space.created_energy = 0.0;
+    if run.is_multiple_of(5) {
+        space.capture_time = -1.0;
+    }
+    let invalid = run == 6;
+    let (space_pass, hil_pass) = (space.success > 0.0, hil.success > 0.0);
+    let outcome =
+        |pass| if invalid { Outcome::default() } else { Outcome { margin: Some(number(1)), pass: Some(pass) } };
+    let status = if space_pass { Status::Pass } else { Status::Fail };
+    RunRow {
+        run,
+        outer: (run / 10) as u32,
+        status: if invalid { Status::Invalid } else { status },
+        agreement: if invalid { Agreement::Invalid } else { Agreement::of(space_pass, hil_pass) },
+        flags: if invalid { flags::SPACE_NON_FINITE } else { 0 },
+        inputs: (0..input_fields().len()).map(number).collect(),
+        effective_mass: (!invalid).then_some(number(2)),
+        space,
+        hil,
+        space_outcomes: vec![outcome(space_pass)],
+        hil_outcomes: vec![outcome(hil_pass)],
+    }
+}
+
+/// Writes some shards of the made-up campaign.
+pub(crate) fn fill(results: &Path, shards: &[u32]) {
+    for shard in shards {
+        let rows = PLAN.range(*shard).map(row).collect();
+        write_shard(results, *shard, &schema(), rows, &provenance()).expect("a shard");
+    }
+}
