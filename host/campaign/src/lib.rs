@@ -1,3 +1,57 @@
 //! Campaign and scenario files: read as written, checked into types that cannot be wrong, drawn run by run.
 
+mod arm;
+pub mod campaign;
+mod check;
+pub mod derived;
+pub mod dispersion;
+pub mod distribution;
+mod expression;
+mod histogram;
+mod inertia;
+mod mobility;
+mod placement;
+mod problem;
+mod ranges;
+mod read;
 pub mod requirement;
+mod sampling;
+mod scenario;
+mod source;
+mod stability;
+mod suggest;
+mod table;
+mod units;
+mod written;
+
+pub use campaign::Campaign;
+pub use histogram::histograms;
+pub use problem::{Problem, Problems};
+pub use sampling::Draw;
+pub use scenario::Scenario;
+
+use std::path::Path;
+
+/// Reads a campaign file and everything that it names.
+pub fn load(path: &Path) -> Result<Campaign, Problems> {
+    Campaign::load(path)
+}
+
+/// Reads a scenario file and the arm that it names.
+pub fn load_scenario(path: &Path) -> Result<Scenario, Problems> {
+    Scenario::load(path)
+}
+
+/// JSON Schema of campaign files, for editors.
+pub fn json_schema() -> String {
+    pretty(&schemars::schema_for!(written::campaign::CampaignFile))
+}
+
+/// JSON Schema of scenario files, for editors.
+pub fn scenario_json_schema() -> String {
+    pretty(&schemars::schema_for!(written::scenario::ScenarioFile))
+}
+
+fn pretty(schema: &schemars::Schema) -> String {
+    serde_json::to_string_pretty(schema).expect("a schema is plain JSON")
+}

@@ -1,0 +1,340 @@
+//! The arm from its URDF: a serial chain, every link turned so that its joint axis is its z axis.
+
+use crate::check::{from_roll_pitch_yaw, inverse};
+use crate::inertia::{Joined, fault};
+use crate::problem::Problem;
+use crate::source::Source;
+use softdock_kernels::model::{Link, MAX_JOINTS};
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
+use std::collections::HashMap;
+use std::ops::Range;
+use urdf_rs::{Joint, JointType, Robot};
+
+/// A checked arm.
+#[derive(Clone, Debug)]
+pub(crate) struct Arm {
+    /// Moving links from the base outwards.
+    pub(crate) links: Vec<Link>,
+    /// Names of their joints.
+    pub(crate) joints: Vec<String>,
+    /// Angle limits of the joints \[rad\].
+    pub(crate) limits: Vec<(f64, f64)>,
+    /// Every URDF link: number of moving joints before it, and its pose in that moving link's frame.
+    frames: HashMap<String, (usize, Pose<f64>)>,
+    /// Name of the last moving link, or of the root.
+    last: String,
+}
+
+impl Arm {
+    /// Pose of a URDF link (default: the last moving one) in the last moving link's frame of the model.
+    pub(crate) fn frame(&self, link: Option<&str>) -> Result<Pose<f64>, String> {
+        let name = link.unwrap_or(&self.last);
+        match self.frames.get(name) {
+            Some((body, pose)) if *body == self.links.len() => Ok(*pose),
+            Some(_) => Err(format!("link `{name}` is not at the arm's end, where part A must be")),
+            None => Err(format!("the URDF has no link `{name}`")),
+        }
+    }
+}
+
+/// Reads the chain; `mount` is the root link's pose in the base's body frame.
+pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem>> {
+    let robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
+        let end = source.text().trim_end().len();
+        let message =
+            format!("this is not a URDF: {}", error.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
+        let remedy = "check that every element is closed and that links have <inertial> with <mass> and <inertia>";
+        vec![Problem::at(source, end.saturating_sub(1)..end, message).key("robot").value("").remedy(remedy)]
+    })?;
+    let mut reader = Reader { source, robot: &robot, problems: Vec::new() };
+    reader.check_numbers();
+    let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };
+    match arm {
+        Some(arm) if reader.problems.is_empty() => Ok(arm),
+        _ => Err(reader.problems),
+    }
+}
+
+struct Reader<'a> {
+    source: &'a Source,
+    robot: &'a Robot,
+    problems: Vec<Problem>,
+}
+
+/// The moving joint that leads on from a body, with its parent link's pose.
+type Next<'a> = (&'a Joint, Pose<f64>);
+
+impl<'a> Reader<'a> {
+    fn refuse(&mut self, element: &str, name: &str, child: &str, message: String, remedy: &str) {
+        let span = place(self.source.text(), element, name, child);
+        let key = if child.is_empty() { format!("{element}[{name}]") } else { format!("{element}[{name}].{child}") };
+        self.problems.push(Problem::at(self.source, span, message).key(key).value("").remedy(remedy));
+    }
+
+    /// Every number finite, every mass and inertia possible, every axis a direction.
+    fn check_numbers(&mut self) {
+        for link in &self.robot.links {
+            let (mass, tensor) = (link.inertial.mass.value, inertia(link));
+            let bare = mass == 0.0 && tensor == Sym3::splat(0.0);
+            if !(mass.is_finite() && (mass > 0.0 || bare) && mass <= crate::ranges::MASS) {
+                let remedy = "write a mass above 0 kg, or leave out <inertial> for a frame without mass";
+                self.refuse("link", &link.name, "mass", format!("link `{}` has the mass {mass} kg", link.name), remedy);
+            } else if !bare && let Some(fault) = fault(tensor) {
+                let message = format!("link `{}` has an inertia that no rigid body has: {fault}", link.name);
+                let remedy = "take the tensor about the centre of mass from its source again, or raise the smaller \
+                              principal moments until the greatest is at most their sum";
+                self.refuse("link", &link.name, "inertia", message, remedy);
+            }
+            if !finite(&link.inertial.origin) {
+                let message = format!("link `{}` has an inertial origin that is not finite", link.name);
+                self.refuse("link", &link.name, "origin", message, "write finite numbers");
+            }
+        }
+        for joint in &self.robot.joints {
+            let axis = vec3(joint.axis.xyz[0], joint.axis.xyz[1], joint.axis.xyz[2]);
+            let is_direction = axis.norm().is_finite() && axis.norm() > 1e-9;
+            if !finite(&joint.origin) || (joint.joint_type != JointType::Fixed && !is_direction) {
+                let message = format!("joint `{}` has an origin or axis that is no place or direction", joint.name);
+                self.refuse("joint", &joint.name, "axis", message, "write finite numbers and an axis that is not zero");
+            }
+        }
+    }
+
+    /// Follows the chain from the root; `None` after a problem.
+    fn chain(&mut self, mount: Pose<f64>) -> Option<Arm> {
+        let root = self.root()?;
+        let mut arm = Arm {
+            links: Vec::new(),
+            joints: Vec::new(),
+            limits: Vec::new(),
+            frames: HashMap::new(),
+            last: root.clone(),
+        };
+        let (base, mut next) = self.body(&root, mount, &mut arm)?;
+        if base.mass != 0.0 {
+            let message = format!("link `{root}` and what is fixed to it belong to the base but have mass");
+            self.refuse(
+                "link",
+                &root,
+                "mass",
+                message,
+                "leave out its <inertial>; the base's mass stands in the scenario",
+            );
+        }
+        while let Some((joint, parent)) = next {
+            if arm.links.len() == MAX_JOINTS {
+                let message = format!("the arm has more than {MAX_JOINTS} moving joints");
+                self.refuse("joint", &joint.name, "", message, "fix the joints that do not move (type=\"fixed\")");
+                return None;
+            }
+            let axis = vec3(joint.axis.xyz[0], joint.axis.xyz[1], joint.axis.xyz[2]);
+            let turned = Pose { position: Vec3::zero(), attitude: from_z_to(axis) };
+            let origin = parent.compose(pose(&joint.origin)).compose(turned);
+            arm.joints.push(joint.name.clone());
+            arm.limits.push(limits(joint));
+            arm.last.clone_from(&joint.child.link);
+            // The number of links counts this one already, so that its frames are filed under it.
+            arm.links.push(Link { origin, mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) });
+            let (body, on) = self.body(&joint.child.link, inverse(turned), &mut arm)?;
+            if body.mass == 0.0 {
+                let message = format!("link `{}` moves but has no mass", joint.child.link);
+                self.refuse("link", &joint.child.link, "", message, "give it an <inertial> with <mass> and <inertia>");
+                return None;
+            }
+            let (com, inertia) = body.about_com();
+            let index = arm.links.len() - 1;
+            arm.links[index] = Link { origin, mass: body.mass, com, inertia };
+            next = on;
+        }
+        self.all_reached(&arm).then_some(arm)
+    }
+
+    /// The one link that is no joint's child.
+    fn root(&mut self) -> Option<String> {
+        for joint in &self.robot.joints {
+            for link in [&joint.parent.link, &joint.child.link] {
+                if !self.robot.links.iter().any(|l| l.name == *link) {
+                    let message = format!("joint `{}` names the link `{link}`, which does not exist", joint.name);
+                    self.refuse("joint", &joint.name, "", message, "correct the name, or add the link");
+                    return None;
+                }
+            }
+        }
+        let is_child = |name: &str| self.robot.joints.iter().any(|joint| joint.child.link == name);
+        let roots: Vec<&str> =
+            self.robot.links.iter().map(|l| l.name.as_str()).filter(|name| !is_child(name)).collect();
+        match roots[..] {
+            [root] => Some(root.to_owned()),
+            _ => {
+                let message =
+                    format!("the links have {} roots (links that are no joint's child), not one", roots.len());
+                let first = self.robot.links.first().map_or("", |l| l.name.as_str());
+                self.refuse("link", first, "", message, "join all links into one chain");
+                None
+            }
+        }
+    }
+
+    /// The links fixed to `entry` as one body, and the moving joint that leads on.
+    fn body(&mut self, entry: &str, at: Pose<f64>, arm: &mut Arm) -> Option<(Joined, Option<Next<'a>>)> {
+        let mut joined = Joined::nothing();
+        let mut next: Option<Next<'a>> = None;
+        let mut open = vec![(entry.to_owned(), at)];
+        while let Some((name, frame)) = open.pop() {
+            if arm.frames.insert(name.clone(), (arm.links.len(), frame)).is_some() {
+                let message = format!("link `{name}` is reached twice: the joints form a loop");
+                self.refuse("link", &name, "", message, "let every link be the child of one joint");
+                return None;
+            }
+            let robot = self.robot;
+            let link = robot.links.iter().find(|link| link.name == name)?;
+            if link.inertial.mass.value > 0.0 {
+                joined.add(link.inertial.mass.value, inertia(link), frame.compose(pose(&link.inertial.origin)));
+            }
+            for joint in robot.joints.iter().filter(|joint| joint.parent.link == name) {
+                match joint.joint_type {
+                    JointType::Fixed => open.push((joint.child.link.clone(), frame.compose(pose(&joint.origin)))),
+                    JointType::Revolute | JointType::Continuous if next.is_none() => next = Some((joint, frame)),
+                    JointType::Revolute | JointType::Continuous => {
+                        let message = format!("the arm branches at joint `{}`", joint.name);
+                        self.refuse(
+                            "joint",
+                            &joint.name,
+                            "",
+                            message,
+                            "keep one chain from the base to the end-effector",
+                        );
+                        return None;
+                    }
+                    _ => {
+                        let message = format!("joint `{}` is neither revolute, continuous nor fixed", joint.name);
+                        self.refuse("joint", &joint.name, "", message, "make it revolute or fixed");
+                        return None;
+                    }
+                }
+            }
+        }
+        Some((joined, next))
+    }
+
+    /// Links outside the chain hang in a loop of their own.
+    fn all_reached(&mut self, arm: &Arm) -> bool {
+        let lost = self.robot.links.iter().find(|link| !arm.frames.contains_key(&link.name));
+        if let Some(link) = lost {
+            let message = format!("link `{}` is not connected to the root", link.name);
+            self.refuse("link", &link.name, "", message, "join it to the chain, or remove it");
+        }
+        lost.is_none()
+    }
+}
+
+/// The place of an element by its name, or of its first child of a kind.
+fn place(text: &str, element: &str, name: &str, child: &str) -> Range<usize> {
+    let open = format!("<{element} ");
+    let named = [format!("name=\"{name}\""), format!("name='{name}'")];
+    let tag_end = |start: usize| text[start..].find('>').map_or(text.len(), |at| start + at + 1);
+    let found = text.match_indices(&open).map(|(start, _)| start).find(|start| {
+        let tag = &text[*start..tag_end(*start)];
+        named.iter().any(|name| tag.contains(name))
+    });
+    let start = found.unwrap_or(0);
+    let end = text[start..].find(&format!("</{element}>")).map_or(text.len(), |at| start + at);
+    let inner = [format!("<{child} "), format!("<{child}/")];
+    let inside = inner.iter().find_map(|open| text[start..end].find(open.as_str()));
+    match inside {
+        Some(at) if !child.is_empty() => start + at..tag_end(start + at),
+        _ => start..tag_end(start),
+    }
+}
+
+fn limits(joint: &Joint) -> (f64, f64) {
+    let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+    if joint.joint_type == JointType::Revolute && lower < upper {
+        (lower, upper)
+    } else {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    }
+}
+
+fn inertia(link: &urdf_rs::Link) -> Sym3<f64> {
+    let i = &link.inertial.inertia;
+    Sym3 { xx: i.ixx, yy: i.iyy, zz: i.izz, xy: i.ixy, xz: i.ixz, yz: i.iyz }
+}
+
+fn finite(origin: &urdf_rs::Pose) -> bool {
+    origin.xyz.iter().chain(origin.rpy.iter()).all(|number| number.is_finite() && number.abs() < crate::ranges::LENGTH)
+}
+
+fn pose(origin: &urdf_rs::Pose) -> Pose<f64> {
+    let vector = |v: &urdf_rs::Vec3| vec3(v[0], v[1], v[2]);
+    Pose { position: vector(&origin.xyz), attitude: from_roll_pitch_yaw(vector(&origin.rpy)) }
+}
+
+/// The shortest rotation that takes z to a direction.
+fn from_z_to(axis: Vec3<f64>) -> Quat<f64> {
+    let axis = axis * (1.0 / axis.norm());
+    if axis.z < -1.0 + 1e-12 {
+        // Half a turn about x.
+        return Quat { w: 0.0, v: vec3(1.0, 0.0, 0.0) };
+    }
+    Quat { w: 1.0 + axis.z, v: vec3(0.0, 0.0, 1.0).cross(axis) }.normalized()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::placement::{end_frame, turned_by};
+
+    const PLANAR: &str = r#"<robot name="two">
+      <link name="root"/>
+      <joint name="j1" type="revolute"><origin xyz="1 0 0"/><axis xyz="0 1 0"/>
+        <parent link="root"/><child link="a"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+      <link name="a"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
+        <inertia ixx="0.1" iyy="0.2" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="weld" type="fixed"><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><parent link="a"/><child link="b"/></joint>
+      <link name="b"><inertial><origin xyz="0 0 0"/><mass value="2"/>
+        <inertia ixx="0.1" iyy="0.2" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    </robot>"#;
+
+    fn arm(text: &str) -> Result<Arm, Vec<Problem>> {
+        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity())
+    }
+
+    #[test]
+    fn an_axis_in_any_direction_becomes_z_and_fixed_links_merge() {
+        let arm = arm(PLANAR).expect("a valid arm");
+        assert_eq!((arm.links.len(), arm.joints[0].as_str(), arm.limits[0]), (1, "j1", (-2.0, 2.0)));
+        let link = arm.links[0];
+        let axis = link.origin.attitude.rotate(vec3(0.0, 0.0, 1.0));
+        assert!((axis - vec3(0.0, 1.0, 0.0)).norm() < 1e-15, "z of the link is the joint's axis");
+        // Back in the URDF's axes: masses 2 + 2, centre of mass at x = 0.75.
+        let com = link.origin.attitude.rotate(link.com);
+        assert!((com - vec3(0.75, 0.0, 0.0)).norm() < 1e-14, "{com:?}");
+        // About y: 0.2 + 0.2 (turned about z: xx of the second becomes yy) and the reduced mass 1 at 0.5 m.
+        let inertia = link.inertia.rotated(link.origin.attitude.matrix());
+        assert!((inertia.yy - (0.2 + 0.1 + 0.25)).abs() < 1e-14 && (inertia.xx - (0.1 + 0.2)).abs() < 1e-14);
+        // A quarter turn about +y takes +x to -z.
+        let tool = arm.frame(Some("b")).expect("at the end");
+        let end = end_frame(&arm.links, &[std::f64::consts::FRAC_PI_2], tool);
+        assert!((end.position - vec3(1.0, 0.0, -1.0)).norm() < 1e-14, "{:?}", end.position);
+        assert!(turned_by(end.attitude) > 1.0);
+    }
+
+    #[test]
+    fn faults_are_named_with_their_place() {
+        let cases = [
+            ("mass value=\"2\"", "mass value=\"-2\"", 5, "link[a].mass"),
+            ("izz=\"0.3\"", "izz=\"3\"", 6, "link[a].inertia"),
+            ("xyz=\"0 1 0\"", "xyz=\"0 0 0\"", 3, "joint[j1].axis"),
+            ("link=\"root\"/><child", "link=\"roof\"/><child", 3, "joint[j1]"),
+            ("type=\"revolute\"", "type=\"prismatic\"", 3, "joint[j1]"),
+            ("<child link=\"b\"/>", "<child link=\"a\"/>", 2, "link[root]"),
+        ];
+        for (old, new, line, key) in cases {
+            let problems = arm(&PLANAR.replacen(old, new, 1)).expect_err(new);
+            assert_eq!((problems[0].line, problems[0].key.as_str()), (line, key), "{new}: {}", problems[0]);
+        }
+        assert!(arm("<robot name=\"x\"><link name=\"a\">").is_err());
+        assert!(arm("").is_err());
+    }
+}

@@ -1,0 +1,315 @@
+//! A campaign: the file checked, with its scenario, dispersions and requirements.
+
+use crate::check::Checker;
+use crate::derived::{self, Derived};
+use crate::dispersion::{Class, Correlation, Dispersion, DispersionReader};
+use crate::expression::Bounds;
+use crate::problem::{Problem, Problems};
+use crate::ranges::Range;
+use crate::requirement::{self, Requirement};
+use crate::scenario::Scenario;
+use crate::source::Source;
+use crate::stability::Extremes;
+use crate::written::At;
+use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
+use crate::{derived as derived_values, read};
+use softdock_kernels::fields::{fields, from_slice, to_vec};
+use softdock_kernels::model::Timing;
+use softdock_kernels::params::Params;
+use std::path::Path;
+
+/// Format that this version reads.
+pub(crate) const FORMAT: &str = "campaign/1";
+
+/// Most runs, and most runs in a shard.
+const MOST_RUNS: u64 = 1_000_000_000;
+const MOST_SHARD_RUNS: u64 = 1_000_000;
+
+/// Where the runs are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// A real GPU if there is one, else the CPU.
+    Auto,
+    /// The GPU.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// What an invalid run counts as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Invalid {
+    /// A failure.
+    CountAsFailure,
+    /// Reported beside the verdict.
+    ReportOnly,
+}
+
+/// How the samples are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Independent draws, as sign-off statistics need.
+    Random,
+    /// Each input's strata are met once; for exploring.
+    LatinHypercube,
+}
+
+/// How the runs are executed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Execution {
+    /// Where.
+    pub backend: Backend,
+    /// Share of the runs that is repeated in f64 and compared, 0..1.
+    pub parity: f64,
+    /// Runs in a shard.
+    pub shard_runs: u64,
+    /// What an invalid run counts as.
+    pub invalid: Invalid,
+}
+
+/// Runs whose time histories are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// The undispersed run.
+    Nominal,
+    /// Every run that fails a requirement.
+    Failed,
+    /// Every invalid run.
+    Invalid,
+    /// This many runs of least margin, per requirement.
+    Worst(u32),
+    /// This many runs, evenly spread over the run numbers.
+    Random(u32),
+}
+
+/// Time histories to keep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Traces {
+    /// Every how many ticks a row is written.
+    pub every_ticks: u32,
+    /// Of which runs.
+    pub keep: Vec<Keep>,
+}
+
+/// A checked campaign.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// Name, also of the results folder.
+    pub id: String,
+    /// One line for people.
+    pub title: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Number of runs.
+    pub runs: u64,
+    /// The task and the facility.
+    pub scenario: Scenario,
+    /// How the runs are executed.
+    pub execution: Execution,
+    /// How the samples are drawn.
+    pub method: Method,
+    /// What varies.
+    pub dispersions: Vec<Dispersion>,
+    /// What hangs together.
+    pub correlations: Vec<Correlation>,
+    /// What follows from it, in order.
+    pub derived: Vec<Derived>,
+    /// Outer draws, if anything is epistemic.
+    pub outer_draws: Option<u32>,
+    /// What must hold.
+    pub requirements: Vec<Requirement>,
+    /// Time histories to keep.
+    pub traces: Traces,
+    /// The campaign file's text.
+    pub text: String,
+    /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
+    pub hash: String,
+}
+
+impl Campaign {
+    /// Reads a campaign file and everything that it names.
+    pub fn load(path: &Path) -> Result<Self, Problems> {
+        let source = Source::read(path, None)?;
+        let file: CampaignFile = read::parse(&source, FORMAT)?;
+        let mut c = Checker::new(source);
+        c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
+        let scenario = scenario(&mut c, &file.scenario);
+        let campaign = scenario.and_then(|scenario| Ok(check(&mut c, &file, scenario)));
+        match campaign {
+            Ok(campaign) => {
+                Problems::check(c.problems)?;
+                campaign.check_steps(&c.source)?;
+                Ok(campaign)
+            }
+            Err(problems) => {
+                c.problems.extend(problems.iter().cloned());
+                Err(Problems::check(c.problems).expect_err("at least the scenario's problems"))
+            }
+        }
+    }
+
+    /// Dispersions may need a finer step, or leave less delay, than the nominal run.
+    fn check_steps(&self, source: &Source) -> Result<(), Problems> {
+        let mut unused = Checker::new(source.clone());
+        let bounds = self.bounds(&mut unused);
+        let ends = |end: fn(&Bounds) -> f64| from_slice(&bounds.iter().map(end).collect::<Vec<_>>());
+        let extremes = Extremes { least: ends(|b| b.least), greatest: ends(|b| b.greatest) };
+        self.scenario.check_steps(&extremes, |parameter| {
+            let dispersed = self.dispersions.iter().find(|d| d.name == parameter).map(|d| d.place.clone());
+            let derived = || self.derived.iter().find(|d| d.name == parameter).map(|d| d.place.clone());
+            dispersed.or_else(derived).map(|place| (source.clone(), place))
+        })
+    }
+
+    /// Least and greatest value of every parameter.
+    fn bounds(&self, c: &mut Checker) -> Vec<Bounds> {
+        let nominal = to_vec(&self.scenario.model.nominal);
+        let mut bounds: Vec<Bounds> = nominal.iter().map(|v| Bounds { least: *v, greatest: *v }).collect();
+        for dispersion in &self.dispersions {
+            let (least, greatest) = dispersion.distribution.reach();
+            bounds[dispersion.field] = Bounds { least, greatest };
+        }
+        derived_values::bounds(c, &self.derived, &mut bounds);
+        bounds
+    }
+}
+
+fn scenario(c: &mut Checker, written: &At<String>) -> Result<Scenario, Problems> {
+    let path = c.source.sibling(&written.value);
+    let source = Source::read(&path, Some((&c.source, written.span.clone())))?;
+    Scenario::from_source(source)
+}
+
+/// The campaign, with harmless values where there are problems.
+fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
+    let table = fields::<f64, Params<f64>>();
+    let mut reader =
+        DispersionReader { c, fields: &table, dispersions: Vec::new(), correlations: Vec::new(), tables: Vec::new() };
+    for dispersion in &file.dispersion {
+        reader.dispersion(dispersion);
+    }
+    for correlation in &file.correlation {
+        reader.correlation(correlation);
+    }
+    let DispersionReader { dispersions, correlations, tables, .. } = reader;
+    let derived = derived::read(c, &table, &file.derived, &dispersions);
+    let runs = c.count(&file.runs, 1, MOST_RUNS);
+    let campaign = Campaign {
+        id: c.name(&file.id),
+        title: file.title.value.clone(),
+        seed: file.seed.value,
+        runs,
+        execution: execution(c, &file.execution),
+        method: method(c, file),
+        outer_draws: outer(c, file, runs, &dispersions),
+        requirements: requirement::read(c, &file.requirement),
+        traces: traces(c, &file.traces, &scenario.model.timing),
+        text: c.source.text().to_owned(),
+        hash: hash(&c.source, &scenario, &tables),
+        scenario,
+        dispersions,
+        correlations,
+        derived,
+    };
+    campaign.bounds(c);
+    campaign
+}
+
+fn execution(c: &mut Checker, table: &ExecutionTable) -> Execution {
+    let backends = [("auto", Backend::Auto), ("gpu", Backend::Gpu), ("cpu", Backend::Cpu)];
+    let invalid = [("count-as-failure", Invalid::CountAsFailure), ("report-only", Invalid::ReportOnly)];
+    Execution {
+        backend: table.backend.as_ref().map_or(Backend::Auto, |written| c.choice(written, &backends)),
+        parity: c.number_or(&table.parity, 0.005, "1", Range::within(0.0, 1.0)),
+        shard_runs: table.shard_runs.as_ref().map_or(1000, |written| c.count(written, 1, MOST_SHARD_RUNS)),
+        invalid: table.invalid.as_ref().map_or(Invalid::CountAsFailure, |written| c.choice(written, &invalid)),
+    }
+}
+
+fn method(c: &mut Checker, file: &CampaignFile) -> Method {
+    let Some(written) = &file.sampling.method else {
+        return Method::Random;
+    };
+    if written.value == "sobol" {
+        let remedy = "write method = \"lhs\" for exploring, or \"random\" for requirements";
+        c.refuse(&written.span, "Sobol sequences are not offered", remedy);
+        return Method::Random;
+    }
+    let method = c.choice(written, &[("random", Method::Random), ("lhs", Method::LatinHypercube)]);
+    if method != Method::Random && !file.requirement.is_empty() {
+        let remedy = "write method = \"random\", or remove the requirements while exploring";
+        c.refuse(&written.span, "a probability cannot be demonstrated with samples that are not independent", remedy);
+    }
+    method
+}
+
+fn outer(c: &mut Checker, file: &CampaignFile, runs: u64, dispersions: &[Dispersion]) -> Option<u32> {
+    let epistemic = dispersions.iter().find(|dispersion| dispersion.class == Class::Epistemic);
+    match (&file.outer, epistemic) {
+        (Some(outer), Some(_)) => Some(c.count(&outer.value.draws, 1, runs.min(u64::from(u32::MAX / 2))) as u32),
+        (Some(outer), None) => {
+            c.refuse(
+                &outer.span,
+                "no dispersion is epistemic",
+                "remove [outer], or mark one with class = \"epistemic\"",
+            );
+            None
+        }
+        (None, Some(dispersion)) => {
+            let message = format!("`{}` is epistemic, but there is no outer loop", dispersion.name);
+            c.refuse(&dispersion.place.clone(), message, "add a table [outer] with draws = 20");
+            None
+        }
+        (None, None) => None,
+    }
+}
+
+fn traces(c: &mut Checker, table: &TracesTable, timing: &Timing) -> Traces {
+    let every_ticks = table.rate.as_ref().map_or(1, |rate| {
+        let fastest = 1.0 / timing.tick();
+        let rate = c.number(rate, "Hz", Range::within(fastest / 1e6, fastest * (1.0 + 1e-9)));
+        (fastest / rate).round().max(1.0) as u32
+    });
+    let words = table.keep.as_ref().map_or(&[][..], |keep| &keep.value);
+    Traces { every_ticks, keep: words.iter().filter_map(|word| keep(c, word)).collect() }
+}
+
+fn keep(c: &mut Checker, written: &At<String>) -> Option<Keep> {
+    let (word, count) = match written.value.split_once(':') {
+        Some((word, count)) => (word, count.trim().parse::<u32>().ok().filter(|count| (1..=10_000).contains(count))),
+        None => (written.value.as_str(), None),
+    };
+    let keep = match (word, count, written.value.contains(':')) {
+        ("nominal", _, false) => Some(Keep::Nominal),
+        ("failed", _, false) => Some(Keep::Failed),
+        ("invalid", _, false) => Some(Keep::Invalid),
+        ("worst", Some(count), _) => Some(Keep::Worst(count)),
+        ("random", Some(count), _) => Some(Keep::Random(count)),
+        _ => None,
+    };
+    if keep.is_none() {
+        let problem = Problem::at(&c.source, written.span.clone(), "this names no runs")
+            .expected("nominal, failed, invalid, worst:N or random:N")
+            .remedy("write \"nominal\", \"failed\", \"invalid\", \"worst:20\" or \"random:50\" (N from 1 to 10000)");
+        c.problems.push(problem);
+    }
+    keep
+}
+
+/// Every text with its role and length, so that no two sets of files share a hash by running together.
+fn hash(campaign: &Source, scenario: &Scenario, tables: &[Source]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |role: &str, text: &str| {
+        for part in [role, text] {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+    };
+    add("campaign", campaign.text());
+    add("scenario", scenario.text());
+    add("urdf", scenario.urdf_text().unwrap_or(""));
+    for table in tables {
+        add("table", table.text());
+    }
+    hasher.finalize().to_hex().to_string()
+}

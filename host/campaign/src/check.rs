@@ -1,0 +1,233 @@
+//! From values as written to numbers in SI: units, ranges and lengths of lists, every problem noted.
+
+use crate::problem::Problem;
+use crate::ranges::{ANGLE, LENGTH, Range, legal};
+use crate::source::Source;
+use crate::units::{UnitError, noun, quantity, show, suggestions};
+use crate::written::{At, Quantities, Quantity, Scalar};
+use softdock_kernels::fields::fields;
+use softdock_kernels::params::Params;
+use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use std::ops::Range as Span;
+
+/// Reads the values of one file and collects what is wrong with them.
+///
+/// After a problem a reader gives a harmless value, so that the rest of the file is read too; nothing built from it
+/// gets out, because the caller ends with [`Problems::check`](crate::problem::Problems::check).
+pub(crate) struct Checker {
+    pub(crate) source: Source,
+    pub(crate) problems: Vec<Problem>,
+}
+
+impl Checker {
+    pub(crate) fn new(source: Source) -> Self {
+        Self { source, problems: Vec::new() }
+    }
+
+    /// Notes a problem.
+    pub(crate) fn refuse(&mut self, span: &Span<usize>, message: impl Into<String>, remedy: impl Into<String>) {
+        self.problems.push(Problem::at(&self.source, span.clone(), message).remedy(remedy));
+    }
+
+    /// A number in SI from a scalar at a place.
+    pub(crate) fn scalar(&mut self, scalar: &Scalar, span: &Span<usize>, unit: &str, range: Range) -> f64 {
+        let harmless = range.max.min(1.0).max(range.min);
+        let value = match scalar {
+            Scalar::Number(number) if !number.is_finite() => Err(UnitError::NotANumber),
+            Scalar::Number(number) if unit == "1" => Ok(*number),
+            Scalar::Number(_) => Err(UnitError::Bare),
+            Scalar::Text(text) => quantity(text, unit),
+        };
+        match value {
+            Ok(value) if range.contains(value) => value,
+            Ok(value) => {
+                let allowed = range.words(unit);
+                let shown = show(value, unit);
+                let problem = Problem::at(&self.source, span.clone(), format!("{shown} is out of range"))
+                    .expected(allowed.clone())
+                    .remedy(format!("write a value {allowed}"));
+                self.problems.push(problem);
+                harmless
+            }
+            Err(error) => {
+                self.problems.push(self.unit_problem(scalar, span, unit, &error));
+                harmless
+            }
+        }
+    }
+
+    fn unit_problem(&self, scalar: &Scalar, span: &Span<usize>, unit: &str, error: &UnitError) -> Problem {
+        let expected = format!("{}: {}", noun(unit), suggestions(unit));
+        let number = match scalar {
+            Scalar::Number(number) => number.to_string(),
+            Scalar::Text(text) => text.split([' ', '%']).next().unwrap_or("1").to_owned(),
+        };
+        let example = show_example(&number, unit);
+        let (message, remedy) = match error {
+            UnitError::NotANumber => {
+                ("this is not a finite number".into(), format!("write {}", show_example("1.5", unit)))
+            }
+            UnitError::Bare => (format!("{} needs its unit", noun(unit)), format!("write {example}")),
+            UnitError::Unknown { symbol, near } => (
+                format!("there is no unit `{symbol}`"),
+                near.map_or_else(|| format!("write {example}"), |near| format!("did you mean `{near}`?")),
+            ),
+            UnitError::Foreign { symbol, factor, si } => {
+                (format!("the unit `{symbol}` is not read"), format!("1 {symbol} is {factor} {si}"))
+            }
+            UnitError::Malformed => (
+                "this unit cannot be read".into(),
+                format!("write products first and then each divisor, as in {example}"),
+            ),
+            UnitError::Mismatch { found } => {
+                (format!("this is {found}, not {}", noun(unit)), format!("write {example}"))
+            }
+        };
+        Problem::at(&self.source, span.clone(), message).expected(expected).remedy(remedy)
+    }
+
+    pub(crate) fn number(&mut self, written: &Quantity, unit: &str, range: Range) -> f64 {
+        self.scalar(&written.value, &written.span, unit, range)
+    }
+
+    pub(crate) fn number_or(&mut self, written: &Option<Quantity>, default: f64, unit: &str, range: Range) -> f64 {
+        written.as_ref().map_or(default, |written| self.number(written, unit, range))
+    }
+
+    /// The nominal value of a parameter, in the unit and range of its field.
+    pub(crate) fn parameter(&mut self, written: &Quantity, field: &str) -> f64 {
+        self.number(written, unit_of(field), legal(field))
+    }
+
+    pub(crate) fn parameter_or(&mut self, written: &Option<Quantity>, field: &str, default: f64) -> f64 {
+        written.as_ref().map_or(default, |written| self.parameter(written, field))
+    }
+
+    /// The nominal value of a vector parameter; default zero.
+    pub(crate) fn parameter_vector(&mut self, written: &Option<Quantities>, field: &str) -> Vec3<f64> {
+        self.vector_or_zero(written, unit_of(&format!("{field}_x")), legal(field))
+    }
+
+    /// A list of exactly `count` numbers.
+    pub(crate) fn list(&mut self, written: &Quantities, count: usize, unit: &str, range: Range) -> Vec<f64> {
+        if written.value.len() != count {
+            let found = written.value.len();
+            let remedy = format!("write {count} values in brackets, each as {}", show_example("1.5", unit));
+            self.refuse(&written.span, format!("{found} values where {count} belong"), remedy);
+            return vec![range.max.min(1.0).max(range.min); count];
+        }
+        written.value.iter().map(|item| self.number(item, unit, range)).collect()
+    }
+
+    pub(crate) fn vector(&mut self, written: &Quantities, unit: &str, range: Range) -> Vec3<f64> {
+        let list = self.list(written, 3, unit, range);
+        vec3(list[0], list[1], list[2])
+    }
+
+    pub(crate) fn vector_or_zero(&mut self, written: &Option<Quantities>, unit: &str, range: Range) -> Vec3<f64> {
+        written.as_ref().map_or(Vec3::zero(), |written| self.vector(written, unit, range))
+    }
+
+    /// A pose from a position and roll, pitch, yaw (about fixed axes, as in URDF).
+    pub(crate) fn pose(&mut self, position: &Option<Quantities>, rotation: &Option<Quantities>) -> Pose<f64> {
+        let position = self.vector_or_zero(position, "m", Range::size(LENGTH));
+        let rpy = self.vector_or_zero(rotation, "rad", Range::size(ANGLE));
+        Pose { position, attitude: from_roll_pitch_yaw(rpy) }
+    }
+
+    /// One of several words.
+    pub(crate) fn choice<T: Copy>(&mut self, written: &At<String>, choices: &[(&str, T)]) -> T {
+        if let Some(choice) = choices.iter().find(|choice| choice.0 == written.value) {
+            return choice.1;
+        }
+        let words: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
+        let problem = Problem::at(&self.source, written.span.clone(), format!("`{}` is not known here", written.value))
+            .expected(words.join(", "))
+            .remedy(crate::suggest::suggestion(&written.value, &words));
+        self.problems.push(problem);
+        choices[0].1
+    }
+
+    /// A name that is used for files and folders.
+    pub(crate) fn name(&mut self, written: &At<String>) -> String {
+        let name = &written.value;
+        let legal = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || name.len() > 64 || !name.chars().all(legal) || name.starts_with('-') {
+            let remedy = "write letters, digits, - and _ (it names a folder), 64 at most";
+            self.refuse(&written.span, "this cannot be a name", remedy);
+        }
+        name.clone()
+    }
+
+    /// A whole number in a range.
+    pub(crate) fn count(&mut self, written: &At<u64>, min: u64, max: u64) -> u64 {
+        if (min..=max).contains(&written.value) {
+            return written.value;
+        }
+        let problem = Problem::at(&self.source, written.span.clone(), format!("{} is out of range", written.value))
+            .expected(format!("a whole number from {min} to {max}"))
+            .remedy(format!("write a whole number from {min} to {max}"));
+        self.problems.push(problem);
+        min
+    }
+
+    /// Refuses keys that the chosen kind does not take, and asks for those that it needs.
+    ///
+    /// `keys`: name, span if written, whether this kind takes it, whether it needs it.
+    pub(crate) fn keys_of_kind(&mut self, kind: &At<String>, keys: &[(&str, Option<Span<usize>>, bool, bool)]) -> bool {
+        let takes: Vec<&str> = keys.iter().filter(|key| key.2).map(|key| key.0).collect();
+        let mut complete = true;
+        for (name, span, taken, needed) in keys {
+            match span {
+                Some(span) if !taken => {
+                    let message = format!("`{}` does not take the key `{name}`", kind.value);
+                    self.refuse(span, message, format!("remove it; `{}` takes: {}", kind.value, takes.join(", ")));
+                    complete = false;
+                }
+                None if *needed => {
+                    let message = format!("`{}` needs the key `{name}`", kind.value);
+                    self.refuse(
+                        &kind.span,
+                        message,
+                        format!("add {name} = ...; `{}` takes: {}", kind.value, takes.join(", ")),
+                    );
+                    complete = false;
+                }
+                _ => {}
+            }
+        }
+        complete
+    }
+}
+
+/// SI unit of a field of `Params`.
+fn unit_of(field: &str) -> &'static str {
+    let fields = fields::<f64, Params<f64>>();
+    fields.iter().find(|row| row.name == field).map(|row| row.unit).expect("the name of a field of Params")
+}
+
+/// `"1.5 N"`, or `0.5` for a pure number.
+fn show_example(number: &str, unit: &str) -> String {
+    let number = number.parse::<f64>().ok().filter(|n| n.is_finite()).map_or("1.5".to_owned(), |n| n.to_string());
+    if unit == "1" { number } else { format!("\"{number} {unit}\"") }
+}
+
+/// The place of a value, if it is written.
+pub(crate) fn span_of<T>(written: &Option<At<T>>) -> Option<Span<usize>> {
+    written.as_ref().map(|written| written.span.clone())
+}
+
+/// Rotation by roll about x, then pitch about y, then yaw about z, all about fixed axes.
+pub(crate) fn from_roll_pitch_yaw(rpy: Vec3<f64>) -> Quat<f64> {
+    let about = |angle: f64, axis: Vec3<f64>| Quat { w: (0.5 * angle).cos(), v: axis * (0.5 * angle).sin() };
+    let roll = about(rpy.x, vec3(1.0, 0.0, 0.0));
+    let pitch = about(rpy.y, vec3(0.0, 1.0, 0.0));
+    let yaw = about(rpy.z, vec3(0.0, 0.0, 1.0));
+    yaw.compose(pitch).compose(roll).normalized()
+}
+
+/// The pose that undoes a pose.
+pub(crate) fn inverse(pose: Pose<f64>) -> Pose<f64> {
+    let attitude = pose.attitude.conjugate();
+    Pose { position: -attitude.rotate(pose.position), attitude }
+}

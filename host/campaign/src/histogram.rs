@@ -1,0 +1,105 @@
+//! What a campaign draws, as text: a histogram of every dispersed and derived input, and the effects in play.
+
+use crate::campaign::Campaign;
+use crate::dispersion::Class;
+use crate::units::show;
+use softdock_kernels::effects::{EFFECTS, Effect, Null};
+use softdock_kernels::fields::{fields, to_vec};
+use softdock_kernels::params::Params;
+use std::fmt::Write;
+
+/// Classes of a histogram.
+const BARS: usize = 32;
+
+/// Heights of a bar, in eighths.
+const HEIGHTS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// Histograms of the inputs of the first `n` runs (at least one), with mean, deviation, least and greatest value.
+pub fn histograms(campaign: &Campaign, n: u64) -> String {
+    let runs = n.clamp(1, campaign.runs.max(1));
+    let draws: Vec<Vec<f64>> = (0..runs).map(|run| to_vec(&campaign.draw(run).params)).collect();
+    let mut text = format!("inputs of {runs} of {} runs, seed {}\n", campaign.runs, campaign.seed);
+    for dispersion in &campaign.dispersions {
+        let class = match dispersion.class {
+            Class::Aleatory => "",
+            Class::Epistemic => ", epistemic",
+        };
+        let source = dispersion.source.as_deref().unwrap_or("no source stated");
+        let what = format!("{}{class}; {source}", dispersion.distribution.kind());
+        row(&mut text, &dispersion.name, dispersion.unit, &what, &column(&draws, dispersion.field));
+    }
+    for derived in &campaign.derived {
+        row(&mut text, &derived.name, derived.unit, &format!("= {}", derived.text), &column(&draws, derived.field));
+    }
+    effects(&mut text, campaign);
+    text
+}
+
+fn column(draws: &[Vec<f64>], field: usize) -> Vec<f64> {
+    draws.iter().map(|draw| draw[field]).collect()
+}
+
+fn row(text: &mut String, name: &str, unit: &str, what: &str, values: &[f64]) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    let (min, max) = ends(values);
+    let number = |value: f64| show(round(value), unit);
+    let _ = writeln!(text, "\n  {name}  ({what})\n    |{}|", bars(values, min, max));
+    let _ = writeln!(
+        text,
+        "    min {}   mean {}   sd {}   max {}",
+        number(min),
+        number(mean),
+        number(deviation),
+        number(max)
+    );
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    let min = values.iter().copied().fold(f64::INFINITY, f64::min);
+    (min, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Four significant digits.
+fn round(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+fn bars(values: &[f64], min: f64, max: f64) -> String {
+    let width = (max - min) / BARS as f64;
+    let mut counts = [0_usize; BARS];
+    for value in values {
+        let bar = if width > 0.0 { ((value - min) / width) as usize } else { BARS / 2 };
+        counts[bar.min(BARS - 1)] += 1;
+    }
+    let highest = counts.iter().copied().max().unwrap_or(1).max(1);
+    // A bar that holds anything shows.
+    counts.iter().map(|count| HEIGHTS[(count * 8).div_ceil(highest)]).collect()
+}
+
+/// The rows of the effect table that differ from their null value in at least one run.
+fn effects(text: &mut String, campaign: &Campaign) {
+    let table = fields::<f64, Params<f64>>();
+    let nominal = to_vec(&campaign.nominal());
+    let own_delay = campaign.scenario.model.timing.own_delay();
+    let is_active = |effect: &&Effect| {
+        effect.parameters.iter().any(|parameter| {
+            let index = table.iter().position(|field| field.name == parameter.field);
+            let null = match parameter.null {
+                Null::Value(value) => value,
+                Null::OwnDelay => own_delay,
+            };
+            let dispersed = campaign.dispersions.iter().any(|d| d.name == parameter.field);
+            let derived = campaign.derived.iter().any(|d| d.name == parameter.field);
+            dispersed || derived || index.is_some_and(|index| nominal[index] != null)
+        })
+    };
+    let active: Vec<String> =
+        EFFECTS.iter().filter(is_active).map(|effect| format!("  {}  {}", effect.id, effect.name)).collect();
+    let heading = if active.is_empty() { "\neffects on the facility: none" } else { "\neffects on the facility" };
+    let _ = writeln!(text, "{heading}");
+    for line in active {
+        let _ = writeln!(text, "{line}");
+    }
+}

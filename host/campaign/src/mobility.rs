@@ -1,0 +1,157 @@
+//! How easily the bodies move at the start posture: inverse inertias at a point, about a part, at the joints.
+//!
+//! The arm's joints are free: within the time of a contact their controllers hold nothing.
+
+use crate::inertia::matrix;
+use crate::placement::link_frames;
+use nalgebra::{DMatrix, Matrix3};
+use softdock_kernels::model::Model;
+use softdock_kernels::vector::{Mat3, Sym3, Vec3, vec3};
+
+/// The chaser (base and arm) as one matrix: motions of base and joints to momenta, inverted.
+pub(crate) struct Chaser {
+    inverse: DMatrix<f64>,
+    /// Base's centre of mass, contact frame.
+    centre: Vec3<f64>,
+    /// Joint origins and axes, contact frame.
+    joints: Vec<(Vec3<f64>, Vec3<f64>)>,
+    /// Origin of part A, contact frame.
+    pub(crate) part_a: Vec3<f64>,
+    /// Axes of part A, contact frame.
+    pub(crate) axes: Mat3<f64>,
+}
+
+impl Chaser {
+    /// `None` if the mass matrix cannot be inverted.
+    pub(crate) fn new(m: &Model, base_mass: f64, base_inertia_scale: f64) -> Option<Self> {
+        let frames: Vec<_> =
+            link_frames(&m.links, &m.start_angles).iter().map(|frame| m.base_pose.compose(*frame)).collect();
+        let joints = frames.iter().map(|f| (f.position, f.attitude.rotate(vec3(0.0, 0.0, 1.0)))).collect();
+        let tool = frames.last().copied().unwrap_or(m.base_pose).compose(m.tool);
+        let mut chaser = Self {
+            inverse: DMatrix::zeros(0, 0),
+            centre: m.base_pose.position,
+            joints,
+            part_a: tool.position,
+            axes: tool.attitude.matrix(),
+        };
+        let base_inertia = m.base_inertia.map(|element| element * base_inertia_scale);
+        let mut mass = chaser.body(0, base_mass, chaser.centre, base_inertia.rotated(m.base_pose.attitude.matrix()));
+        for (index, (link, frame)) in m.links.iter().zip(&frames).enumerate() {
+            let com = frame.position + frame.attitude.rotate(link.com);
+            mass += chaser.body(index + 1, link.mass, com, link.inertia.rotated(frame.attitude.matrix()));
+        }
+        chaser.inverse = mass.cholesky()?.inverse();
+        Some(chaser)
+    }
+
+    /// Velocity of a point and angular velocity that base and the first `moving` joints give, as rows of six.
+    fn jacobian(&self, moving: usize, point: Vec3<f64>) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(6, 6 + self.joints.len());
+        let mut column = |index: usize, linear: Vec3<f64>, angular: Vec3<f64>| {
+            for (row, value) in [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z].into_iter().enumerate()
+            {
+                jacobian[(row, index)] = value;
+            }
+        };
+        let units = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+        for (index, unit) in units.into_iter().enumerate() {
+            column(index, unit, Vec3::zero());
+            column(3 + index, unit.cross(point - self.centre), unit);
+        }
+        for (index, (origin, axis)) in self.joints.iter().take(moving).enumerate() {
+            column(6 + index, axis.cross(point - *origin), *axis);
+        }
+        jacobian
+    }
+
+    /// A body's share of the mass matrix.
+    fn body(&self, moving: usize, mass: f64, com: Vec3<f64>, inertia: Sym3<f64>) -> DMatrix<f64> {
+        let jacobian = self.jacobian(moving, com);
+        let mut spatial = DMatrix::zeros(6, 6);
+        spatial.view_mut((0, 0), (3, 3)).copy_from(&(Matrix3::identity() * mass));
+        spatial.view_mut((3, 3), (3, 3)).copy_from(&matrix(inertia));
+        jacobian.transpose() * spatial * jacobian
+    }
+
+    /// Inverse of the inertia that a wrench on the end-effector at `point` feels: 3 x 3 blocks force, moment.
+    fn end(&self, point: Vec3<f64>) -> DMatrix<f64> {
+        let jacobian = self.jacobian(self.joints.len(), point);
+        &jacobian * &self.inverse * jacobian.transpose()
+    }
+
+    /// Acceleration of a point of the end-effector by a force on it \[1/kg\].
+    pub(crate) fn at_point(&self, point: Vec3<f64>) -> Matrix3<f64> {
+        self.end(point).fixed_view::<3, 3>(0, 0).into_owned()
+    }
+
+    /// Angular acceleration of the end-effector by a moment \[1/(kg m^2)\].
+    pub(crate) fn about_part_a(&self) -> Matrix3<f64> {
+        self.end(self.part_a).fixed_view::<3, 3>(3, 3).into_owned()
+    }
+
+    /// Acceleration of each joint by each joint torque \[1/(kg m^2)\].
+    pub(crate) fn at_joints(&self) -> DMatrix<f64> {
+        let count = self.joints.len();
+        self.inverse.view((6, 6), (count, count)).into_owned()
+    }
+}
+
+/// Acceleration of a point of the target by a force on it \[1/kg\]; `point` in the contact frame.
+pub(crate) fn target_at_point(m: &Model, mass: f64, inertia_scale: f64, point: Vec3<f64>) -> Matrix3<f64> {
+    let arm = point - m.target_pose.position;
+    let skew = Matrix3::new(0.0, -arm.z, arm.y, arm.z, 0.0, -arm.x, -arm.y, arm.x, 0.0);
+    Matrix3::identity() * (1.0 / mass) - skew * target_about_com(m, inertia_scale) * skew
+}
+
+/// Angular acceleration of the target by a moment \[1/(kg m^2)\].
+pub(crate) fn target_about_com(m: &Model, inertia_scale: f64) -> Matrix3<f64> {
+    let inertia = m.target_inertia.map(|element| element * inertia_scale);
+    matrix(inertia.rotated(m.target_pose.attitude.matrix()).inverse())
+}
+
+/// The greatest eigenvalue of a symmetric matrix: the direction that is easiest to move.
+pub(crate) fn greatest(mobility: &Matrix3<f64>) -> f64 {
+    mobility.symmetric_eigenvalues().max()
+}
+
+/// Effective mass of the pair along the approach axis where the nominal contact is \[kg\].
+pub(crate) fn effective_mass(m: &Model, base_mass: f64, target_mass: f64) -> Option<f64> {
+    let chaser = Chaser::new(m, base_mass, 1.0)?;
+    let mobility = chaser.at_point(chaser.part_a) + target_at_point(m, target_mass, 1.0, Vec3::zero());
+    Some(1.0 / mobility[(0, 0)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::tests::free_body;
+    use softdock_kernels::model::Link;
+    use softdock_kernels::vector::Pose;
+
+    /// A free body: 1/m_eff = 1/m1 + 1/m2 through the centres of mass, + (r x n)^2 / I beside them.
+    #[test]
+    fn a_free_body_has_the_textbook_effective_mass() {
+        let mut m = free_body();
+        let mass = effective_mass(&m, 400.0, 400.0).expect("invertible");
+        assert!((mass - 200.0).abs() < 1e-9, "{mass}");
+        m.tool.position.y += 0.5;
+        m.base_pose.position.y -= 0.5;
+        let expected = 1.0 / (1.0 / 400.0 + 0.25 / m.base_inertia.zz + 1.0 / 400.0);
+        let mass = effective_mass(&m, 400.0, 400.0).expect("invertible");
+        assert!((mass - expected).abs() < 1e-9 * expected, "{mass} {expected}");
+    }
+
+    /// The planar free-floating arm: with the joint free, the reduced inertia of pin and link.
+    #[test]
+    fn a_joint_feels_the_reduced_inertia_of_both_sides() {
+        let mut m = free_body();
+        // Link's centre of mass on the pin, pin on the base's centre of mass: pure rotations.
+        let inertia = Sym3::diagonal(vec3(3.0, 4.0, 5.0));
+        m.links = vec![Link { origin: Pose::identity(), mass: 10.0, com: Vec3::zero(), inertia }];
+        m.start_angles = vec![0.0];
+        let chaser = Chaser::new(&m, 400.0, 1.0).expect("invertible");
+        let expected = 1.0 / 5.0 + 1.0 / m.base_inertia.zz;
+        assert!((chaser.at_joints()[(0, 0)] - expected).abs() < 1e-12);
+    }
+}

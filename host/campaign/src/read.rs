@@ -1,0 +1,98 @@
+//! From TOML text to the types as written; what the parser complains about becomes a [`Problem`].
+
+use crate::problem::Problem;
+use crate::source::Source;
+use crate::suggest::suggestion;
+use serde::de::DeserializeOwned;
+
+/// What to write for a key that must be there.
+const EXAMPLES: &[(&str, &str)] = &[
+    ("schema", "schema = \"campaign/1\" (or \"scenario/1\")"),
+    ("id", "id = \"a-name\""),
+    ("title", "title = \"one line for people\""),
+    ("seed", "seed = 20261121 (any whole number; the same seed gives the same runs)"),
+    ("runs", "runs = 1000"),
+    ("scenario", "scenario = \"scenarios/plate_impact.toml\""),
+    ("dist", "dist = { kind = \"uniform\", min = \"...\", max = \"...\" }"),
+    ("kind", "kind = \"uniform\""),
+    ("timing", "a table [timing] with time_limit = \"15 s\""),
+    ("time_limit", "time_limit = \"15 s\""),
+    ("mass", "mass = \"400 kg\""),
+    ("inertia", "inertia = { ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }"),
+    ("closing_speed", "closing_speed = \"0.05 m/s\""),
+    ("stiffness", "stiffness = \"1e5 N/m\""),
+    ("law", "law = \"linear\""),
+    ("max_depth", "max_depth = \"20 mm\""),
+    ("probability", "probability = \"99 %\""),
+    ("confidence", "confidence = \"90 %\""),
+];
+
+/// Reads a file of the given format ("campaign/1").
+pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problem> {
+    if source.text().trim().is_empty() {
+        return Err(Problem::at(source, 0..0, "the file is empty")
+            .remedy(format!("start it with schema = \"{format}\"; the shipped files show every key")));
+    }
+    // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
+    if let Err(error) = toml::de::DeTable::parse(source.text()) {
+        return Err(syntax(source, &error));
+    }
+    toml::from_str(source.text()).map_err(|error| structure(source, &error))
+}
+
+fn syntax(source: &Source, error: &toml::de::Error) -> Problem {
+    let span = error.span().unwrap_or(0..0);
+    let at_end = source.text()[span.start.min(source.text().len())..].trim().is_empty();
+    let remedy = if at_end {
+        "the file ends too early: close the quote or bracket that is open here"
+    } else {
+        "check quotes, brackets and `=` here: a text stands in quotes, a key only once in its table"
+    };
+    Problem::at(source, span, format!("this is not TOML: {}", one_line(error.message()))).remedy(remedy)
+}
+
+/// A text without line breaks.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The words in backticks of a message.
+fn quoted(message: &str) -> Vec<&str> {
+    message.split('`').skip(1).step_by(2).collect()
+}
+
+fn structure(source: &Source, error: &toml::de::Error) -> Problem {
+    let span = error.span().unwrap_or(0..0);
+    let message = error.message();
+    let names = quoted(message);
+    if message.starts_with("unknown field") {
+        let known = if names.len() > 1 { suggestion(names[0], &names[1..]) } else { "remove it".to_owned() };
+        return Problem::at(source, span, format!("there is no key `{}` here", names[0])).value("").remedy(known);
+    }
+    if message.starts_with("missing field") {
+        let parent = source.key_at(&span);
+        let key = if parent.is_empty() { names[0].to_owned() } else { format!("{parent}.{}", names[0]) };
+        let example = EXAMPLES.iter().find(|row| row.0 == names[0]);
+        let remedy = example.map_or_else(|| format!("add {} = ...", names[0]), |row| format!("add {}", row.1));
+        return Problem::at(source, span, "this key must be there").key(key).value("").remedy(remedy);
+    }
+    let (found, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    let expected = match expected {
+        "u64" | "u32" => "a whole number, not negative",
+        "f64" => "a number",
+        other => other,
+    };
+    let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
+    Problem::at(source, span, format!("{} does not fit here", one_line(found)))
+        .expected(one_line(expected))
+        .remedy(format!("write {}", one_line(expected)))
+}
+
+/// Refuses another format version.
+pub(crate) fn check_format(source: &Source, written: &crate::written::At<String>, format: &str) -> Option<Problem> {
+    (written.value != format).then(|| {
+        Problem::at(source, written.span.clone(), "this version of softdock does not read this format")
+            .expected(format!("\"{format}\""))
+            .remedy(format!("write schema = \"{format}\""))
+    })
+}

@@ -1,0 +1,125 @@
+//! Draws: the parameters of one run, a pure function of campaign, seed and run number.
+
+use crate::campaign::{Campaign, Method};
+use crate::derived::Derived;
+use crate::dispersion::Class;
+use crate::distribution::{normal_quantile, normal_share};
+use softdock_kernels::fields::{from_slice, to_vec};
+use softdock_kernels::params::Params;
+use softdock_kernels::philox::{key, philox4x32, stream, uniform};
+
+/// The inputs of one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Draw {
+    /// Outer draw that the run belongs to; 0 without an outer loop.
+    pub outer: u32,
+    /// Its parameters.
+    pub params: Params<f64>,
+}
+
+/// Rounds of the permutation: four make a Feistel network as good as random (Luby and Rackoff).
+const ROUNDS: u32 = 4;
+
+impl Campaign {
+    /// The outer draw of a run: contiguous blocks of the runs.
+    pub fn outer_of(&self, run: u64) -> u32 {
+        let draws = u128::from(self.outer_draws.unwrap_or(1));
+        let block = u128::from(run) * draws / u128::from(self.runs.max(1));
+        block.min(draws - 1) as u32
+    }
+
+    /// The inputs of a run.
+    pub fn draw(&self, run: u64) -> Draw {
+        let outer = self.outer_of(run);
+        let mut shares: Vec<f64> = (0..self.dispersions.len()).map(|index| self.share(index, run, outer)).collect();
+        for group in &self.correlations {
+            let normal: Vec<f64> = group.members.iter().map(|member| normal_quantile(shares[*member])).collect();
+            for (member, row) in group.members.iter().zip(&group.factor) {
+                let mixed: f64 = row.iter().zip(&normal).map(|(weight, z)| weight * z).sum();
+                // The ends 0 and 1 would be infinitely far out.
+                shares[*member] = normal_share(mixed).clamp(f64::EPSILON / 4.0, 1.0 - f64::EPSILON / 2.0);
+            }
+        }
+        let mut values = to_vec(&self.scenario.model.nominal);
+        for (dispersion, share) in self.dispersions.iter().zip(&shares) {
+            values[dispersion.field] = dispersion.distribution.quantile(*share);
+        }
+        Draw { outer, params: with_derived(values, &self.derived) }
+    }
+
+    /// The undispersed run: the scenario's values and what is derived from them.
+    pub fn nominal(&self) -> Params<f64> {
+        with_derived(to_vec(&self.scenario.model.nominal), &self.derived)
+    }
+
+    /// The uniform number behind a dispersion: one per draw, from the stream of its name.
+    fn share(&self, index: usize, run: u64, outer: u32) -> f64 {
+        let dispersion = &self.dispersions[index];
+        let name = dispersion.name.as_str();
+        let (index, count, free) = match dispersion.class {
+            Class::Aleatory => (run, self.runs, uniform(self.seed, name, run, 0)),
+            // Counter 0 belongs to the runs; outer draws follow it.
+            Class::Epistemic => {
+                let draws = u64::from(self.outer_draws.unwrap_or(1));
+                (u64::from(outer), draws, uniform(self.seed, name, 0, 1 + outer))
+            }
+        };
+        match self.method {
+            Method::Random => free,
+            Method::LatinHypercube => (permuted(self.seed, name, index % count, count) as f64 + free) / count as f64,
+        }
+    }
+}
+
+/// Evaluates the derived values in their order.
+fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
+    for derived in derived {
+        values[derived.field] = derived.expression.value(&values);
+    }
+    from_slice(&values)
+}
+
+/// Place of `index` in a random permutation of `0..count`: a Feistel network, repeated until it stays inside.
+fn permuted(seed: u64, name: &str, index: u64, count: u64) -> u64 {
+    let half = (u64::BITS - (count - 1).leading_zeros()).div_ceil(2).max(1);
+    let mask = (1_u64 << half) - 1;
+    let mut at = index;
+    loop {
+        let (mut left, mut right) = (at >> half, at & mask);
+        for round in 0..ROUNDS {
+            // Index u32::MAX - round: far from the counters of the draws themselves.
+            let word = philox4x32([right as u32, (right >> 32) as u32, stream(name), u32::MAX - round], key(seed))[0];
+            (left, right) = (right, left ^ (u64::from(word) & mask));
+        }
+        at = left << half | right;
+        if at < count {
+            return at;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::fields::fields;
+
+    #[test]
+    fn permutations_are_permutations() {
+        for count in [1, 2, 3, 7, 64, 1000, 1025] {
+            let mut places: Vec<u64> = (0..count).map(|index| permuted(5, "loop_delay", index, count)).collect();
+            if count == 1000 {
+                assert_ne!(places[..5], [0, 1, 2, 3, 4], "shuffled");
+            }
+            places.sort_unstable();
+            assert!(places.iter().enumerate().all(|(index, place)| *place == index as u64), "{count}");
+        }
+    }
+
+    #[test]
+    fn every_parameter_has_a_stream_of_its_own() {
+        let names = fields::<f64, Params<f64>>();
+        let mut streams: Vec<u32> = names.iter().map(|field| stream(&field.name)).collect();
+        streams.sort_unstable();
+        assert!(streams.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+}

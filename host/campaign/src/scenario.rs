@@ -1,0 +1,251 @@
+//! A scenario: the file checked and compiled into the kernels' model.
+
+mod bodies;
+mod contact;
+mod control;
+mod facility;
+
+use crate::check::Checker;
+use crate::placement::{base_from_tool, end_frame};
+use crate::problem::{Problem, Problems};
+use crate::ranges::{ANGLE, FORCE, LENGTH, Range, SPEED};
+use crate::read;
+use crate::source::Source;
+use crate::stability::{Extremes, faults};
+use crate::units::show;
+use crate::written::Quantity;
+use crate::written::scenario::{ScenarioFile, StartTable, TaskTable, TimingTable};
+use bodies::Bodies;
+use softdock_kernels::model::{Guidance, Model, Task, Timing};
+use softdock_kernels::params::Params;
+use softdock_kernels::vector::{Quat, Vec3};
+use std::ops::Range as Span;
+use std::path::Path;
+
+/// Format that this version reads.
+pub(crate) const FORMAT: &str = "scenario/1";
+
+/// Most ticks of a run: an hour at 1 ms.
+const MOST_TICKS: f64 = 3.6e6;
+
+/// A checked scenario.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Name.
+    pub id: String,
+    /// One line for people.
+    pub title: String,
+    /// What the kernels run.
+    pub model: Model,
+    /// Names of the arm's joints, from the base outwards.
+    pub joints: Vec<String>,
+    /// The file.
+    source: Source,
+    /// The URDF, if there is an arm.
+    urdf: Option<Source>,
+}
+
+impl Scenario {
+    /// Reads a scenario file and the arm that it names.
+    pub fn load(path: &Path) -> Result<Self, Problems> {
+        Self::from_source(Source::read(path, None)?)
+    }
+
+    /// The file's text.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// The URDF's text, if there is an arm.
+    pub fn urdf_text(&self) -> Option<&str> {
+        self.urdf.as_ref().map(Source::text)
+    }
+
+    pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
+        let file: ScenarioFile = read::parse(&source, FORMAT)?;
+        let mut c = Checker::new(source);
+        c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
+        let id = c.name(&file.id);
+        let bodies = bodies::read(&mut c, &file);
+        let model = compile(&mut c, &file, &bodies);
+        Problems::check(std::mem::take(&mut c.problems))?;
+
+        let mut scenario = Self {
+            id,
+            title: file.title.value.clone(),
+            model,
+            joints: bodies.joints,
+            source: c.source.clone(),
+            urdf: bodies.urdf,
+        };
+        contact::complete(&mut c, &file.contact.value, &file.start, &mut scenario.model);
+        Problems::check(std::mem::take(&mut c.problems))?;
+        let nominal = scenario.model.nominal;
+        scenario.check_steps(&Extremes { least: nominal, greatest: nominal }, |_| None)?;
+        Ok(scenario)
+    }
+
+    /// Refuses a step that cannot follow the springs, and a loop delay below the frame's own part.
+    ///
+    /// `disperses` gives the place in a campaign that disperses a parameter.
+    pub(crate) fn check_steps(
+        &self,
+        extremes: &Extremes,
+        disperses: impl Fn(&str) -> Option<(Source, Span<usize>)>,
+    ) -> Result<(), Problems> {
+        let mut problems = Vec::new();
+        let mut note = |key: &str, parameter: Option<&str>, message: String, remedy: String| {
+            let place = parameter.and_then(&disperses);
+            let (source, span) = place.unwrap_or_else(|| (self.source.clone(), self.source.span_of(key)));
+            problems.push(Problem::at(&source, span, message).remedy(remedy));
+        };
+        for fault in faults(&self.model, extremes) {
+            note(fault.key, fault.parameter, fault.message, fault.remedy);
+        }
+        let sensor = extremes.greatest.sensor_delay;
+        let least = self.model.timing.own_delay() + sensor;
+        if extremes.least.loop_delay < least * (1.0 - 1e-12) {
+            let message =
+                format!("a loop delay of {} is less than the loop has by itself", show(extremes.least.loop_delay, "s"));
+            let remedy = format!(
+                "write at least \"{:.6} ms\": {:.6} ms of the loop's own (half the hold) and {:.6} ms of sensor delay",
+                least * 1e3,
+                self.model.timing.own_delay() * 1e3,
+                sensor * 1e3
+            );
+            note("facility.loop_delay", Some("loop_delay"), message, remedy);
+        }
+        Problems::check(problems)
+    }
+}
+
+/// The model, with harmless values where there are problems.
+fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> Model {
+    let timing = timing(c, &file.timing);
+    let mut nominal = Params::null();
+    start(c, &file.start, &mut nominal);
+    bodies.masses(&mut nominal);
+    let contact = contact::read(c, file, &mut nominal);
+    let facility = facility::read(c, &file.facility, &timing, &mut nominal);
+    let guidance = Guidance {
+        thrust: control::thrust(c, &file.guidance),
+        arm: control::arm(c, file.arm.as_ref(), bodies.links.len()),
+    };
+    let (orbit_rate, orbit_axes) = match &file.orbit {
+        Some(orbit) => {
+            (c.number(&orbit.rate, "rad/s", Range::within(0.0, 0.01)), c.pose(&None, &orbit.rotation).attitude)
+        }
+        None => (0.0, Quat::identity()),
+    };
+    let field =
+        file.field.as_ref().map_or(Vec3::zero(), |field| c.vector(&field.acceleration, "m/s^2", Range::size(SPEED)));
+    Model {
+        timing,
+        base_inertia: bodies.base_inertia,
+        base_pose: place_base(c, file, bodies),
+        links: bodies.links.clone(),
+        tool: bodies.tool,
+        start_angles: bodies.angles.clone(),
+        target_inertia: bodies.target_inertia,
+        target_pose: bodies.target_pose,
+        seat: bodies.seat,
+        contact,
+        guidance,
+        orbit_rate,
+        orbit_axes,
+        field,
+        facility,
+        task: task(c, &file.task, file.latch.is_some()),
+        nominal,
+    }
+}
+
+/// The base either as stated or from the gap between the parts.
+fn place_base(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> softdock_kernels::vector::Pose<f64> {
+    let stated = [&file.base.position, &file.base.rotation].into_iter().flatten().next();
+    match (&file.start.gap, stated) {
+        (Some(gap), None) => {
+            let gap = c.number(gap, "m", Range::size(LENGTH));
+            base_from_tool(end_frame(&bodies.links, &bodies.angles, bodies.tool), gap)
+        }
+        (None, Some(_)) => c.pose(&file.base.position, &file.base.rotation),
+        (Some(_), Some(stated)) => {
+            let message = "the base is placed twice: here and by `start.gap`";
+            c.refuse(&stated.span, message, "remove one of them");
+            bodies.base_at_origin()
+        }
+        (None, None) => {
+            let span = c.source.span_of("start");
+            let remedy = "add gap = \"50 mm\" (from part A to part B), or base.position and base.rotation";
+            c.refuse(&span, "nothing says where the chaser starts", remedy);
+            bodies.base_at_origin()
+        }
+    }
+}
+
+fn timing(c: &mut Checker, table: &TimingTable) -> Timing {
+    let step = Range::within(1e-6, 0.1);
+    let substep = c.number_or(&table.substep, 0.25e-3, "s", step);
+    let tick = c.number_or(&table.tick, 1e-3, "s", step);
+    let substeps = whole_steps(c, table.tick.as_ref().or(table.substep.as_ref()), tick, substep, 1000.0);
+    let limit = c.number(&table.time_limit, "s", Range::within(tick, MOST_TICKS * tick));
+    // A hundredth of a tick forgives the rounding of "15 s" / "1 ms".
+    Timing { substep, substeps, max_ticks: (limit / tick - 0.01).ceil() as u32 }
+}
+
+/// How many steps a period has; it must be a whole number.
+fn whole_steps(c: &mut Checker, written: Option<&Quantity>, period: f64, step: f64, most: f64) -> u32 {
+    let ratio = period / step;
+    let whole = ratio.round();
+    if (ratio - whole).abs() > 1e-6 || !(1.0..=most).contains(&whole) {
+        let span = written.map_or(0..0, |written| written.span.clone());
+        let message = format!("{} is not a whole number of substeps of {}", show(period, "s"), show(step, "s"));
+        let nearest = show(whole.clamp(1.0, most) * step, "s");
+        c.refuse(
+            &span,
+            message,
+            format!("write a multiple of the substep, up to {most} of them: {nearest} is the nearest"),
+        );
+        return 1;
+    }
+    whole as u32
+}
+
+fn start(c: &mut Checker, table: &StartTable, p: &mut Params<f64>) {
+    p.closing_speed = c.parameter(&table.closing_speed, "closing_speed");
+    p.drift = c.parameter_vector(&table.drift, "drift");
+    p.offset = c.parameter_vector(&table.offset, "offset");
+    p.tilt = c.parameter_vector(&table.tilt, "tilt");
+    p.chaser_rate = c.parameter_vector(&table.chaser_rate, "chaser_rate");
+    p.target_rate = c.parameter_vector(&table.target_rate, "target_rate");
+}
+
+fn task(c: &mut Checker, table: &TaskTable, has_latch: bool) -> Task {
+    let never = f64::INFINITY;
+    let time = Range::above(0.0, 1e6);
+    let capture = table.capture.as_ref().is_some_and(|capture| capture.value);
+    if let (Some(written), true, false) = (&table.capture, capture, has_latch) {
+        c.refuse(
+            &written.span,
+            "success needs a closed latch, but there is none",
+            "add a table [latch], or write capture = false",
+        );
+    }
+    Task {
+        capture,
+        touch: table.touch.unwrap_or(true),
+        max_force: c.number_or(&table.max_force, never, "N", Range::above(0.0, FORCE)),
+        max_time: c.number_or(&table.max_time, never, "s", time),
+        max_restitution: c.number_or(&table.max_restitution, never, "1", Range::above(0.0, 1e3)),
+        end_after_separation: c.number_or(&table.end_after_separation, never, "s", Range::within(0.0, 1e6)),
+        end_after_capture: c.number_or(&table.end_after_capture, never, "s", Range::within(0.0, 1e6)),
+        max_depth: c.number(&table.max_depth, "m", Range::above(0.0, 10.0)),
+    }
+}
+
+/// Range of a gate's angle and of its sizes.
+pub(crate) const GATE_ANGLE: Range = Range::above(0.0, ANGLE / 4.0);
+pub(crate) const GATE_SIZE: Range = Range::above(0.0, 10.0);
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,86 @@
+//! Guidance: the approach's thrust and the arm's controller.
+
+use crate::check::{Checker, span_of};
+use crate::ranges::{DAMPING, FORCE, Range, STIFFNESS};
+use crate::written::Quantities;
+use crate::written::scenario::{ArmTable, GuidanceTable};
+use softdock_kernels::model::{ArmControl, MAX_JOINTS, Thrust};
+
+const STIFF: Range = Range::within(0.0, STIFFNESS);
+const DAMP: Range = Range::within(0.0, DAMPING);
+
+pub(crate) fn thrust(c: &mut Checker, table: &GuidanceTable) -> Thrust {
+    let Some(approach) = &table.approach else {
+        return Thrust::Off;
+    };
+    let t = &approach.value;
+    Thrust::Approach {
+        speed_gain: c.number(&t.speed_gain, "N s/m", DAMP),
+        lateral_stiffness: c.number(&t.lateral_stiffness, "N/m", STIFF),
+        lateral_damping: c.number(&t.lateral_damping, "N s/m", DAMP),
+        attitude_stiffness: c.number(&t.attitude_stiffness, "N m/rad", STIFF),
+        attitude_damping: c.number(&t.attitude_damping, "N m s/rad", DAMP),
+        max_force: c.number(&t.max_force, "N", Range::within(0.0, FORCE)),
+        max_torque: c.number(&t.max_torque, "N m", Range::within(0.0, FORCE)),
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Law {
+    JointPd,
+    ComputedTorque,
+    CartesianImpedance,
+}
+
+/// The arm's controller; without an arm one that has nothing to do.
+pub(crate) fn arm(c: &mut Checker, arm: Option<&ArmTable>, joints: usize) -> ArmControl {
+    let Some(arm) = arm else {
+        return ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] };
+    };
+    let t = &arm.controller.value;
+    let laws = [
+        ("joint_pd", Law::JointPd),
+        ("computed_torque", Law::ComputedTorque),
+        ("cartesian_impedance", Law::CartesianImpedance),
+    ];
+    let law = c.choice(&t.law, &laws);
+    let needs = |name, span, of: Law| (name, span, law == of, law == of);
+    let keys = [
+        needs("joint_stiffness", span_of(&t.joint_stiffness), Law::JointPd),
+        needs("joint_damping", span_of(&t.joint_damping), Law::JointPd),
+        needs("bandwidth", span_of(&t.bandwidth), Law::ComputedTorque),
+        needs("damping_ratio", span_of(&t.damping_ratio), Law::ComputedTorque),
+        needs("stiffness", span_of(&t.stiffness), Law::CartesianImpedance),
+        needs("damping", span_of(&t.damping), Law::CartesianImpedance),
+        needs("rotation_stiffness", span_of(&t.rotation_stiffness), Law::CartesianImpedance),
+        needs("rotation_damping", span_of(&t.rotation_damping), Law::CartesianImpedance),
+        needs("null_space_damping", span_of(&t.null_space_damping), Law::CartesianImpedance),
+    ];
+    c.keys_of_kind(&t.law, &keys);
+    match law {
+        Law::JointPd => ArmControl::JointPd {
+            stiffness: gains(c, &t.joint_stiffness, joints, "N m/rad", STIFF),
+            damping: gains(c, &t.joint_damping, joints, "N m s/rad", DAMP),
+        },
+        Law::ComputedTorque => ArmControl::ComputedTorque {
+            bandwidth: c.number_or(&t.bandwidth, 1.0, "rad/s", Range::within(0.0, 1e4)),
+            damping_ratio: c.number_or(&t.damping_ratio, 1.0, "1", Range::within(0.0, 100.0)),
+        },
+        Law::CartesianImpedance => ArmControl::CartesianImpedance {
+            stiffness: c.number_or(&t.stiffness, 0.0, "N/m", STIFF),
+            damping: c.number_or(&t.damping, 0.0, "N s/m", DAMP),
+            rotation_stiffness: c.number_or(&t.rotation_stiffness, 0.0, "N m/rad", STIFF),
+            rotation_damping: c.number_or(&t.rotation_damping, 0.0, "N m s/rad", DAMP),
+            joint_damping: c.number_or(&t.null_space_damping, 0.0, "N m s/rad", DAMP),
+        },
+    }
+}
+
+fn gains(c: &mut Checker, written: &Option<Quantities>, joints: usize, unit: &str, range: Range) -> [f64; MAX_JOINTS] {
+    let mut gains = [0.0; MAX_JOINTS];
+    if let Some(written) = written {
+        let list = c.list(written, joints, unit, range);
+        gains[..joints].copy_from_slice(&list);
+    }
+    gains
+}

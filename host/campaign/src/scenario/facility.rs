@@ -1,0 +1,102 @@
+//! The facility: command path, robots, rail, sensor, and its differences from space.
+
+use super::whole_steps;
+use crate::check::Checker;
+use crate::ranges::{RATE, Range, SPEED};
+use crate::written::At;
+use crate::written::scenario::{FacilityTable, RailTable, SensorTable};
+use softdock_kernels::model::{Facility, Rail, Timing};
+use softdock_kernels::params::{Params, UNLIMITED};
+use softdock_kernels::vector::vec3;
+
+/// The HIL loop counts as diverged above this relative speed \[m/s\]: far above any docking.
+const UNSTABLE_SPEED: f64 = 2.0;
+
+/// Lost commands are carried on along their twist for this many ticks.
+const DROP_HOLD_TICKS: u32 = 2;
+
+pub(crate) fn read(c: &mut Checker, table: &FacilityTable, timing: &Timing, p: &mut Params<f64>) -> Facility {
+    sensor(c, &table.sensor, p);
+    let own = timing.own_delay() + p.sensor_delay;
+    p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
+    p.delay_jitter = c.parameter_or(&table.delay_jitter, "delay_jitter", 0.0);
+    p.drop_probability = c.parameter_or(&table.drop_probability, "drop_probability", 0.0);
+    p.robot1_lag = c.parameter_or(&table.robot1.lag, "robot1_lag", 0.0);
+    p.robot1_lag_damping = c.parameter_or(&table.robot1.damping, "robot1_lag_damping", 1.0);
+    p.robot1_lag_zero = c.parameter_or(&table.robot1.zero, "robot1_lag_zero", 0.0);
+    p.robot2_lag = c.parameter_or(&table.robot2.lag, "robot2_lag", 0.0);
+    p.robot2_lag_damping = c.parameter_or(&table.robot2.damping, "robot2_lag_damping", 1.0);
+    p.robot2_lag_zero = c.parameter_or(&table.robot2.zero, "robot2_lag_zero", 0.0);
+    errors(c, table, p);
+    let rail = table.rail.as_ref().map(|table| rail(c, table, p));
+    let (limit, rate) = (Range::above(0.0, SPEED), Range::above(0.0, RATE));
+    let drop_hold_ticks = table.drop_hold_ticks.as_ref().map_or(DROP_HOLD_TICKS, |ticks| {
+        let written = At { value: u64::from(ticks.value), span: ticks.span.clone() };
+        c.count(&written, 0, 1000) as u32
+    });
+    let period = c.number_or(&table.sensor.period, timing.substep, "s", Range::above(0.0, 0.128));
+    Facility {
+        robot1_share: c.number_or(&table.robot1_share, 0.5, "1", Range::within(0.0, 1.0)),
+        rail,
+        max_speed: c.number_or(&table.max_speed, UNLIMITED, "m/s", limit),
+        max_rate: c.number_or(&table.max_rate, UNLIMITED, "rad/s", rate),
+        drop_hold_ticks,
+        sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
+        crosstalk: crosstalk(c, &table.sensor),
+        unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
+    }
+}
+
+fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
+    let e = &table.errors;
+    p.mass_error = c.parameter_or(&e.mass, "mass_error", 0.0);
+    p.inertia_error = c.parameter_or(&e.inertia, "inertia_error", 0.0);
+    p.contact_stiffness_error = c.parameter_or(&e.contact_stiffness, "contact_stiffness_error", 0.0);
+    p.contact_damping_error = c.parameter_or(&e.contact_damping, "contact_damping_error", 0.0);
+    p.contact_friction_error = c.parameter_or(&e.contact_friction, "contact_friction_error", 0.0);
+}
+
+fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {
+    p.sensor_delay = c.parameter_or(&t.delay, "sensor_delay", 0.0);
+    p.sensor_lag = c.parameter_or(&t.lag, "sensor_lag", 0.0);
+    p.sensor_noise_force = c.parameter_or(&t.noise_force, "sensor_noise_force", 0.0);
+    p.sensor_noise_moment = c.parameter_or(&t.noise_moment, "sensor_noise_moment", 0.0);
+    p.sensor_bias_force = c.parameter_vector(&t.bias_force, "sensor_bias_force");
+    p.sensor_bias_moment = c.parameter_vector(&t.bias_moment, "sensor_bias_moment");
+    p.sensor_gain_force = c.parameter_vector(&t.gain_force, "sensor_gain_force");
+    p.sensor_gain_moment = c.parameter_vector(&t.gain_moment, "sensor_gain_moment");
+    p.sensor_crosstalk = c.parameter_or(&t.crosstalk, "sensor_crosstalk", 0.0);
+    p.sensor_resolution_force = c.parameter_or(&t.resolution_force, "sensor_resolution_force", 0.0);
+    p.sensor_resolution_moment = c.parameter_or(&t.resolution_moment, "sensor_resolution_moment", 0.0);
+    p.sensor_range_force = c.parameter_or(&t.range_force, "sensor_range_force", UNLIMITED);
+    p.sensor_range_moment = c.parameter_or(&t.range_moment, "sensor_range_moment", UNLIMITED);
+}
+
+fn rail(c: &mut Checker, table: &RailTable, p: &mut Params<f64>) -> Rail {
+    p.rail_lag = c.parameter_or(&table.lag, "rail_lag", 0.0);
+    p.rail_lag_damping = c.parameter_or(&table.damping, "rail_lag_damping", 1.0);
+    let share = c.number(&table.share, "1", Range::within(0.0, 1.0));
+    let numbers: Vec<f64> = table.axis.value.iter().map(|number| number.value).collect();
+    let mut axis = vec3(1.0, 0.0, 0.0);
+    match numbers[..] {
+        [x, y, z] if vec3(x, y, z).norm().is_finite() && vec3(x, y, z).norm() > 1e-9 => axis = vec3(x, y, z),
+        _ => c.refuse(&table.axis.span, "this is no direction", "write three numbers, not all zero: [1, 0, 0]"),
+    }
+    Rail { axis: axis * (1.0 / axis.norm()), share }
+}
+
+/// The stated pattern, or ones between the forces and between the moments.
+fn crosstalk(c: &mut Checker, table: &SensorTable) -> [[f64; 6]; 6] {
+    let mut pattern = std::array::from_fn(|row: usize| {
+        std::array::from_fn(|column: usize| if row != column && row / 3 == column / 3 { 1.0 } else { 0.0 })
+    });
+    if let Some(written) = &table.crosstalk_pattern {
+        let square = written.value.len() == 6 && written.value.iter().all(|row| row.len() == 6);
+        if square && written.value.iter().flatten().all(|element| element.is_finite()) {
+            pattern = std::array::from_fn(|row| std::array::from_fn(|column| written.value[row][column]));
+        } else {
+            c.refuse(&written.span, "this is no 6 x 6 matrix", "write six rows of six finite numbers");
+        }
+    }
+    pattern
+}

@@ -1,0 +1,253 @@
+//! Whether the explicit step can be stable: contact, latch, controllers and lags against substep and tick.
+//!
+//! Semi-implicit Euler is stable up to w dt = 2; half a radian leaves room for sixteen points in contact at once.
+
+use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
+use nalgebra::{DMatrix, DVector};
+use softdock_kernels::model::{ArmControl, Model, NormalLaw};
+use softdock_kernels::params::Params;
+use softdock_kernels::vector::Vec3;
+
+/// Greatest angle per step, w dt.
+const ANGLE: f64 = 0.5;
+/// Greatest decay per step of a damper that acts with every substep, b dt / m.
+const DECAY: f64 = 1.0;
+/// Greatest decay per tick of a controller that is held over a tick, k_d T / I.
+const HELD_DECAY: f64 = 2.0;
+
+/// The parameters' least and greatest values over a campaign (equal in a scenario alone).
+#[derive(Clone, Debug)]
+pub(crate) struct Extremes {
+    pub(crate) least: Params<f64>,
+    pub(crate) greatest: Params<f64>,
+}
+
+/// Something that the step cannot follow.
+pub(crate) struct Fault {
+    /// Key of the scenario file that states it.
+    pub(crate) key: &'static str,
+    /// Parameter of a campaign that drives it, if any.
+    pub(crate) parameter: Option<&'static str>,
+    pub(crate) message: String,
+    pub(crate) remedy: String,
+}
+
+/// A spring and damper between bodies: the numbers that the step must follow.
+struct Spring {
+    what: String,
+    key: &'static str,
+    parameter: Option<&'static str>,
+    stiffness: f64,
+    damping: f64,
+    /// Inverse inertia in the direction that is easiest to move.
+    mobility: f64,
+    /// Unit of that inertia.
+    unit: &'static str,
+    /// Held over a tick or acting with every substep.
+    held: bool,
+}
+
+/// All faults of a model over the given extremes.
+pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
+    let low = &extremes.least;
+    let Some(chaser) = Chaser::new(m, low.base_mass, low.base_inertia_scale) else {
+        return vec![Fault {
+            key: "base.inertia",
+            parameter: None,
+            message: "base and arm together have no invertible mass matrix".to_owned(),
+            remedy: "check the masses and inertias of base and links: they differ by too many orders".to_owned(),
+        }];
+    };
+    let mut springs = contact(m, extremes, &chaser);
+    springs.extend(arm(m, &chaser));
+    let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
+    faults.extend(lags(m, extremes));
+    faults
+}
+
+impl Spring {
+    fn fault(&self, m: &Model) -> Option<Fault> {
+        let (step, step_name) = if self.held { (m.timing.tick(), "tick") } else { (m.timing.substep, "substep") };
+        let most_decay = if self.held { HELD_DECAY } else { DECAY };
+        let frequency = (self.stiffness * self.mobility).sqrt();
+        let decay = self.damping * self.mobility;
+        let inertia = format!("{:.4} {}", 1.0 / self.mobility, self.unit);
+        let message = if frequency * step >= ANGLE {
+            format!(
+                "{}: stiffness {:.4e} on {inertia} turns by {:.3} rad in a {step_name} of {:.4} ms, the most is {ANGLE}",
+                self.what,
+                self.stiffness,
+                frequency * step,
+                step * 1e3
+            )
+        } else if decay * step >= most_decay {
+            format!(
+                "{}: damping {:.4e} on {inertia} decays by {:.3} in a {step_name} of {:.4} ms, the most is {most_decay}",
+                self.what,
+                self.damping,
+                decay * step,
+                step * 1e3
+            )
+        } else {
+            return None;
+        };
+        let largest = (ANGLE / frequency).min(most_decay / decay);
+        let remedy = format!("write timing.{step_name} = \"{:.3e} ms\" or less, or soften it", floor3(largest * 1e3));
+        Some(Fault { key: self.key, parameter: self.parameter, message, remedy })
+    }
+}
+
+/// Rounded down to four significant digits, so that the printed step is small enough.
+fn floor3(value: f64) -> f64 {
+    let scale = 10_f64.powf(3.0 - value.log10().floor());
+    (value * scale).floor() / scale * (1.0 - 1e-3)
+}
+
+/// The contact pair, its bristle, and the latch.
+fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
+    let (low, high) = (&extremes.least, &extremes.greatest);
+    let pair = |point: Vec3<f64>| {
+        let lever = chaser.axes.times(point);
+        // Contact happens with part A at part B: the same lever, seen from the target.
+        let target = target_at_point(m, low.target_mass, low.target_inertia_scale, lever);
+        greatest(&(chaser.at_point(chaser.part_a + lever) + target))
+    };
+    let mobility = m.contact.points.iter().map(|point| pair(point.position)).fold(0.0, f64::max);
+    let errors = |value: f64| 1.0 + value.max(0.0);
+    let (slope, power) = match m.contact.law {
+        NormalLaw::Linear => (1.0, None),
+        // Slope of K d^n at the deepest contact that is allowed.
+        NormalLaw::Power { exponent } => (exponent * m.task.max_depth.powf(exponent - 1.0), Some(exponent)),
+    };
+    let stiffness = high.contact_stiffness * errors(high.contact_stiffness_error);
+    let damping = errors(high.contact_damping_error)
+        * power.map_or(high.contact_damping, |n| stiffness * m.task.max_depth.powf(n) * high.contact_dissipation);
+    let spring = |what: &str, key, parameter, stiffness, damping, mobility, unit| Spring {
+        what: what.to_owned(),
+        key,
+        parameter: Some(parameter),
+        stiffness,
+        damping,
+        mobility,
+        unit,
+        held: false,
+    };
+    let (k, b) = (high.bristle_stiffness, high.bristle_damping);
+    let normal = "contact_stiffness";
+    let mut springs = vec![
+        spring("contact pair", "contact.stiffness", normal, stiffness * slope, 0.0, mobility, "kg"),
+        spring("contact pair", "contact", damping_parameter(power.is_some()), 0.0, damping, mobility, "kg"),
+    ];
+    if high.contact_friction > 0.0 {
+        springs.push(spring(
+            "contact bristle",
+            "contact.bristle_stiffness",
+            "bristle_stiffness",
+            k,
+            0.0,
+            mobility,
+            "kg",
+        ));
+        springs.push(spring("contact bristle", "contact.bristle_damping", "bristle_damping", 0.0, b, mobility, "kg"));
+    }
+    if let Some(latch) = m.contact.latch {
+        let at = pair(latch.point);
+        let turning = greatest(&(chaser.about_part_a() + target_about_com(m, low.target_inertia_scale)));
+        let (k, b) = (high.latch_stiffness, high.latch_damping);
+        springs.push(spring("latch", "latch.stiffness", "latch_stiffness", k, b, at, "kg"));
+        let (k, b) = (high.latch_rotation_stiffness, high.latch_rotation_damping);
+        let (key, parameter) = ("latch.rotation_stiffness", "latch_rotation_stiffness");
+        springs.push(spring("latch", key, parameter, k, b, turning, "kg m^2"));
+    }
+    springs
+}
+
+fn damping_parameter(power: bool) -> &'static str {
+    if power { "contact_dissipation" } else { "contact_damping" }
+}
+
+/// The arm's controller, held over a tick.
+fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
+    let count = m.links.len();
+    if count == 0 {
+        return Vec::new();
+    }
+    let held = |what: String, stiffness: f64, damping: f64, mobility: f64, unit| Spring {
+        what,
+        key: "arm.controller",
+        parameter: None,
+        stiffness,
+        damping,
+        mobility,
+        unit,
+        held: true,
+    };
+    match m.guidance.arm {
+        ArmControl::JointPd { stiffness, damping } => [(stiffness, true), (damping, false)]
+            .into_iter()
+            .map(|(gains, is_stiffness)| {
+                let (value, joint) = joint_gain(&chaser.at_joints(), &gains[..count]);
+                let mobility = if gains[joint] > 0.0 { value / gains[joint] } else { 0.0 };
+                let (k, b) = if is_stiffness { (gains[joint], 0.0) } else { (0.0, gains[joint]) };
+                held(format!("controller of joint {}", joint + 1), k, b, mobility, "kg m^2")
+            })
+            .collect(),
+        ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
+            let damping = 2.0 * damping_ratio * bandwidth;
+            vec![held(
+                "computed-torque controller".to_owned(),
+                bandwidth * bandwidth,
+                damping,
+                1.0,
+                "(per unit inertia)",
+            )]
+        }
+        ArmControl::CartesianImpedance { stiffness, damping, rotation_stiffness, rotation_damping, joint_damping } => {
+            let linear = greatest(&chaser.at_point(chaser.part_a));
+            let angular = greatest(&chaser.about_part_a());
+            let (value, joint) = joint_gain(&chaser.at_joints(), &vec![joint_damping; count]);
+            let mobility = if joint_damping > 0.0 { value / joint_damping } else { 0.0 };
+            vec![
+                held("translational impedance".to_owned(), stiffness, damping, linear, "kg"),
+                held("rotational impedance".to_owned(), rotation_stiffness, rotation_damping, angular, "kg m^2"),
+                held(format!("damping of joint {}", joint + 1), 0.0, joint_damping, mobility, "kg m^2"),
+            ]
+        }
+    }
+}
+
+/// Greatest eigenvalue of gains times joint mobility, and the joint that moves most in it.
+///
+/// All joints together: neighbours of one joint give way, so that it feels less than its own composite inertia.
+fn joint_gain(mobility: &DMatrix<f64>, gains: &[f64]) -> (f64, usize) {
+    let root = DMatrix::from_diagonal(&DVector::from_iterator(gains.len(), gains.iter().map(|gain| gain.sqrt())));
+    let eigen = (&root * mobility * &root).symmetric_eigen();
+    let (index, value) = eigen.eigenvalues.argmax();
+    (value, eigen.eigenvectors.column(index).iamax())
+}
+
+/// Responses of robots and rail, integrated with every substep.
+fn lags(m: &Model, extremes: &Extremes) -> Vec<Fault> {
+    let (low, high) = (&extremes.least, &extremes.greatest);
+    let rows = [
+        ("robot 1", "facility.robot1.lag", "robot1_lag", low.robot1_lag, high.robot1_lag, high.robot1_lag_damping),
+        ("robot 2", "facility.robot2.lag", "robot2_lag", low.robot2_lag, high.robot2_lag, high.robot2_lag_damping),
+        ("rail", "facility.rail.lag", "rail_lag", low.rail_lag, high.rail_lag, high.rail_lag_damping),
+    ];
+    let dt = m.timing.substep;
+    rows.into_iter()
+        .filter_map(|(what, key, parameter, least, most, damping)| {
+            let shortest = dt / ANGLE * damping.max(1.0);
+            (most > 0.0 && least < shortest).then(|| Fault {
+                key,
+                parameter: Some(parameter),
+                message: format!(
+                    "{what}: a lag of {:.4} ms is too short for a substep of {:.4} ms",
+                    least * 1e3,
+                    dt * 1e3
+                ),
+                remedy: format!("write a lag of at least {:.4} ms, or 0 s for an ideal one", shortest * 1e3),
+            })
+        })
+        .collect()
+}

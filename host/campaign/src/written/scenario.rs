@@ -1,0 +1,456 @@
+//! The scenario file as written.
+
+use super::{At, Quantities, Quantity};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A contact task and the facility on which it is tested: bodies, arm, parts, rates, controllers, success.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "softdock scenario")]
+pub(crate) struct ScenarioFile {
+    /// Format and version of this file: "scenario/1".
+    pub(crate) schema: At<String>,
+    /// Name of the scenario: letters, digits, - and _.
+    pub(crate) id: At<String>,
+    /// One line for people.
+    pub(crate) title: At<String>,
+    /// Step, command period and end.
+    pub(crate) timing: TimingTable,
+    /// The chaser's body.
+    pub(crate) base: BaseTable,
+    /// The manipulator; without it part A stands on the base.
+    pub(crate) arm: Option<ArmTable>,
+    /// The part on the end-effector.
+    pub(crate) part_a: PartATable,
+    /// The free body with part B.
+    pub(crate) target: TargetTable,
+    /// The part on the target.
+    pub(crate) part_b: PartBTable,
+    /// How the parts push.
+    pub(crate) contact: At<ContactTable>,
+    /// The capture latch, if there is one.
+    pub(crate) latch: Option<LatchTable>,
+    /// Motion at the start.
+    pub(crate) start: StartTable,
+    /// What the chaser does before the first touch.
+    #[serde(default)]
+    pub(crate) guidance: GuidanceTable,
+    /// Relative gravity (Clohessy-Wiltshire); without it there is none.
+    pub(crate) orbit: Option<OrbitTable>,
+    /// A constant acceleration of all bodies, as a test field.
+    pub(crate) field: Option<FieldTable>,
+    /// The facility that closes the HIL loop; without it an ideal one.
+    #[serde(default)]
+    pub(crate) facility: FacilityTable,
+    /// Success and end of a run.
+    pub(crate) task: TaskTable,
+}
+
+/// Rates of the loop.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TimingTable {
+    /// Integration step; default "0.25 ms".
+    pub(crate) substep: Option<Quantity>,
+    /// Command period, a whole number of substeps; default "1 ms".
+    pub(crate) tick: Option<Quantity>,
+    /// A run ends after this.
+    pub(crate) time_limit: Quantity,
+}
+
+/// Moments of inertia about the centre of mass; off-diagonal ones are matrix elements and default to zero.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InertiaTable {
+    pub(crate) ixx: Quantity,
+    pub(crate) iyy: Quantity,
+    pub(crate) izz: Quantity,
+    pub(crate) ixy: Option<Quantity>,
+    pub(crate) ixz: Option<Quantity>,
+    pub(crate) iyz: Option<Quantity>,
+}
+
+/// The chaser's body, without the arm.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BaseTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Inertia about the centre of mass, body axes.
+    pub(crate) inertia: At<InertiaTable>,
+    /// Start position of the centre of mass in the contact frame; only without `start.gap`.
+    pub(crate) position: Option<Quantities>,
+    /// Start attitude in the contact frame as roll, pitch, yaw; only without `start.gap`.
+    pub(crate) rotation: Option<Quantities>,
+}
+
+/// The manipulator.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ArmTable {
+    /// URDF file, relative to this file; its root link stands in the base's body frame.
+    pub(crate) urdf: At<String>,
+    /// Place of the URDF's root link in the base's body frame; default its origin.
+    pub(crate) position: Option<Quantities>,
+    /// Attitude of the root link as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// Start angle of each joint, from the base outwards; also the posture that is held.
+    pub(crate) angles: Quantities,
+    /// The controller.
+    pub(crate) controller: At<ControllerTable>,
+}
+
+/// The arm's controller; which keys it takes depends on its law.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControllerTable {
+    /// "joint_pd", "computed_torque" or "cartesian_impedance".
+    pub(crate) law: At<String>,
+    /// joint_pd: stiffness of each joint.
+    pub(crate) joint_stiffness: Option<Quantities>,
+    /// joint_pd: damping of each joint.
+    pub(crate) joint_damping: Option<Quantities>,
+    /// computed_torque: bandwidth.
+    pub(crate) bandwidth: Option<Quantity>,
+    /// computed_torque: damping ratio.
+    pub(crate) damping_ratio: Option<Quantity>,
+    /// cartesian_impedance: translational stiffness.
+    pub(crate) stiffness: Option<Quantity>,
+    /// cartesian_impedance: translational damping.
+    pub(crate) damping: Option<Quantity>,
+    /// cartesian_impedance: rotational stiffness.
+    pub(crate) rotation_stiffness: Option<Quantity>,
+    /// cartesian_impedance: rotational damping.
+    pub(crate) rotation_damping: Option<Quantity>,
+    /// cartesian_impedance: damping of every joint, for motions that the end-effector does not show.
+    pub(crate) null_space_damping: Option<Quantity>,
+}
+
+/// The part on the end-effector; its frame's +x axis looks towards part B.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PartATable {
+    /// URDF link that carries the part; default the last moving link. Without an arm: the base.
+    pub(crate) link: Option<At<String>>,
+    /// Origin of part A's frame in that link.
+    pub(crate) position: Option<Quantities>,
+    /// Attitude of part A's frame in that link as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// Contact points.
+    pub(crate) point: At<Vec<PointTable>>,
+}
+
+/// A contact point: a sphere, or a point if the radius is zero.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PointTable {
+    /// Centre in part A's frame.
+    pub(crate) position: Quantities,
+    /// Radius; default zero.
+    pub(crate) radius: Option<Quantity>,
+}
+
+/// The free body.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TargetTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Inertia about the centre of mass, body axes.
+    pub(crate) inertia: At<InertiaTable>,
+    /// Start position of the centre of mass in the contact frame; default: part B's frame at the origin.
+    pub(crate) position: Option<Quantities>,
+    /// Start attitude in the contact frame as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+}
+
+/// The part on the target; its frame's +x axis looks into the part, away from part A.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PartBTable {
+    /// Origin of part B's frame in the target's body frame.
+    pub(crate) position: Option<Quantities>,
+    /// Attitude of part B's frame in the target's body frame as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// Solids; the part is their union.
+    pub(crate) solid: At<Vec<SolidTable>>,
+}
+
+/// A solid; which keys it takes depends on its shape.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SolidTable {
+    /// "plane" (x >= 0), "sphere", "box", "cone" (hollow, opening to -x) or "bore" (blind hole along +x).
+    pub(crate) shape: At<String>,
+    /// Origin of the solid's frame in part B's frame.
+    pub(crate) position: Option<Quantities>,
+    /// Attitude of the solid's frame as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// sphere, bore: radius.
+    pub(crate) radius: Option<Quantity>,
+    /// box: edge lengths.
+    pub(crate) size: Option<Quantities>,
+    /// cone: radius of the mouth.
+    pub(crate) mouth: Option<Quantity>,
+    /// cone: radius of the bottom.
+    pub(crate) bottom: Option<Quantity>,
+    /// cone, bore: depth.
+    pub(crate) depth: Option<Quantity>,
+    /// bore: width of the 45 degree chamfer; default zero.
+    pub(crate) chamfer: Option<Quantity>,
+}
+
+/// The contact law and its nominal values.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ContactTable {
+    /// "linear" (F = K d + b d') or "power" (F = K d^n (1 + a d')).
+    pub(crate) law: At<String>,
+    /// power: the exponent n; default 1.5 (Hertz).
+    pub(crate) exponent: Option<Quantity>,
+    /// K; for the power law in N/m^n, written as "N/m".
+    pub(crate) stiffness: Quantity,
+    /// linear: b.
+    pub(crate) damping: Option<Quantity>,
+    /// power: a.
+    pub(crate) dissipation: Option<Quantity>,
+    /// Coefficient of restitution without delay, instead of damping or dissipation, at the start's closing speed.
+    pub(crate) restitution: Option<Quantity>,
+    /// Coulomb friction coefficient; default zero.
+    pub(crate) friction: Option<Quantity>,
+    /// Tangential stiffness before slip; default 2/3 of the stiffness.
+    pub(crate) bristle_stiffness: Option<Quantity>,
+    /// Tangential damping before slip; default near critical for the parts' effective mass.
+    pub(crate) bristle_damping: Option<Quantity>,
+    /// The contact may pull and never opens (for linear oracles); default false.
+    pub(crate) bilateral: Option<bool>,
+}
+
+/// Gate and hold of the capture latch.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LatchTable {
+    /// Latch point in part A's frame.
+    pub(crate) point: Quantities,
+    /// Seat in part B's frame.
+    pub(crate) seat: Quantities,
+    /// It closes within this axial distance of the seat,
+    pub(crate) depth: Quantity,
+    /// this radial distance of the seat's axis,
+    pub(crate) offset: Quantity,
+    /// this angle between the parts' axes,
+    pub(crate) angle: Quantity,
+    /// and below this speed of the latch point relative to the seat.
+    pub(crate) speed: Quantity,
+    /// Translational stiffness of the closed latch.
+    pub(crate) stiffness: Quantity,
+    /// Translational damping of the closed latch.
+    pub(crate) damping: Quantity,
+    /// Rotational stiffness of the closed latch.
+    pub(crate) rotation_stiffness: Quantity,
+    /// Rotational damping of the closed latch.
+    pub(crate) rotation_damping: Quantity,
+}
+
+/// Motion at the start; vectors in the contact frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartTable {
+    /// Distance along the approach axis from part A's origin to part B's; places the chaser by its arm's angles.
+    pub(crate) gap: Option<Quantity>,
+    /// Speed of part A towards part B.
+    pub(crate) closing_speed: Quantity,
+    /// Additional velocity of part A relative to part B.
+    pub(crate) drift: Option<Quantities>,
+    /// Displacement of part A.
+    pub(crate) offset: Option<Quantities>,
+    /// Rotation vector of the chaser about part A.
+    pub(crate) tilt: Option<Quantities>,
+    /// Angular velocity of the chaser.
+    pub(crate) chaser_rate: Option<Quantities>,
+    /// Angular velocity of the target.
+    pub(crate) target_rate: Option<Quantities>,
+}
+
+/// What the chaser does before the first touch.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GuidanceTable {
+    /// Base thrust; without it the chaser coasts.
+    pub(crate) approach: Option<At<ApproachTable>>,
+}
+
+/// PD on part A's speed along the approach axis, place across it, and attitude; ends at the first touch.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ApproachTable {
+    /// Force per error of the closing speed.
+    pub(crate) speed_gain: Quantity,
+    /// Force per lateral offset.
+    pub(crate) lateral_stiffness: Quantity,
+    /// Force per lateral speed.
+    pub(crate) lateral_damping: Quantity,
+    /// Torque per attitude error.
+    pub(crate) attitude_stiffness: Quantity,
+    /// Torque per rate error.
+    pub(crate) attitude_damping: Quantity,
+    /// Force limit per axis.
+    pub(crate) max_force: Quantity,
+    /// Torque limit per axis.
+    pub(crate) max_torque: Quantity,
+}
+
+/// Relative gravity on a circular orbit.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OrbitTable {
+    /// Orbital rate.
+    pub(crate) rate: Quantity,
+    /// LVLH axes (x radial, y along-track, z cross-track) in the contact frame, as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+}
+
+/// A constant field.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FieldTable {
+    /// Acceleration of every body, contact frame.
+    pub(crate) acceleration: Quantities,
+}
+
+/// The HIL facility.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FacilityTable {
+    /// Whole effective dead time of the loop; default the least that the loop can have.
+    pub(crate) loop_delay: Option<Quantity>,
+    /// Standard deviation of the command delay, per packet.
+    pub(crate) delay_jitter: Option<Quantity>,
+    /// Probability that a command packet is lost.
+    pub(crate) drop_probability: Option<Quantity>,
+    /// Ticks during which a lost command is carried on along its twist; default 2.
+    pub(crate) drop_hold_ticks: Option<At<u32>>,
+    /// Share of the relative translation that robot 1 (part A) makes; default 1/2.
+    pub(crate) robot1_share: Option<Quantity>,
+    /// Speed limit of the tools, per axis.
+    pub(crate) max_speed: Option<Quantity>,
+    /// Rate limit of the tools, per axis.
+    pub(crate) max_rate: Option<Quantity>,
+    /// The HIL loop counts as diverged above this relative speed; default "2 m/s".
+    pub(crate) unstable_speed: Option<Quantity>,
+    /// Response of the robot with part A.
+    #[serde(default)]
+    pub(crate) robot1: ResponseTable,
+    /// Response of the robot with part B.
+    #[serde(default)]
+    pub(crate) robot2: ResponseTable,
+    /// The rail under robot 1.
+    pub(crate) rail: Option<RailTable>,
+    /// The force/torque sensor.
+    #[serde(default)]
+    pub(crate) sensor: SensorTable,
+    /// Differences between facility and space.
+    #[serde(default)]
+    pub(crate) errors: ErrorsTable,
+}
+
+/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2).
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ResponseTable {
+    /// 1/w; default zero: ideal.
+    pub(crate) lag: Option<Quantity>,
+    /// z; default 1.
+    pub(crate) damping: Option<Quantity>,
+    /// T_z; default zero.
+    pub(crate) zero: Option<Quantity>,
+}
+
+/// A linear axis.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RailTable {
+    /// Direction in the laboratory.
+    pub(crate) axis: At<Vec<At<f64>>>,
+    /// Share of robot 1's displacement along the axis.
+    pub(crate) share: Quantity,
+    /// 1/w of its response; default zero: ideal.
+    pub(crate) lag: Option<Quantity>,
+    /// z of its response; default 1.
+    pub(crate) damping: Option<Quantity>,
+}
+
+/// The force/torque sensor; vectors in its own axes, which are part A's.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorTable {
+    /// Sampling period, a whole number of substeps; default one substep.
+    pub(crate) period: Option<Quantity>,
+    /// Delay of the measured wrench, a part of the loop delay.
+    pub(crate) delay: Option<Quantity>,
+    /// Time constant of the low-pass.
+    pub(crate) lag: Option<Quantity>,
+    /// Standard deviation of the force noise.
+    pub(crate) noise_force: Option<Quantity>,
+    /// Standard deviation of the moment noise.
+    pub(crate) noise_moment: Option<Quantity>,
+    /// Force bias.
+    pub(crate) bias_force: Option<Quantities>,
+    /// Moment bias.
+    pub(crate) bias_moment: Option<Quantities>,
+    /// Relative gain error of the force.
+    pub(crate) gain_force: Option<Quantities>,
+    /// Relative gain error of the moment.
+    pub(crate) gain_moment: Option<Quantities>,
+    /// Factor on the crosstalk pattern.
+    pub(crate) crosstalk: Option<Quantity>,
+    /// 6 x 6 pattern (fx fy fz mx my mz, SI); default: ones between the forces and between the moments.
+    pub(crate) crosstalk_pattern: Option<At<Vec<Vec<f64>>>>,
+    /// Force quantisation.
+    pub(crate) resolution_force: Option<Quantity>,
+    /// Moment quantisation.
+    pub(crate) resolution_moment: Option<Quantity>,
+    /// Force at which it saturates.
+    pub(crate) range_force: Option<Quantity>,
+    /// Moment at which it saturates.
+    pub(crate) range_moment: Option<Quantity>,
+}
+
+/// Relative differences between facility and space.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ErrorsTable {
+    /// Target mass in the facility's simulation.
+    pub(crate) mass: Option<Quantity>,
+    /// Target inertia in the facility's simulation.
+    pub(crate) inertia: Option<Quantity>,
+    /// Stiffness of the mounted parts.
+    pub(crate) contact_stiffness: Option<Quantity>,
+    /// Damping of the mounted parts.
+    pub(crate) contact_damping: Option<Quantity>,
+    /// Friction of the mounted parts.
+    pub(crate) contact_friction: Option<Quantity>,
+}
+
+/// Success and end of a run; a limit that is not given does not count.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TaskTable {
+    /// Success needs a closed latch; default false.
+    pub(crate) capture: Option<At<bool>>,
+    /// Success needs a first touch; default true.
+    pub(crate) touch: Option<bool>,
+    /// Success needs a peak contact force below this.
+    pub(crate) max_force: Option<Quantity>,
+    /// Success needs capture (or the end of contact) before this.
+    pub(crate) max_time: Option<Quantity>,
+    /// Success needs a restitution below this.
+    pub(crate) max_restitution: Option<Quantity>,
+    /// A run is over this long after the parts have separated.
+    pub(crate) end_after_separation: Option<Quantity>,
+    /// A run is over this long after capture.
+    pub(crate) end_after_capture: Option<Quantity>,
+    /// Deeper contact is a numerical failure.
+    pub(crate) max_depth: Quantity,
+}
