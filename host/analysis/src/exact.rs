@@ -1,0 +1,116 @@
+//! Exact binomial statistics for sign-off: bounds, allowed failures, numbers of runs, tolerance limits.
+//!
+//! Clopper and Pearson, Biometrika 26 (1934); Wilson, J. Am. Stat. Assoc. 22 (1927); Wilks, Ann. Math. Stat. 12 (1941).
+//! The Beta quantiles are those of `statrs`; against SciPy they agree within 1e-7 relative up to a million runs.
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Beta, ContinuousCDF, Normal};
+
+/// Confidence of two-sided intervals that are there for reading, not for sign-off.
+pub const READING_CONFIDENCE: f64 = 0.95;
+
+/// Share of campaigns that a system of the tolerated failure rate passes.
+pub const POWER: f64 = 0.9;
+
+/// A two-sided interval of a share.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Lower end.
+    pub lo: f64,
+    /// Upper end.
+    pub hi: f64,
+    /// Probability with which such intervals hold the true share.
+    pub confidence: f64,
+}
+
+/// One-sided Clopper-Pearson bound: the true share is at most this, with the given confidence.
+///
+/// 1 if every case counts, or without cases.
+pub fn upper_bound(count: u64, cases: u64, confidence: f64) -> f64 {
+    if count >= cases {
+        return 1.0;
+    }
+    if count == 0 {
+        // The closed form of Beta(1, n) keeps full accuracy.
+        return -f64::exp_m1(f64::ln_1p(-confidence) / cases as f64);
+    }
+    quantile(count as f64 + 1.0, (cases - count) as f64, confidence)
+}
+
+/// One-sided Clopper-Pearson bound: the true share is at least this, with the given confidence.
+pub fn lower_bound(count: u64, cases: u64, confidence: f64) -> f64 {
+    1.0 - upper_bound(cases.saturating_sub(count), cases, confidence)
+}
+
+/// Two-sided Clopper-Pearson interval.
+pub fn clopper_pearson(count: u64, cases: u64, confidence: f64) -> Interval {
+    let one_sided = 0.5 + 0.5 * confidence;
+    let lo = match count {
+        0 => 0.0,
+        count if count >= cases => lower_bound(count, cases, one_sided),
+        // As a quantile of its own: 1 - upper_bound would lose the digits of small shares.
+        count => quantile(count as f64, (cases - count) as f64 + 1.0, 1.0 - one_sided),
+    };
+    Interval { lo, hi: upper_bound(count, cases, one_sided), confidence }
+}
+
+/// Two-sided Wilson interval: on average right, but not in every case; for reading only.
+pub fn wilson(count: u64, cases: u64, confidence: f64) -> Interval {
+    if cases == 0 {
+        return Interval { lo: 0.0, hi: 1.0, confidence };
+    }
+    let standard = Normal::new(0.0, 1.0).expect("the standard normal distribution");
+    let z = standard.inverse_cdf(0.5 + 0.5 * confidence);
+    let n = cases as f64;
+    let share = count as f64 / n;
+    let centre = share + z * z / (2.0 * n);
+    let half = z * f64::sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n));
+    let scale = 1.0 + z * z / n;
+    Interval { lo: ((centre - half) / scale).max(0.0), hi: ((centre + half) / scale).min(1.0), confidence }
+}
+
+/// The most failures among `runs` that still demonstrate `probability` with `confidence`; `None` if not even zero do.
+pub fn allowed_failures(runs: u64, probability: f64, confidence: f64) -> Option<u64> {
+    let demonstrates = |failures| upper_bound(failures, runs, confidence) <= 1.0 - probability;
+    if runs == 0 || !demonstrates(0) {
+        return None;
+    }
+    let (mut yes, mut no) = (0, runs);
+    while no - yes > 1 {
+        let middle = yes + (no - yes) / 2;
+        if demonstrates(middle) { yes = middle } else { no = middle }
+    }
+    Some(yes)
+}
+
+/// The fewest runs of which `failures` may fail; `None` for a probability or confidence that no number of runs shows.
+pub fn smallest_runs(failures: u64, probability: f64, confidence: f64) -> Option<u64> {
+    let possible = probability > 0.0 && probability < 1.0 && confidence > 0.0 && confidence < 1.0;
+    let enough = |runs| upper_bound(failures, runs, confidence) <= 1.0 - probability;
+    let (mut no, mut yes) = (failures, failures.max(1));
+    while possible && !enough(yes) {
+        no = yes;
+        yes = yes.checked_mul(2)?;
+    }
+    while possible && yes - no > 1 {
+        let middle = no + (yes - no) / 2;
+        if enough(middle) { yes = middle } else { no = middle }
+    }
+    possible.then_some(yes)
+}
+
+/// The true failure rate with which a campaign of `runs` and so many allowed failures is passed 9 times in 10.
+pub fn tolerated_rate(runs: u64, allowed: u64) -> f64 {
+    // P(X <= r | p) = 1 - I_p(r + 1, n - r) = POWER.
+    upper_bound(allowed, runs, 1.0 - POWER)
+}
+
+/// Wilks: the rank from the bad end (1 = worst) of the order statistic beyond which at least `probability` of all
+/// cases lie, with `confidence`; `None` if the sample is too small.
+pub fn tolerance_rank(runs: u64, probability: f64, confidence: f64) -> Option<u64> {
+    allowed_failures(runs, probability, confidence).map(|allowed| allowed + 1)
+}
+
+fn quantile(a: f64, b: f64, probability: f64) -> f64 {
+    Beta::new(a, b).expect("positive shape parameters").inverse_cdf(probability)
+}
