@@ -55,3 +55,6 @@ pub fn scenario_json_schema() -> String {
 fn pretty(schema: &schemars::Schema) -> String {
     serde_json::to_string_pretty(schema).expect("a schema is plain JSON")
 }
+
+#[cfg(test)]
+mod tests;
