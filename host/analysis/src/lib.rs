@@ -3,6 +3,19 @@
 //! Sign-off is exact: one-sided Clopper-Pearson bounds and allowed failures, invalid runs counted as failures.
 //! Early fail, never early pass. No share without its interval.
 
+mod error;
 pub mod exact;
+pub mod facts;
 pub mod number;
+pub mod parity;
 pub mod plan;
+mod summarise;
+pub mod summary;
+mod tally;
+mod terminal;
+
+pub use error::{Error, Result};
+pub use facts::{CampaignFacts, InvalidRuns};
+pub use summarise::summarise;
+pub use summary::{Summary, Verdict};
+pub use terminal::verdict_text;

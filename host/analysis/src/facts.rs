@@ -1,0 +1,38 @@
+//! What summary and report must know of a campaign.
+
+use softdock_campaign::requirement::Requirement;
+use softdock_results::shards::ShardPlan;
+
+/// What an invalid run counts as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidRuns {
+    /// A failure of every requirement: the policy for sign-off.
+    CountAsFailures,
+    /// Nothing; they are reported, and the verdict stands on the other runs.
+    ReportOnly,
+}
+
+/// A checked campaign, as far as the analysis looks at it.
+#[derive(Clone, Debug)]
+pub struct CampaignFacts<'a> {
+    /// Id; also the name of the results folder.
+    pub id: &'a str,
+    /// Title.
+    pub title: &'a str,
+    /// The campaign file as it was read.
+    pub text: &'a str,
+    /// Hash of the checked campaign.
+    pub hash: &'a str,
+    /// Seed.
+    pub seed: u64,
+    /// Version of softdock.
+    pub version: &'a str,
+    /// Runs and how they are cut into shards.
+    pub plan: ShardPlan,
+    /// What an invalid run counts as.
+    pub invalid: InvalidRuns,
+    /// False for Sobol and Latin hypercube samples: they are for exploring, binomial statements need independence.
+    pub independent_runs: bool,
+    /// The requirements.
+    pub requirements: &'a [Requirement],
+}

@@ -1,0 +1,127 @@
+//! How far the campaign's backend differs from f64, from the runs that were computed by both.
+
+use serde::{Deserialize, Serialize};
+use softdock_results::parity::TRUTH_PREFIX;
+use softdock_results::{Column, Kind, Table, Values};
+
+use crate::summary::Share;
+
+/// Factor on a margin's RMS difference within which a flip of its verdict is no surprise.
+const EXPLAINED: f64 = 3.0;
+
+/// The comparison of a campaign with f64.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parity {
+    /// Runs that were computed by both.
+    pub runs: u64,
+    /// Runs of which some verdict differs.
+    pub flipped: Share,
+    /// Differences of each metric and margin.
+    pub metrics: Vec<MetricParity>,
+    /// The verdicts that differ, at most 100.
+    pub flips: Vec<Flip>,
+}
+
+/// Difference of one column.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MetricParity {
+    /// Column name.
+    pub column: String,
+    /// Unit.
+    pub unit: String,
+    /// Runs in which both have a value.
+    pub compared: u64,
+    /// Runs in which only one of the two has a value.
+    pub only_one: u64,
+    /// Largest difference.
+    pub max_difference: f64,
+    /// Run of the largest difference.
+    pub max_run: Option<u64>,
+    /// Root mean square of the differences.
+    pub rms_difference: f64,
+}
+
+/// One verdict that differs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Flip {
+    /// Run number.
+    pub run: u64,
+    /// Column name.
+    pub column: String,
+    /// The run's margin in f64, for a requirement.
+    pub margin: Option<f64>,
+    /// Whether that margin is within three RMS differences of zero.
+    pub within_three_rms: Option<bool>,
+}
+
+/// Flips that are listed one by one.
+const LISTED_FLIPS: usize = 100;
+
+impl Parity {
+    /// The comparison, from a parity table.
+    pub fn of(table: &Table) -> Self {
+        let runs = table.u64s("run").unwrap_or_default();
+        let metrics: Vec<MetricParity> =
+            pairs(table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
+        let mut flips: Vec<Flip> = Vec::new();
+        for (backend, truth) in pairs(table) {
+            let differing = (0..runs.len()).filter(|row| differs(&backend.values, &truth.values, *row));
+            flips.extend(differing.map(|row| flip(table, &metrics, backend, runs[row], row)));
+        }
+        let mut flipped: Vec<u64> = flips.iter().map(|flip| flip.run).collect();
+        flipped.sort_unstable();
+        flipped.dedup();
+        flips.sort_by(|one, two| (one.run, &one.column).cmp(&(two.run, &two.column)));
+        flips.truncate(LISTED_FLIPS);
+        let cases = runs.len() as u64;
+        Self { runs: cases, flipped: Share::of(flipped.len() as u64, cases), metrics, flips }
+    }
+}
+
+/// Every column with its f64 twin.
+fn pairs(table: &Table) -> impl Iterator<Item = (&Column, &Column)> {
+    table.columns.iter().filter_map(|column| {
+        let truth = table.column(&format!("{TRUTH_PREFIX}{}", column.name))?;
+        Some((column, truth))
+    })
+}
+
+fn metric_parity(runs: &[u64], backend: &Column, truth: &Column) -> Option<MetricParity> {
+    let (Values::F64(one), Values::F64(two)) = (&backend.values, &truth.values) else { return None };
+    let (mut compared, mut only_one, mut squares) = (0, 0, 0.0);
+    let (mut max_difference, mut max_run) = (0.0, None);
+    for ((one, two), run) in one.iter().zip(two).zip(runs) {
+        match (one, two) {
+            (Some(one), Some(two)) => {
+                let difference = (one - two).abs();
+                compared += 1;
+                squares += difference * difference;
+                if difference > max_difference {
+                    (max_difference, max_run) = (difference, Some(*run));
+                }
+            }
+            (None, None) => {}
+            _ => only_one += 1,
+        }
+    }
+    let rms_difference = if compared == 0 { 0.0 } else { f64::sqrt(squares / compared as f64) };
+    let (column, unit) = (backend.name.clone(), backend.unit.clone());
+    Some(MetricParity { column, unit, compared, only_one, max_difference, max_run, rms_difference })
+}
+
+/// Whether a verdict or a status differs; numbers are no verdicts, flags are findings.
+fn differs(one: &Values, two: &Values, row: usize) -> bool {
+    match (one, two) {
+        (Values::Bool(one), Values::Bool(two)) => one[row] != two[row],
+        (Values::Words { .. }, Values::Words { .. }) => one.word(row) != two.word(row),
+        _ => false,
+    }
+}
+
+fn flip(table: &Table, metrics: &[MetricParity], backend: &Column, run: u64, row: usize) -> Flip {
+    let margin_name = (backend.kind == Kind::Verdict).then(|| backend.name.replacen("_pass_", "_margin_", 1));
+    let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{TRUTH_PREFIX}{name}"))?[row]);
+    let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
+    let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);
+    Flip { run, column: backend.name.clone(), margin, within_three_rms }
+}

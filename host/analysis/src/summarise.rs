@@ -1,0 +1,223 @@
+//! From counts to verdicts: builds the [`Summary`] of a results folder.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use softdock_campaign::requirement::{Requirement, Side};
+use softdock_kernels::metrics::flags;
+use softdock_results::parity::read_parity;
+use softdock_results::runs::{Agreement, Status};
+use softdock_results::shards::{ShardIndex, read_columns};
+
+use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
+use crate::facts::{CampaignFacts, InvalidRuns};
+use crate::parity::Parity;
+use crate::summary::{
+    Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, LoopSummary, OuterSummary, PerLoop,
+    RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
+};
+use crate::tally::{DrawCount, LoopTally, Tally};
+use crate::{Error, Result};
+
+/// Missing shards that a summary lists.
+const LISTED_SHARDS: usize = 100;
+
+/// Reads a results folder once and judges it.
+///
+/// A file under `runs/` that is damaged or belongs to another campaign is an error: no run may be lost silently.
+pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
+    let index = ShardIndex::scan(results, facts.plan, facts.hash, facts.seed)?;
+    if let Some((path, reason)) = index.foreign.first() {
+        return Err(Error::Results { path: path.clone(), what: reason.clone() });
+    }
+    let mut tally = Tally::new(facts);
+    for batch in read_columns(results, &Tally::columns(facts))? {
+        let misfit = |what| Error::Results { path: results.to_owned(), what };
+        tally.add(&batch?, facts).map_err(misfit)?;
+    }
+    let parity = read_parity(results)?.map(|table| Parity::of(&table));
+    Ok(judge(facts, completeness(&index, &tally), &tally, parity))
+}
+
+fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parity: Option<Parity>) -> Summary {
+    let complete = completeness.is_complete();
+    let requirements: Vec<_> = facts
+        .requirements
+        .iter()
+        .zip(&tally.requirements)
+        .map(|(requirement, loops)| requirement_summary(facts, requirement, loops, tally, complete))
+        .collect();
+    let verdict = overall(requirements.iter().map(|requirement| requirement.loops.space.verdict));
+    let exit_code = match (complete, verdict) {
+        (false, _) => 3,
+        (true, Verdict::Verified) => 0,
+        (true, _) => 1,
+    };
+    let [space, facility] = tally.joint.map(|count| Share::of(count, tally.counted));
+    Summary {
+        schema: SUMMARY_SCHEMA.to_owned(),
+        campaign: facts.id.to_owned(),
+        title: facts.title.to_owned(),
+        campaign_hash: facts.hash.to_owned(),
+        seed: facts.seed,
+        version: facts.version.to_owned(),
+        verdict,
+        exit_code,
+        independent_runs: facts.independent_runs,
+        invalid_runs: match facts.invalid {
+            InvalidRuns::CountAsFailures => "count-as-failures",
+            InvalidRuns::ReportOnly => "report-only",
+        }
+        .to_owned(),
+        completeness,
+        accounting: accounting(tally),
+        requirements,
+        joint: PerLoop { space, facility },
+        agreement: agreement(tally),
+        parity,
+    }
+}
+
+/// One failed requirement fails the campaign, one open requirement leaves it open.
+fn overall(verdicts: impl Iterator<Item = Verdict>) -> Verdict {
+    verdicts.fold(Verdict::Verified, |sum, verdict| match (sum, verdict) {
+        (Verdict::NotVerified, _) | (_, Verdict::NotVerified) => Verdict::NotVerified,
+        (Verdict::Undecided, _) | (_, Verdict::Undecided) => Verdict::Undecided,
+        _ => Verdict::Verified,
+    })
+}
+
+fn completeness(index: &ShardIndex, tally: &Tally) -> Completeness {
+    let mut devices: BTreeMap<(&str, &str), u32> = BTreeMap::new();
+    for file in index.complete.values() {
+        *devices.entry((&file.backend, &file.device)).or_default() += 1;
+    }
+    let device = |((backend, device), shards): ((&str, &str), u32)| DeviceShards {
+        backend: backend.to_owned(),
+        device: device.to_owned(),
+        shards,
+    };
+    Completeness {
+        runs_planned: index.plan.runs,
+        runs_done: tally.status.iter().sum(),
+        shards_planned: index.plan.shards(),
+        shards_done: index.complete.len() as u32,
+        shards_missing: index.missing().into_iter().take(LISTED_SHARDS).collect(),
+        devices: devices.into_iter().map(device).collect(),
+    }
+}
+
+fn accounting(tally: &Tally) -> Accounting {
+    let count = |((bit, name, meaning), (runs, invalid_runs)): (&(u32, &str, &str), &(u64, u64))| FlagCount {
+        flag: (*name).to_owned(),
+        meaning: (*meaning).to_owned(),
+        invalidates: bit & flags::INVALID != 0,
+        runs: *runs,
+        invalid_runs: *invalid_runs,
+    };
+    Accounting {
+        pass: tally.status[Status::Pass as usize],
+        fail: tally.status[Status::Fail as usize],
+        invalid: tally.status[Status::Invalid as usize],
+        flags: flags::TABLE.iter().zip(&tally.flags).map(count).filter(|flag| flag.runs > 0).collect(),
+    }
+}
+
+fn requirement_summary(
+    facts: &CampaignFacts,
+    requirement: &Requirement,
+    [space, facility]: &[LoopTally; 2],
+    tally: &Tally,
+    complete: bool,
+) -> RequirementSummary {
+    let invalid = tally.status[Status::Invalid as usize];
+    let side = match requirement.side {
+        Side::AtMost => "at_most",
+        Side::AtLeast => "at_least",
+    };
+    let judged = |counts| loop_summary(facts, requirement, counts, invalid, complete);
+    RequirementSummary {
+        id: requirement.id.clone(),
+        column_id: requirement.column_id(),
+        text: requirement.text.clone(),
+        metric: requirement.metric.clone(),
+        unit: requirement.unit.to_owned(),
+        side: side.to_owned(),
+        limit: requirement.limit,
+        probability: requirement.probability,
+        confidence: requirement.confidence,
+        loops: PerLoop { space: judged(space), facility: judged(facility) },
+    }
+}
+
+fn loop_summary(
+    facts: &CampaignFacts,
+    requirement: &Requirement,
+    counts: &LoopTally,
+    invalid: u64,
+    complete: bool,
+) -> LoopSummary {
+    let DrawCount { runs, failures } = counts.total();
+    // An incomplete campaign is measured by what its planned runs would allow: early fail, never early pass.
+    let judged_runs = if complete { runs } else { facts.plan.runs };
+    let allowed = allowed_failures(judged_runs, requirement.probability, requirement.confidence);
+    let outer = (counts.draws.len() > 1).then(|| outer_summary(requirement, counts));
+    let verified = match &outer {
+        Some(outer) => outer.verified == outer.draws,
+        None => allowed.is_some_and(|allowed| failures <= allowed),
+    };
+    let failed_early = outer.is_none() && allowed.is_some_and(|allowed| failures > allowed);
+    let verdict = match (facts.independent_runs, complete) {
+        (false, _) => Verdict::Undecided,
+        (true, true) if verified => Verdict::Verified,
+        (true, true) => Verdict::NotVerified,
+        (true, false) if failed_early => Verdict::NotVerified,
+        (true, false) => Verdict::Undecided,
+    };
+    LoopSummary {
+        verdict,
+        runs,
+        failures,
+        invalid,
+        allowed,
+        failure_rate_bound: upper_bound(failures, runs, requirement.confidence),
+        wilson: wilson(failures, runs, READING_CONFIDENCE),
+        worst: counts.worst,
+        tolerance_limit: counts.tolerance_limit(),
+        outer,
+    }
+}
+
+/// Epistemic outside, aleatory inside: every draw has its own verdict, and the worst one counts.
+fn outer_summary(requirement: &Requirement, counts: &LoopTally) -> OuterSummary {
+    let bound = |draw: &DrawCount| upper_bound(draw.failures, draw.runs, requirement.confidence);
+    let verified = counts.draws.values().filter(|draw| bound(draw) <= 1.0 - requirement.probability).count();
+    let worst = counts.draws.iter().max_by(|(_, one), (_, two)| bound(one).total_cmp(&bound(two)));
+    let (worst_draw, worst) = worst.map_or((0, DrawCount::default()), |(number, draw)| (*number, *draw));
+    OuterSummary {
+        draws: counts.draws.len() as u64,
+        verified: verified as u64,
+        worst_draw,
+        worst_runs: worst.runs,
+        worst_failures: worst.failures,
+        worst_bound: bound(&worst),
+    }
+}
+
+fn agreement(tally: &Tally) -> AgreementSummary {
+    let count = |agreement: Agreement| tally.agreement[agreement as usize];
+    let runs: u64 = tally.agreement.iter().sum();
+    let share = |agreement| Share::of(count(agreement), runs);
+    let (true_pass, false_pass) = (count(Agreement::TruePass), count(Agreement::FalsePass));
+    let (true_fail, false_fail) = (count(Agreement::TrueFail), count(Agreement::FalseFail));
+    AgreementSummary {
+        true_pass: share(Agreement::TruePass),
+        false_pass: share(Agreement::FalsePass),
+        true_fail: share(Agreement::TrueFail),
+        false_fail: share(Agreement::FalseFail),
+        invalid: share(Agreement::Invalid),
+        false_pass_rate: Share::of(false_pass, false_pass + true_fail),
+        false_fail_rate: Share::of(false_fail, false_fail + true_pass),
+        misleading_passes: Share::of(false_pass, false_pass + true_pass),
+    }
+}

@@ -1,0 +1,263 @@
+//! The summary of a campaign: `summary.json`, the terminal's verdict and the report's tables in one type.
+
+use serde::{Deserialize, Serialize};
+
+use crate::exact::{Interval, READING_CONFIDENCE, clopper_pearson};
+use crate::parity::Parity;
+
+/// Version of `summary.json`; keys are only added within one major.
+pub const SUMMARY_SCHEMA: &str = "summary/1";
+
+/// A verdict on one requirement or on a whole campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Demonstrated with the asked probability and confidence.
+    Verified,
+    /// Not demonstrated.
+    NotVerified,
+    /// No statement: runs are missing, or they are not independent.
+    Undecided,
+}
+
+impl Verdict {
+    /// The verdict in capitals.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Verified => "VERIFIED",
+            Self::NotVerified => "NOT VERIFIED",
+            Self::Undecided => "UNDECIDED",
+        }
+    }
+}
+
+/// A counted share with its two-sided Clopper-Pearson interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// Cases that count.
+    pub count: u64,
+    /// All cases.
+    pub cases: u64,
+    /// Interval of the true share.
+    pub interval: Interval,
+}
+
+impl Share {
+    /// The share with its 95 % interval.
+    pub fn of(count: u64, cases: u64) -> Self {
+        Self { count, cases, interval: clopper_pearson(count, cases, READING_CONFIDENCE) }
+    }
+}
+
+/// A whole campaign.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// [`SUMMARY_SCHEMA`].
+    pub schema: String,
+    /// Campaign id.
+    pub campaign: String,
+    /// Campaign title.
+    pub title: String,
+    /// Campaign hash.
+    pub campaign_hash: String,
+    /// Seed.
+    pub seed: u64,
+    /// Version of softdock.
+    pub version: String,
+    /// Verdict of all requirements in space.
+    pub verdict: Verdict,
+    /// 0 verified, 1 not verified, 3 incomplete.
+    pub exit_code: u8,
+    /// False if the sample is one for exploring.
+    pub independent_runs: bool,
+    /// "count-as-failures" or "report-only".
+    pub invalid_runs: String,
+    /// Shards and runs.
+    pub completeness: Completeness,
+    /// Runs by status and flag.
+    pub accounting: Accounting,
+    /// One entry per requirement.
+    pub requirements: Vec<RequirementSummary>,
+    /// All requirements together, in space and on the facility.
+    pub joint: PerLoop<Share>,
+    /// The facility's verdict on the task against the verdict of space.
+    pub agreement: AgreementSummary,
+    /// Runs repeated in f64, if there are any.
+    pub parity: Option<Parity>,
+}
+
+/// The same quantity for both loops.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PerLoop<T> {
+    /// In space.
+    pub space: T,
+    /// On the facility.
+    pub facility: T,
+}
+
+/// What is planned and what is there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Completeness {
+    /// Runs of the campaign.
+    pub runs_planned: u64,
+    /// Runs in whole shards.
+    pub runs_done: u64,
+    /// Shards of the campaign.
+    pub shards_planned: u32,
+    /// Whole shards.
+    pub shards_done: u32,
+    /// The first missing shards, at most 100.
+    pub shards_missing: Vec<u32>,
+    /// Who computed how many shards.
+    pub devices: Vec<DeviceShards>,
+}
+
+impl Completeness {
+    /// True if every shard is there.
+    pub fn is_complete(&self) -> bool {
+        self.shards_done == self.shards_planned
+    }
+}
+
+/// Shards of one device.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceShards {
+    /// `cpu` or `gpu`.
+    pub backend: String,
+    /// The device, as its driver calls it.
+    pub device: String,
+    /// Number of shards.
+    pub shards: u32,
+}
+
+/// Runs by what became of them; none is left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Accounting {
+    /// Every requirement holds in space.
+    pub pass: u64,
+    /// Some requirement fails in space.
+    pub fail: u64,
+    /// The numbers cannot be trusted.
+    pub invalid: u64,
+    /// Runs with each flag that occurs.
+    pub flags: Vec<FlagCount>,
+}
+
+impl Accounting {
+    /// All runs.
+    pub fn runs(&self) -> u64 {
+        self.pass + self.fail + self.invalid
+    }
+}
+
+/// Runs with one flag.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlagCount {
+    /// Name of the flag.
+    pub flag: String,
+    /// What it means.
+    pub meaning: String,
+    /// Whether it makes a run invalid.
+    pub invalidates: bool,
+    /// Runs that carry it.
+    pub runs: u64,
+    /// Runs that carry it and are invalid.
+    pub invalid_runs: u64,
+}
+
+/// One requirement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RequirementSummary {
+    /// Id as in the user's documents.
+    pub id: String,
+    /// Id in column names.
+    pub column_id: String,
+    /// Text.
+    pub text: String,
+    /// Metric.
+    pub metric: String,
+    /// Unit of metric, limit and margin.
+    pub unit: String,
+    /// `at_most` or `at_least`.
+    pub side: String,
+    /// Limit.
+    pub limit: f64,
+    /// Share of cases that must pass.
+    pub probability: f64,
+    /// Confidence of the demonstration.
+    pub confidence: f64,
+    /// In space and on the facility.
+    pub loops: PerLoop<LoopSummary>,
+}
+
+/// One requirement in one loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoopSummary {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Runs that the verdict stands on.
+    pub runs: u64,
+    /// Failures among them, counted invalid runs included.
+    pub failures: u64,
+    /// Invalid runs.
+    pub invalid: u64,
+    /// Failures with which the planned runs still demonstrate the requirement; null if no number does.
+    pub allowed: Option<u64>,
+    /// One-sided Clopper-Pearson bound of the failure rate, at the requirement's confidence.
+    pub failure_rate_bound: f64,
+    /// Two-sided Wilson interval of the failure rate, for reading.
+    pub wilson: Interval,
+    /// The valid run with the smallest margin.
+    pub worst: Option<RunMargin>,
+    /// Wilks: at least the asked share of all cases lies above this margin, at the asked confidence.
+    pub tolerance_limit: Option<RunMargin>,
+    /// The draws of the epistemic inputs, if there are several.
+    pub outer: Option<OuterSummary>,
+}
+
+/// A run and its margin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunMargin {
+    /// Run number.
+    pub run: u64,
+    /// Margin, positive inside the limit.
+    pub margin: f64,
+}
+
+/// Verdicts over the outer draws.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OuterSummary {
+    /// Number of draws.
+    pub draws: u64,
+    /// Draws whose own runs demonstrate the requirement.
+    pub verified: u64,
+    /// Number of the draw with the highest failure bound.
+    pub worst_draw: u32,
+    /// Runs of that draw.
+    pub worst_runs: u64,
+    /// Failures among them.
+    pub worst_failures: u64,
+    /// One-sided Clopper-Pearson bound of its failure rate.
+    pub worst_bound: f64,
+}
+
+/// Counts and rates of the facility's verdicts on the task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AgreementSummary {
+    /// Both pass; share of all runs.
+    pub true_pass: Share,
+    /// The facility passes what fails in space; share of all runs.
+    pub false_pass: Share,
+    /// Both fail; share of all runs.
+    pub true_fail: Share,
+    /// The facility fails what passes in space; share of all runs.
+    pub false_fail: Share,
+    /// Invalid; share of all runs.
+    pub invalid: Share,
+    /// False passes among the runs that fail in space.
+    pub false_pass_rate: Share,
+    /// False fails among the runs that pass in space.
+    pub false_fail_rate: Share,
+    /// Runs that fail in space among the runs that the facility passes.
+    pub misleading_passes: Share,
+}

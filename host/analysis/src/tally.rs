@@ -1,0 +1,227 @@
+//! One pass over a campaign's runs, batch by batch: counters, worst runs and the tails of the margins.
+//!
+//! Memory does not grow with the number of runs, only with the failures that a requirement allows (16 bytes each).
+
+use std::collections::{BTreeMap, BinaryHeap};
+
+use softdock_campaign::requirement::Requirement;
+use softdock_kernels::metrics::flags;
+use softdock_results::Table;
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, STATUS_WORDS, Status};
+
+use crate::exact::tolerance_rank;
+use crate::facts::{CampaignFacts, InvalidRuns};
+use crate::summary::RunMargin;
+
+/// Margins kept for a tolerance limit; a requirement that needs more gets none.
+const LONGEST_TAIL: u64 = 1_000_000;
+
+/// Prefixes of the two loops' columns.
+pub(crate) const LOOPS: [&str; 2] = ["space", "hil"];
+
+/// What is counted over all runs.
+pub(crate) struct Tally {
+    invalid: InvalidRuns,
+    pub(crate) status: [u64; STATUS_WORDS.len()],
+    pub(crate) agreement: [u64; AGREEMENT_WORDS.len()],
+    /// Runs, and invalid runs, with each flag of the flag table.
+    pub(crate) flags: Vec<(u64, u64)>,
+    /// Per requirement: space, facility.
+    pub(crate) requirements: Vec<[LoopTally; 2]>,
+    /// Runs in which every requirement holds: space, facility.
+    pub(crate) joint: [u64; 2],
+    /// Runs that verdicts stand on.
+    pub(crate) counted: u64,
+}
+
+/// What is counted for one requirement in one loop.
+pub(crate) struct LoopTally {
+    /// Per outer draw.
+    pub(crate) draws: BTreeMap<u32, DrawCount>,
+    pub(crate) worst: Option<RunMargin>,
+    tail: Tail,
+}
+
+/// Runs of one outer draw.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct DrawCount {
+    pub(crate) runs: u64,
+    pub(crate) failures: u64,
+}
+
+/// The smallest margins, up to the rank of the tolerance limit.
+struct Tail {
+    rank: Option<u64>,
+    smallest: BinaryHeap<(OrderedMargin, u64)>,
+}
+
+/// A margin in the order of numbers.
+#[derive(Clone, Copy, PartialEq)]
+struct OrderedMargin(f64);
+
+impl Eq for OrderedMargin {}
+
+impl PartialOrd for OrderedMargin {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedMargin {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+impl Tail {
+    /// A run without a margin lies below every margin.
+    fn add(&mut self, margin: Option<f64>, run: u64) {
+        let Some(rank) = self.rank else { return };
+        self.smallest.push((OrderedMargin(margin.unwrap_or(f64::NEG_INFINITY)), run));
+        if self.smallest.len() as u64 > rank {
+            self.smallest.pop();
+        }
+    }
+
+    fn limit(&self) -> Option<RunMargin> {
+        let (OrderedMargin(margin), run) = *self.smallest.peek()?;
+        let full = self.rank == Some(self.smallest.len() as u64);
+        (full && margin.is_finite()).then_some(RunMargin { run, margin })
+    }
+}
+
+impl LoopTally {
+    fn new(requirement: &Requirement, runs: u64) -> Self {
+        let rank = tolerance_rank(runs, requirement.probability, requirement.confidence);
+        let tail = Tail { rank: rank.filter(|rank| *rank <= LONGEST_TAIL), smallest: BinaryHeap::new() };
+        Self { draws: BTreeMap::new(), worst: None, tail }
+    }
+
+    fn add(&mut self, run: u64, outer: u32, margin: Option<f64>, pass: bool) {
+        let draw = self.draws.entry(outer).or_default();
+        draw.runs += 1;
+        draw.failures += u64::from(!pass);
+        self.tail.add(margin, run);
+        if let Some(margin) = margin.filter(|margin| self.worst.is_none_or(|worst| *margin < worst.margin)) {
+            self.worst = Some(RunMargin { run, margin });
+        }
+    }
+
+    /// All runs and failures.
+    pub(crate) fn total(&self) -> DrawCount {
+        let add = |sum: DrawCount, draw: &DrawCount| DrawCount {
+            runs: sum.runs + draw.runs,
+            failures: sum.failures + draw.failures,
+        };
+        self.draws.values().fold(DrawCount::default(), add)
+    }
+
+    /// The Wilks limit; with several outer draws the margins are not one sample, and there is none.
+    pub(crate) fn tolerance_limit(&self) -> Option<RunMargin> {
+        if self.draws.len() > 1 { None } else { self.tail.limit() }
+    }
+}
+
+/// The columns of one batch.
+struct Batch<'a> {
+    run: &'a [u64],
+    outer: &'a [u32],
+    flags: &'a [u32],
+    table: &'a Table,
+    /// Per requirement: space, facility.
+    outcomes: Vec<[Outcomes<'a>; 2]>,
+}
+
+/// The outcome columns of one requirement in one loop.
+struct Outcomes<'a> {
+    margins: &'a [Option<f64>],
+    passes: &'a [Option<bool>],
+}
+
+impl Tally {
+    pub(crate) fn new(facts: &CampaignFacts) -> Self {
+        let tally = |requirement: &Requirement| LOOPS.map(|_| LoopTally::new(requirement, facts.plan.runs));
+        Self {
+            invalid: facts.invalid,
+            status: [0; STATUS_WORDS.len()],
+            agreement: [0; AGREEMENT_WORDS.len()],
+            flags: vec![(0, 0); flags::TABLE.len()],
+            requirements: facts.requirements.iter().map(tally).collect(),
+            joint: [0; 2],
+            counted: 0,
+        }
+    }
+
+    /// Names of the columns that are read.
+    pub(crate) fn columns(facts: &CampaignFacts) -> Vec<String> {
+        let fixed = ["run", "outer", "status", "agreement", "flags"].map(str::to_owned);
+        let outcomes = facts
+            .requirements
+            .iter()
+            .flat_map(|requirement| LOOPS.into_iter().flat_map(|side| outcome_columns(side, &requirement.column_id())));
+        fixed.into_iter().chain(outcomes).collect()
+    }
+
+    /// Counts a batch; an error names the column that is not what it should be.
+    pub(crate) fn add(&mut self, table: &Table, facts: &CampaignFacts) -> Result<(), String> {
+        let batch = Batch::of(table, facts)?;
+        (0..table.rows()).try_for_each(|row| self.add_row(&batch, row))
+    }
+
+    fn add_row(&mut self, batch: &Batch, row: usize) -> Result<(), String> {
+        let word = |name: &str| batch.table.column(name).and_then(|column| column.values.word(row));
+        let status = word("status").and_then(Status::from_word).ok_or("column `status` holds an unknown word")?;
+        let agreement =
+            word("agreement").and_then(Agreement::from_word).ok_or("column `agreement` holds an unknown word")?;
+        let invalid = status == Status::Invalid;
+        self.status[status as usize] += 1;
+        self.agreement[agreement as usize] += 1;
+        for (count, (bit, ..)) in self.flags.iter_mut().zip(flags::TABLE) {
+            let set = u64::from(batch.flags[row] & bit != 0);
+            count.0 += set;
+            count.1 += set * u64::from(invalid);
+        }
+        if invalid && self.invalid == InvalidRuns::ReportOnly {
+            return Ok(());
+        }
+        self.counted += 1;
+        let mut all = [!invalid; 2];
+        for (tallies, outcomes) in self.requirements.iter_mut().zip(&batch.outcomes) {
+            for ((tally, outcomes), all) in tallies.iter_mut().zip(outcomes).zip(&mut all) {
+                let pass = !invalid && outcomes.passes[row] == Some(true);
+                let margin = outcomes.margins[row].filter(|_| !invalid);
+                tally.add(batch.run[row], batch.outer[row], margin, pass);
+                *all &= pass;
+            }
+        }
+        for (joint, all) in self.joint.iter_mut().zip(all) {
+            *joint += u64::from(all);
+        }
+        Ok(())
+    }
+}
+
+/// Names of a requirement's margin and pass columns.
+pub(crate) fn outcome_columns(side: &str, id: &str) -> [String; 2] {
+    [format!("{side}_margin_{id}"), format!("{side}_pass_{id}")]
+}
+
+impl<'a> Batch<'a> {
+    fn of(table: &'a Table, facts: &CampaignFacts) -> Result<Self, String> {
+        let lacking = |name: &str| format!("no column `{name}` of the expected type");
+        let outcome = |side: &str, requirement: &Requirement| {
+            let [margin, pass] = outcome_columns(side, &requirement.column_id());
+            let margins = table.f64s(&margin).ok_or_else(|| lacking(&margin))?;
+            let passes = table.bools(&pass).ok_or_else(|| lacking(&pass))?;
+            Ok::<_, String>(Outcomes { margins, passes })
+        };
+        let both = |requirement: &Requirement| Ok([outcome("space", requirement)?, outcome("hil", requirement)?]);
+        Ok(Self {
+            run: table.u64s("run").ok_or_else(|| lacking("run"))?,
+            outer: table.u32s("outer").ok_or_else(|| lacking("outer"))?,
+            flags: table.u32s("flags").ok_or_else(|| lacking("flags"))?,
+            table,
+            outcomes: facts.requirements.iter().map(both).collect::<Result<_, String>>()?,
+        })
+    }
+}

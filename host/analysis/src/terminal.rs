@@ -1,0 +1,126 @@
+//! The verdict as aligned plain text for the terminal.
+
+use std::fmt::Write;
+
+use crate::number::{interval, percent, significant, with_unit};
+use crate::parity::Parity;
+use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
+
+/// The whole verdict: requirements, agreement, accounting, parity.
+pub fn verdict_text(summary: &Summary) -> String {
+    let mut out = String::new();
+    let done = &summary.completeness;
+    let _ = writeln!(
+        out,
+        "{}  {}  {} of {} runs, {} of {} shards, seed {}",
+        summary.campaign,
+        summary.verdict.word(),
+        done.runs_done,
+        done.runs_planned,
+        done.shards_done,
+        done.shards_planned,
+        summary.seed
+    );
+    if !summary.independent_runs {
+        out.push_str("  the runs are not independent (Sobol or Latin hypercube): for exploring, no verdict\n");
+    }
+    requirement_lines(&mut out, summary);
+    agreement_lines(&mut out, summary);
+    accounting_line(&mut out, summary);
+    if let Some(parity) = &summary.parity {
+        parity_lines(&mut out, parity);
+    }
+    out
+}
+
+fn requirement_lines(out: &mut String, summary: &Summary) {
+    let mut rows = Vec::new();
+    for requirement in &summary.requirements {
+        rows.push(requirement_row(&requirement.id, "space", requirement, &requirement.loops.space));
+        rows.push(requirement_row("", "facility", requirement, &requirement.loops.facility));
+    }
+    let joint = &summary.joint;
+    for (name, side, share) in [("together", "space", &joint.space), ("", "facility", &joint.facility)] {
+        let passed = format!("{} of {} passed", share.count, share.cases);
+        rows.push([name, side, "", &passed, &interval(&share.interval), ""].map(str::to_owned));
+    }
+    out.push('\n');
+    table(out, &rows);
+}
+
+fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
+    let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
+    let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
+    let bound = significant(judged.failure_rate_bound, 3);
+    let mut reading = format!("p <= {bound} at {}", percent(requirement.confidence));
+    if let Some(outer) = &judged.outer {
+        let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);
+    }
+    let margin = match (&judged.tolerance_limit, &judged.worst) {
+        (Some(limit), _) => format!("margin >= {}", with_unit(limit.margin, &requirement.unit)),
+        (None, Some(worst)) => format!("worst {} (run {})", with_unit(worst.margin, &requirement.unit), worst.run),
+        (None, None) => String::new(),
+    };
+    [name.to_owned(), side.to_owned(), judged.verdict.word().to_owned(), failed, reading, margin]
+}
+
+fn agreement_lines(out: &mut String, summary: &Summary) {
+    let agreement = &summary.agreement;
+    let row = |name: &str, share: &Share, of: &str| {
+        [name.to_owned(), format!("{} of {}", share.count, share.cases), interval(&share.interval), of.to_owned()]
+    };
+    out.push_str("\nagreement of the facility with space on the task\n");
+    table(
+        out,
+        &[
+            row("true pass", &agreement.true_pass, "both pass"),
+            row("false pass", &agreement.false_pass, "the facility passes, space fails"),
+            row("true fail", &agreement.true_fail, "both fail"),
+            row("false fail", &agreement.false_fail, "the facility fails, space passes"),
+            row("invalid", &agreement.invalid, "numbers that cannot be trusted"),
+            row("false-pass rate", &agreement.false_pass_rate, "of the runs that fail in space"),
+            row("false-fail rate", &agreement.false_fail_rate, "of the runs that pass in space"),
+            row("misleading passes", &agreement.misleading_passes, "of the runs that the facility passes"),
+        ],
+    );
+}
+
+fn accounting_line(out: &mut String, summary: &Summary) {
+    let runs = &summary.accounting;
+    let _ = writeln!(
+        out,
+        "\nruns  {} pass, {} fail, {} invalid ({})",
+        runs.pass, runs.fail, runs.invalid, summary.invalid_runs
+    );
+    for flag in &runs.flags {
+        let _ = writeln!(out, "  {:>9}  {}: {}", flag.runs, flag.flag, flag.meaning);
+    }
+}
+
+fn parity_lines(out: &mut String, parity: &Parity) {
+    let flips = &parity.flipped;
+    let _ = writeln!(
+        out,
+        "parity  {} runs repeated in f64: {} with another verdict, {}",
+        parity.runs,
+        flips.count,
+        interval(&flips.interval)
+    );
+    let forces = parity.metrics.iter().filter(|metric| metric.column.ends_with("peak_force_n"));
+    for metric in forces {
+        let (max, rms) =
+            (with_unit(metric.max_difference, &metric.unit), with_unit(metric.rms_difference, &metric.unit));
+        let _ = writeln!(out, "  {}: largest difference {max}, root mean square {rms}", metric.column);
+    }
+}
+
+/// Rows with aligned columns, two blanks between them.
+fn table<const N: usize>(out: &mut String, rows: &[[String; N]]) {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    for row in rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
+        let line = cells.collect::<Vec<_>>().join("  ");
+        let _ = writeln!(out, "  {}", line.trim_end());
+    }
+}

@@ -1,0 +1,192 @@
+//! The summary against counts made by hand: invalid runs, incomplete campaigns, outer draws, parity.
+
+mod synthetic;
+
+use softdock_analysis::exact::{allowed_failures, clopper_pearson, upper_bound};
+use softdock_analysis::{InvalidRuns, Summary, Verdict, summarise, verdict_text};
+use softdock_campaign::requirement::Requirement;
+use softdock_results::runs::{Agreement, RunRow, Status};
+use softdock_results::shards::{shard_path, write_shard};
+use synthetic::{facts, plan, provenance, requirements, row, schema, write_campaign, write_shards};
+
+const RUNS: u64 = 4_000;
+
+fn whole(runs: u64) -> (tempfile::TempDir, Vec<Requirement>) {
+    let results = tempfile::tempdir().unwrap();
+    write_shards(results.path(), runs, 0..plan(runs).shards());
+    (results, requirements())
+}
+
+#[test]
+fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
+    let (results, requirements) = whole(RUNS);
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let rows: Vec<RunRow> = (0..RUNS).map(row).collect();
+    let count = |which: &dyn Fn(&&RunRow) -> bool| rows.iter().filter(which).count() as u64;
+    let invalid = count(&|row| row.status == Status::Invalid);
+    assert!(invalid >= 3);
+    assert_eq!(summary.accounting.invalid, invalid);
+    assert_eq!(summary.accounting.runs(), RUNS);
+    for (at, requirement) in summary.requirements.iter().enumerate() {
+        let space = count(&|row| row.space_outcomes[at].pass != Some(true));
+        let facility = count(&|row| row.hil_outcomes[at].pass != Some(true));
+        let loops = &requirement.loops;
+        assert_eq!((loops.space.failures, loops.space.runs, loops.space.invalid), (space, RUNS, invalid));
+        assert_eq!(loops.facility.failures, facility);
+        assert_eq!(loops.space.allowed, allowed_failures(RUNS, requirement.probability, 0.9));
+        assert_eq!(loops.space.failure_rate_bound, upper_bound(space, RUNS, 0.9));
+        assert_eq!(loops.space.verdict == Verdict::Verified, loops.space.failures <= loops.space.allowed.unwrap());
+    }
+    let both = count(&|row| row.space_outcomes.iter().all(|outcome| outcome.pass == Some(true)));
+    assert_eq!((summary.joint.space.count, summary.joint.space.cases), (both, RUNS));
+    let false_pass = count(&|row| row.agreement == Agreement::FalsePass);
+    let true_fail = count(&|row| row.agreement == Agreement::TrueFail);
+    assert!(false_pass > 0 && true_fail > 0);
+    let rate = &summary.agreement.false_pass_rate;
+    assert_eq!((rate.count, rate.cases), (false_pass, false_pass + true_fail));
+    assert_eq!(rate.interval, clopper_pearson(false_pass, false_pass + true_fail, 0.95));
+    assert_eq!(summary.agreement.invalid.count, invalid);
+    let non_finite = summary.accounting.flags.iter().find(|flag| flag.flag == "space_non_finite").unwrap();
+    assert_eq!((non_finite.runs, non_finite.invalid_runs, non_finite.invalidates), (invalid, invalid, true));
+}
+
+#[test]
+fn the_worst_run_and_the_tolerance_limit_are_order_statistics() {
+    let (results, requirements) = whole(RUNS);
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let margins = |at: usize| -> Vec<(f64, u64)> {
+        let keyed = (0..RUNS).map(row).map(|row| (row.space_outcomes[at].margin.unwrap_or(f64::NEG_INFINITY), row.run));
+        let mut margins: Vec<_> = keyed.collect();
+        margins.sort_by(|one, two| one.0.total_cmp(&two.0));
+        margins
+    };
+    let sorted = margins(0);
+    let space = &summary.requirements[0].loops.space;
+    let finite = sorted.iter().find(|(margin, _)| margin.is_finite()).unwrap();
+    assert_eq!(space.worst.map(|worst| (worst.margin, worst.run)), Some(*finite));
+    let limit = space.tolerance_limit.unwrap();
+    assert_eq!((limit.margin, limit.run), sorted[space.allowed.unwrap() as usize]);
+    assert_eq!(limit.margin >= 0.0, space.verdict == Verdict::Verified);
+}
+
+#[test]
+fn report_only_takes_invalid_runs_out_of_the_verdict_but_not_out_of_the_report() {
+    let (results, requirements) = whole(RUNS);
+    let mut facts = facts(&requirements, RUNS);
+    let strict = summarise(results.path(), &facts).unwrap();
+    facts.invalid = InvalidRuns::ReportOnly;
+    let lenient = summarise(results.path(), &facts).unwrap();
+    let invalid = strict.accounting.invalid;
+    let [strict_space, lenient_space] = [&strict, &lenient].map(|summary| &summary.requirements[0].loops.space);
+    assert_eq!(lenient_space.runs, strict_space.runs - invalid);
+    assert_eq!(lenient_space.failures, strict_space.failures - invalid);
+    assert_eq!(lenient.accounting, strict.accounting);
+    assert!(verdict_text(&lenient).contains("invalid (report-only)"));
+}
+
+#[test]
+fn an_incomplete_campaign_may_fail_early_and_never_passes_early() {
+    let (results, mut requirements) = (tempfile::tempdir().unwrap(), requirements());
+    let empty = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((empty.exit_code, empty.verdict), (3, Verdict::Undecided));
+    write_shards(results.path(), RUNS, 0..7);
+    requirements[0].limit = 1.0e9;
+    requirements[0].probability = 0.5;
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((summary.exit_code, summary.completeness.shards_missing.clone()), (3, vec![7]));
+    assert_eq!(summary.requirements[0].loops.space.verdict, Verdict::Undecided);
+    requirements[0].probability = 0.999_9;
+    requirements[1].probability = 0.999;
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!(summary.requirements[0].loops.space.allowed, None);
+    assert_eq!(summary.requirements[1].loops.space.verdict, Verdict::NotVerified);
+    assert_eq!((summary.exit_code, summary.verdict), (3, Verdict::NotVerified));
+}
+
+#[test]
+fn the_exit_code_is_the_verdict_of_space() {
+    let (results, mut requirements) = whole(RUNS);
+    requirements.iter_mut().for_each(|requirement| requirement.probability = 0.01);
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (0, Verdict::Verified));
+    requirements[1].probability = 0.999;
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
+    let mut exploring = facts(&requirements, RUNS);
+    exploring.independent_runs = false;
+    let summary = summarise(results.path(), &exploring).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided));
+    assert!(verdict_text(&summary).contains("not independent"));
+}
+
+#[test]
+fn a_campaign_of_invalid_runs_alone_is_not_verified() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    let invalid = |run: u64| RunRow { run, ..row(996) };
+    write_shard(results.path(), 0, &schema(), (0..500).map(invalid).collect(), &provenance()).unwrap();
+    let summary = summarise(results.path(), &facts(&requirements, 500)).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
+    assert_eq!(summary.requirements[0].loops.facility.failures, 500);
+    assert_eq!(summary.requirements[0].loops.space.worst, None);
+}
+
+#[test]
+fn every_outer_draw_must_be_verified() {
+    let (results, mut requirements) = (tempfile::tempdir().unwrap(), requirements());
+    requirements.truncate(1);
+    let outer = |run: u64| RunRow { outer: (run / 250) as u32, ..row(run) };
+    for shard in 0..2 {
+        let rows = plan(1_000).range(shard).map(outer);
+        let bad = |mut row: RunRow| {
+            row.space_outcomes[0].pass = Some(row.outer != 2 || row.run % 2 == 0);
+            row
+        };
+        write_shard(results.path(), shard, &schema(), rows.map(bad).collect(), &provenance()).unwrap();
+    }
+    let summary = summarise(results.path(), &facts(&requirements, 1_000)).unwrap();
+    let space = &summary.requirements[0].loops.space;
+    let outer = space.outer.as_ref().unwrap();
+    assert_eq!((outer.draws, outer.verified, outer.worst_draw), (4, 3, 2));
+    assert_eq!((outer.worst_runs, space.verdict), (250, Verdict::NotVerified));
+    assert_eq!(space.tolerance_limit, None);
+}
+
+#[test]
+fn a_foreign_or_damaged_shard_is_an_error() {
+    let (results, requirements) = whole(1_000);
+    std::fs::write(shard_path(results.path(), 1), b"damaged").unwrap();
+    assert!(summarise(results.path(), &facts(&requirements, 1_000)).unwrap_err().to_string().contains("shard=00001"));
+}
+
+#[test]
+fn parity_measures_differences_and_flips() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    write_campaign(results.path(), RUNS);
+    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let parity = summary.parity.as_ref().unwrap();
+    assert_eq!((parity.runs, parity.flipped.count), (100, 1));
+    assert_eq!((parity.flips[0].run, parity.flips[0].column.as_str()), (280, "hil_pass_dck_010"));
+    assert_eq!(parity.flips[0].within_three_rms, Some(false));
+    let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
+    assert!(force.rms_difference > 0.0 && force.max_difference <= 0.01 && force.unit == "N");
+    let json = serde_json::to_value(&summary).unwrap();
+    for key in ["schema", "campaign_hash", "seed", "verdict", "exit_code", "completeness", "requirements", "agreement"]
+    {
+        assert!(!json[key].is_null(), "{key}");
+    }
+    assert_eq!(json["requirements"][0]["loops"]["space"]["allowed"], 375);
+    let back: Summary = serde_json::from_value(json).unwrap();
+    assert_eq!(back, summary);
+}
+
+#[test]
+fn the_terminal_text_is_aligned_and_gives_no_share_without_its_interval() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    write_campaign(results.path(), RUNS);
+    let text = verdict_text(&summarise(results.path(), &facts(&requirements, RUNS)).unwrap());
+    println!("{text}");
+    assert!(text.lines().all(|line| line.len() <= 140), "{text}");
+    for line in text.lines().filter(|line| line.contains('%')) {
+        assert!(line.contains("confidence") || line.contains("p <= "), "{line}");
+    }
+}

@@ -1,0 +1,223 @@
+//! A made-up docking campaign: the facility adds energy with delay and stiffness, and so misjudges some runs.
+
+use std::path::Path;
+
+use softdock_analysis::{CampaignFacts, InvalidRuns};
+use softdock_campaign::requirement::{Requirement, Side};
+use softdock_kernels::fields::{from_slice, to_vec};
+use softdock_kernels::metrics::{Metrics, flags};
+use softdock_kernels::params::Params;
+use softdock_results::parity::{ParityRow, write_parity};
+use softdock_results::runs::{Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status, metric_fields};
+use softdock_results::shards::{Provenance, ShardPlan, write_shard};
+use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
+
+/// Every so many runs one is invalid.
+const INVALID_EVERY: u64 = 997;
+
+/// The campaign's plan.
+pub(crate) fn plan(runs: u64) -> ShardPlan {
+    ShardPlan { runs, shard_runs: 500 }
+}
+
+/// A limit on the force and one on the duration of the capture.
+pub(crate) fn requirements() -> Vec<Requirement> {
+    let requirement = |id: &str, text: &str, metric: &str, unit, limit, probability| Requirement {
+        id: id.to_owned(),
+        text: text.to_owned(),
+        metric: metric.to_owned(),
+        unit,
+        side: Side::AtMost,
+        limit,
+        probability,
+        confidence: 0.9,
+    };
+    vec![
+        requirement("DCK-010", "Peak contact force shall not exceed 400 N.", "peak_force", "N", 400.0, 0.9),
+        requirement("DCK-020", "Capture completes within 22 s.", "capture_time", "s", 22.0, 0.8),
+    ]
+}
+
+/// What the analysis must know.
+pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_> {
+    CampaignFacts {
+        id: "probe_drogue_made_up",
+        title: "Probe into drogue, made-up data",
+        text: "schema = \"campaign/1\"\nid = \"probe_drogue_made_up\"\nseed = 20261121\nruns = 4000\n",
+        hash: "9f1c2d7be0a4",
+        seed: 20_261_121,
+        version: "0.1.0",
+        plan: plan(runs),
+        invalid: InvalidRuns::CountAsFailures,
+        independent_runs: true,
+        requirements,
+    }
+}
+
+/// Where the files say they come from.
+pub(crate) fn provenance() -> Provenance {
+    Provenance {
+        campaign_hash: "9f1c2d7be0a4".to_owned(),
+        seed: 20_261_121,
+        version: "0.1.0".to_owned(),
+        backend: "gpu".to_owned(),
+        device: "NVIDIA H200 (Vulkan)".to_owned(),
+        more: vec![("kernel_hash".to_owned(), "77aa".to_owned())],
+    }
+}
+
+/// The schema of the runs.
+pub(crate) fn schema() -> RunsSchema {
+    let column = |requirement: &Requirement| RequirementColumn {
+        id: requirement.column_id(),
+        unit: requirement.unit.to_owned(),
+    };
+    RunsSchema::new(requirements().iter().map(column).collect())
+}
+
+/// A uniform number of [0, 1) from a run and a stream (SplitMix64).
+pub(crate) fn uniform(run: u64, stream: u64) -> f64 {
+    let mut z = (run * 64 + stream + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn null_metrics() -> Metrics<f64> {
+    from_slice(&vec![0.0; metric_fields().len()])
+}
+
+/// The draw of a run.
+fn draw(run: u64) -> Params<f64> {
+    let mut params = Params::null();
+    params.closing_speed = 0.02 + 0.06 * uniform(run, 0);
+    params.loop_delay = 0.004 + 0.036 * uniform(run, 1);
+    params.contact_stiffness = 5.0e3 * f64::powf(20.0, uniform(run, 2));
+    params.contact_friction = 0.05 + 0.35 * uniform(run, 3);
+    params.target_mass = 400.0 + 1_600.0 * uniform(run, 4);
+    params.offset.y = 0.1 * (uniform(run, 5) + uniform(run, 6) + uniform(run, 7) - 1.5);
+    params
+}
+
+/// One loop: force and capture of a mass on a spring, with a restitution that the delay raises.
+fn metrics(params: &Params<f64>, run: u64, delay: f64) -> Metrics<f64> {
+    let mut metrics = null_metrics();
+    let mass = 0.8 * params.target_mass;
+    let w = f64::sqrt(params.contact_stiffness / mass);
+    metrics.restitution = 0.6 * f64::exp(0.8 * w * delay);
+    metrics.peak_force = mass * w * params.closing_speed * (1.0 + 0.3 * w * delay);
+    metrics.approach_speed = params.closing_speed;
+    metrics.touch_time = 0.5 / params.closing_speed.max(1e-3) * 0.6;
+    metrics.capture_time = metrics.touch_time + 4.0 * metrics.restitution + 3.0 * uniform(run, 9);
+    let miss = params.offset.y.abs() * (1.0 + params.contact_friction);
+    let captured = miss < 0.115 && metrics.restitution < 1.15;
+    if !captured {
+        metrics.capture_time = -1.0;
+    }
+    metrics.success = f64::from(u8::from(captured && metrics.peak_force < 550.0));
+    metrics.created_energy = 0.5 * mass * params.closing_speed.powi(2) * (f64::exp(1.6 * w * delay) - 1.0);
+    metrics.end_time = 40.0;
+    metrics
+}
+
+/// A run.
+pub(crate) fn row(run: u64) -> RunRow {
+    let params = draw(run);
+    let mut space = metrics(&params, run, 0.0);
+    let mut hil = metrics(&params, run, params.loop_delay);
+    // A rubbing rig holds some parts that would slip off in space.
+    if space.success == 0.0 && hil.success == 0.0 && uniform(run, 10) < 0.3 {
+        (hil.success, hil.capture_time) = (1.0, hil.touch_time + 5.0);
+    }
+    space.created_energy = 0.0;
+    let invalid = run % INVALID_EVERY == INVALID_EVERY - 1;
+    let outcomes = |metrics: &Metrics<f64>| -> Vec<Outcome> {
+        let judge = |requirement: &Requirement| {
+            let margin = requirement.margin(metrics.available(&requirement.metric));
+            Outcome { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
+        };
+        requirements().iter().map(|requirement| if invalid { Outcome::default() } else { judge(requirement) }).collect()
+    };
+    let (space_outcomes, hil_outcomes) = (outcomes(&space), outcomes(&hil));
+    let pass = space_outcomes.iter().all(|outcome| outcome.pass == Some(true));
+    let status = if pass { Status::Pass } else { Status::Fail };
+    RunRow {
+        run,
+        outer: 0,
+        status: if invalid { Status::Invalid } else { status },
+        agreement: if invalid { Agreement::Invalid } else { Agreement::of(space.success > 0.5, hil.success > 0.5) },
+        flags: if invalid { flags::SPACE_NON_FINITE | flags::RETRIED } else { hil_flags(&hil) },
+        inputs: to_vec(&params),
+        effective_mass: Some(0.8 * params.target_mass),
+        space,
+        hil,
+        space_outcomes,
+        hil_outcomes,
+    }
+}
+
+fn hil_flags(hil: &Metrics<f64>) -> u32 {
+    if hil.restitution > 1.15 { flags::HIL_UNSTABLE } else { 0 }
+}
+
+/// Writes some shards of a campaign of so many runs.
+pub(crate) fn write_shards(results: &Path, runs: u64, shards: impl Iterator<Item = u32>) {
+    for shard in shards {
+        let rows = plan(runs).range(shard).map(row).collect();
+        write_shard(results, shard, &schema(), rows, &provenance()).expect("a shard");
+    }
+}
+
+/// Writes a whole campaign with parity table and traces.
+pub(crate) fn write_campaign(results: &Path, runs: u64) {
+    write_shards(results, runs, 0..plan(runs).shards());
+    let pairs = (0..100).map(|run| {
+        let (mut backend, truth) = (row(run * 7), row(run * 7));
+        backend.space.peak_force += 0.02 * (uniform(run, 20) - 0.5);
+        backend.hil.peak_force += 0.05 * (uniform(run, 21) - 0.5);
+        backend.space_outcomes[0].margin = backend.space_outcomes[0].margin.map(|margin| margin + 0.004);
+        if run == 40 {
+            backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
+        }
+        ParityRow { backend, truth }
+    });
+    write_parity(results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
+    for (run, kept_as) in
+        [(NOMINAL_RUN, "nominal"), (12, "worst DCK-010"), (99, "worst DCK-020"), (700, "random"), (1_500, "random")]
+    {
+        write_trace(results, &trace(run, kept_as), &provenance()).expect("a trace");
+    }
+}
+
+/// Bounces of decaying force, in space and, a little later and harder, on the facility.
+fn trace(run: u64, kept_as: &str) -> Trace {
+    let seed = run % 10_000;
+    let time: Vec<f64> = (0..20_000).map(|tick| f64::from(tick) * 1.0e-3).collect();
+    let force = |start: f64, decay: f64, peak: f64| {
+        let bounce = move |t: &f64| {
+            let since = t - start;
+            let number = (since / 0.6).floor();
+            let phase = since - number * 0.6;
+            let inside = since >= 0.0 && phase < 0.25 && number < 6.0;
+            Some(if inside {
+                peak * f64::powf(decay, number) * f64::sin(phase / 0.25 * std::f64::consts::PI)
+            } else {
+                0.0
+            })
+        };
+        time.iter().map(bounce).collect::<Vec<_>>()
+    };
+    let peak = 120.0 + 150.0 * uniform(seed, 30);
+    let signal = |name: &str, place: &str, values| Signal {
+        name: name.to_owned(),
+        unit: "N".to_owned(),
+        description: format!("magnitude of the contact force, {place}"),
+        values,
+    };
+    let start = 8.0 + uniform(seed, 31);
+    let signals = vec![
+        signal("space_force_n", "in space", force(start, 0.6, peak)),
+        signal("hil_force_n", "on the facility", force(start + 0.016, 0.8, 1.12 * peak)),
+    ];
+    Trace { run, kept_as: kept_as.to_owned(), time, signals }
+}
