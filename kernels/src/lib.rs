@@ -4,11 +4,22 @@
 //! and the symbols of [`trace`] print the same text as straight-line WGSL. The frame around the stages (ticks,
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
+mod aba;
+pub mod contact;
 pub mod effects;
 pub mod fields;
+pub mod guidance;
+pub mod lanes;
+pub mod math;
 pub mod metrics;
 pub mod model;
+pub mod monitor;
 pub mod params;
 pub mod philox;
+pub mod plant;
 pub mod real;
+pub mod robot;
+pub mod sensor;
+pub mod space;
+pub mod start;
 pub mod vector;

@@ -203,6 +203,12 @@ impl<R: Copy> Sym3<R> {
 }
 
 impl<R: Real> Sym3<R> {
+    /// A constant of the model as a matrix of this scalar.
+    #[inline(always)]
+    pub fn lit(m: Sym3<f64>) -> Self {
+        m.map(R::lit)
+    }
+
     /// A diagonal matrix.
     #[inline(always)]
     pub fn diagonal(d: Vec3<R>) -> Self {

@@ -1,0 +1,77 @@
+//! Exact signed distances of part B's solids and of their union, with the direction out of the material.
+
+use crate::contact::profile::Profile;
+use crate::model::Shape;
+use crate::plant::{Plant, PreparedSolid};
+use crate::real::Real;
+use crate::vector::{Vec3, vec3};
+
+/// Signed distance (positive in free space) and unit normal pointing out of the solid.
+#[derive(Clone, Copy, Debug)]
+pub struct Distance<R> {
+    /// Distance to the surface \[m\].
+    pub distance: R,
+    /// Outward normal; in the frame of the query.
+    pub normal: Vec3<R>,
+}
+
+/// Distance of a point of part B's frame to part B, the union of its solids.
+#[inline(always)]
+pub fn part_distance<R: Real>(m: &Plant, point: Vec3<R>) -> Distance<R> {
+    let far = Distance { distance: R::lit(1.0e3), normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) };
+    m.solids.iter().fold(far, |best, solid| {
+        let other = solid_distance(solid, point);
+        let nearer = other.distance.lt(best.distance);
+        Distance {
+            distance: R::select(nearer, other.distance, best.distance),
+            normal: Vec3::select(nearer, other.normal, best.normal),
+        }
+    })
+}
+
+#[inline(always)]
+fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
+    let local = solid.to_local(point);
+    let d = match (&solid.solid.shape, &solid.profile) {
+        (_, Some(profile)) => revolved(profile, local),
+        (Shape::Sphere { radius }, _) => sphere(*radius, local),
+        (Shape::Box { half }, _) => cuboid(*half, local),
+        _ => Distance { distance: -local.x, normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) },
+    };
+    Distance { distance: d.distance, normal: solid.to_part(d.normal) }
+}
+
+/// A body of revolution about x.
+#[inline(always)]
+fn revolved<R: Real>(profile: &Profile, p: Vec3<R>) -> Distance<R> {
+    let radius = p.y.mul_add(p.y, p.z * p.z).sqrt();
+    let inverse = R::lit(1.0) / radius.max(R::lit(1e-15));
+    let d = profile.distance(p.x, radius);
+    let radial = d.along_radius * inverse;
+    Distance { distance: d.distance, normal: vec3(d.along_axis, radial * p.y, radial * p.z) }
+}
+
+#[inline(always)]
+fn sphere<R: Real>(radius: f64, p: Vec3<R>) -> Distance<R> {
+    let norm = p.norm();
+    Distance { distance: norm - R::lit(radius), normal: p * (R::lit(1.0) / norm.max(R::lit(1e-15))) }
+}
+
+/// Outside: distance to the nearest face, edge or corner. Inside: to the nearest face.
+#[inline(always)]
+fn cuboid<R: Real>(half: Vec3<f64>, p: Vec3<R>) -> Distance<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let sign = p.map(|c| R::select(c.lt(zero), -one, one));
+    let q = p.map(Real::abs) - Vec3::lit(half);
+    let outside = q.map(|c| c.max(zero));
+    let reach = outside.norm();
+    let deepest = q.x.max(q.y).max(q.z);
+    let face = vec3(
+        R::select(q.y.le(q.x) & q.z.le(q.x), one, zero),
+        R::select(q.x.lt(q.y) & q.z.le(q.y), one, zero),
+        R::select(q.x.lt(q.z) & q.y.lt(q.z), one, zero),
+    );
+    let inside = deepest.le(zero);
+    let normal = Vec3::select(inside, face, outside * (one / reach.max(R::lit(1e-15))));
+    Distance { distance: R::select(inside, deepest, reach), normal: normal.zip(sign, |n, s| n * s) }
+}

@@ -1,0 +1,194 @@
+//! Contact stage: points of part A against part B's distance; bristle friction; the capture latch.
+//!
+//! Signs: depth is positive when the parts overlap, the normal points out of part B, and every force given here
+//! acts on part A (its exact negative, at the same point, on part B). Forces are in inertial axes, moments about
+//! the origin of part A's frame.
+
+pub mod distance;
+pub mod profile;
+
+use crate::bundle;
+use crate::contact::distance::part_distance;
+use crate::math::{atan2, power};
+use crate::model::NormalLaw;
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::real::Real;
+use crate::space::{Motion, Parts, Wrench};
+use crate::vector::{Vec3, vec3};
+
+bundle! {
+    /// Properties of a contact pair: the mounted parts may differ from those in space.
+    Pair {
+        stiffness: R, "N/m", "normal stiffness K (N/m^n)";
+        damping: R, "N s/m", "linear damping b";
+        dissipation: R, "s/m", "dissipation a of K d^n (1 + a d')";
+        friction: R, "1", "Coulomb friction coefficient";
+        bristle_stiffness: R, "N/m", "tangential stiffness before slip";
+        bristle_damping: R, "N s/m", "tangential damping before slip";
+    }
+}
+
+bundle! {
+    /// One contact point of part A.
+    Point {
+        position: Vec3<R>, "m", "centre, part A's frame";
+        radius: R, "m", "radius";
+    }
+}
+
+bundle! {
+    /// What one contact point does.
+    PointContact {
+        wrench: Wrench<R>, "1", "wrench on part A about A's origin, inertial axes";
+        bristle: Vec3<R>, "m", "tangential deflection after the substep, part B's axes";
+        depth: R, "m", "overlap, negative when apart";
+        force: R, "N", "normal force, positive when pushing apart";
+        normal: Vec3<R>, "1", "outward normal of part B, inertial axes";
+        lever: Vec3<R>, "m", "contact point from A's origin, inertial axes";
+    }
+}
+
+bundle! {
+    /// The latch after a substep.
+    LatchState {
+        closed: R, "1", "1 once the latch has closed";
+        wrench: Wrench<R>, "1", "wrench on part A about A's origin, inertial axes";
+        offset: R, "m", "radial offset of the latch point from the seat's axis";
+    }
+}
+
+/// The true pair: the loop in space.
+#[inline(always)]
+pub fn space_pair<R: Real>(p: Params<R>) -> Pair<R> {
+    Pair {
+        stiffness: p.contact_stiffness,
+        damping: p.contact_damping,
+        dissipation: p.contact_dissipation,
+        friction: p.contact_friction,
+        bristle_stiffness: p.bristle_stiffness,
+        bristle_damping: p.bristle_damping,
+    }
+}
+
+/// The pair that is mounted on the robots.
+#[inline(always)]
+pub fn hil_pair<R: Real>(p: Params<R>) -> Pair<R> {
+    let one = R::lit(1.0);
+    let damping = one + p.contact_damping_error;
+    Pair {
+        stiffness: p.contact_stiffness * (one + p.contact_stiffness_error),
+        damping: p.contact_damping * damping,
+        dissipation: p.contact_dissipation * damping,
+        friction: p.contact_friction * (one + p.contact_friction_error),
+        ..space_pair(p)
+    }
+}
+
+/// One point of part A against part B.
+#[inline(always)]
+pub fn contact_point<R: Real>(
+    m: &Plant,
+    pair: Pair<R>,
+    parts: Parts<R>,
+    point: Point<R>,
+    bristle: Vec3<R>,
+) -> PointContact<R> {
+    let (a, b) = (parts.a, parts.b);
+    let centre = a.attitude.rotate(point.position);
+    let gap = (a.position - b.position) + centre;
+    let b_axes = b.attitude.matrix();
+    let surface = part_distance(m, b_axes.transposed_times(gap));
+    let normal = b_axes.times(surface.normal);
+    let depth = point.radius - surface.distance;
+    let lever = normal.scale_add(-point.radius, centre);
+    let velocity = sliding_velocity(&a, &b, lever);
+    let sink_rate = -velocity.dot(normal);
+    let force = normal_force(m, &pair, depth, sink_rate);
+
+    let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
+    let (friction, bristle) = friction(m, &pair, force, slip, bristle, surface.normal);
+    let push = normal.scale_add(force, b_axes.times(friction));
+    PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, bristle, depth, force, normal, lever }
+}
+
+/// Velocity of part A relative to part B at a point given from A's origin.
+#[inline(always)]
+pub(crate) fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -> Vec3<R> {
+    let from_b = (a.position - b.position) + lever;
+    (a.velocity - b.velocity) + (a.omega.cross(lever) - b.omega.cross(from_b))
+}
+
+/// Normal force over depth and sink rate; never pulls unless the pair is bilateral.
+#[inline(always)]
+fn normal_force<R: Real>(m: &Plant, pair: &Pair<R>, depth: R, sink_rate: R) -> R {
+    let zero = R::lit(0.0);
+    let force = match m.contact.law {
+        NormalLaw::Linear => pair.stiffness.mul_add(depth, pair.damping * sink_rate),
+        NormalLaw::Power { exponent } => {
+            let spring = pair.stiffness * power(depth.max(zero), exponent);
+            (spring * pair.dissipation).mul_add(sink_rate, spring)
+        }
+    };
+    if m.contact.bilateral { force } else { R::select(zero.lt(depth), force.max(zero), zero) }
+}
+
+/// Bristle friction: a tangential spring and damper whose force is cut at mu N; the spring keeps what holds the cut.
+///
+/// Within the cut the deflection is a state of rest, so that a block on an incline stands: true stiction.
+/// All vectors in part B's axes, so that the bristle turns with the surface.
+#[inline(always)]
+fn friction<R: Real>(
+    m: &Plant,
+    pair: &Pair<R>,
+    normal_force: R,
+    slip: Vec3<R>,
+    bristle: Vec3<R>,
+    normal: Vec3<R>,
+) -> (Vec3<R>, Vec3<R>) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let moved = slip.scale_add(R::lit(m.timing.substep), bristle);
+    let flat = normal.scale_add(-moved.dot(normal), moved);
+    let spring = flat * pair.bristle_stiffness;
+    let limit = pair.friction * normal_force.max(zero);
+    let size = spring.norm();
+    let cut = (limit / size.max(R::lit(1e-20))).min(one);
+    let held = spring * cut;
+    // Damping acts only while the bristle holds, and never beyond the cut.
+    let damped = slip.scale_add(pair.bristle_damping, held);
+    let over = (limit / damped.norm().max(R::lit(1e-20))).min(one);
+    let touching = zero.lt(normal_force);
+    let force = Vec3::select(touching, damped * -over, Vec3::zero());
+    (force, Vec3::select(touching, flat * cut, Vec3::zero()))
+}
+
+/// The capture latch: closes on geometry, then holds part A's latch frame to the seat.
+#[inline(always)]
+pub fn latch<R: Real>(m: &Plant, p: Params<R>, parts: Parts<R>, closed: R) -> LatchState<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let Some(gate) = m.contact.latch else {
+        return LatchState { closed, wrench: Wrench { force: Vec3::zero(), moment: Vec3::zero() }, offset: zero };
+    };
+    let (a, b) = (parts.a, parts.b);
+    let lever = a.attitude.rotate(Vec3::lit(gate.point));
+    let seat = b.attitude.rotate(Vec3::lit(gate.seat));
+    let gap = (a.position - b.position) + (lever - seat);
+    let velocity = sliding_velocity(&a, &b, lever);
+    let x = vec3(one, zero, zero);
+    let (a_axis, b_axis) = (a.attitude.rotate(x), b.attitude.rotate(x));
+    let axial = gap.dot(b_axis);
+    let offset = b_axis.scale_add(-axial, gap).norm();
+    let angle = atan2(b_axis.cross(a_axis).norm(), b_axis.dot(a_axis));
+    let inside = axial.abs().le(R::lit(gate.depth))
+        & offset.le(R::lit(gate.offset))
+        & angle.le(R::lit(gate.angle))
+        & velocity.norm().le(R::lit(gate.speed));
+    let closed = R::select(inside, one, closed);
+
+    // Relative attitude as a rotation vector, exact to third order: a closed latch turns by a few degrees.
+    let relative = a.attitude.compose(b.attitude.conjugate());
+    let twist = relative.v * R::select(relative.w.lt(zero), R::lit(-2.0), R::lit(2.0));
+    let force = velocity.scale_add(-p.latch_damping, gap * -p.latch_stiffness) * closed;
+    let moment = (a.omega - b.omega).scale_add(-p.latch_rotation_damping, twist * -p.latch_rotation_stiffness) * closed;
+    LatchState { closed, wrench: Wrench { force, moment: moment + lever.cross(force) }, offset }
+}

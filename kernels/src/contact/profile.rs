@@ -1,0 +1,109 @@
+//! Outlines of bodies of revolution: exact signed distance to a polyline in the half plane (axis, radius).
+
+use crate::model::Shape;
+use crate::real::Real;
+
+/// Far enough for a front face that no part reaches its rim \[m\].
+const FAR: f64 = 1.0e3;
+
+/// One straight piece; free space lies on the side of its normal.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    from: [f64; 2],
+    along: [f64; 2],
+    length: f64,
+    normal: [f64; 2],
+    /// Distance to the corner at the segment's start is positive (a ridge of the solid) or negative (a groove).
+    corner_sign: f64,
+}
+
+/// The outline of a solid of revolution, from the far rim of its front face inwards to the axis.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    segments: Vec<Segment>,
+}
+
+/// Signed distance (positive in free space) and its gradient in the half plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneDistance<R> {
+    pub(crate) distance: R,
+    pub(crate) along_axis: R,
+    pub(crate) along_radius: R,
+}
+
+impl Profile {
+    /// The outline of a shape, or `None` if it is not a hollow body of revolution.
+    pub fn of(shape: &Shape) -> Option<Self> {
+        match *shape {
+            Shape::Cone { mouth, bottom, depth } => {
+                Some(Self::polyline(&[[0.0, FAR], [0.0, mouth], [depth, bottom], [depth, 0.0]]))
+            }
+            Shape::Bore { radius, depth, chamfer: 0.0 } => {
+                Some(Self::polyline(&[[0.0, FAR], [0.0, radius], [depth, radius], [depth, 0.0]]))
+            }
+            Shape::Bore { radius, depth, chamfer } => Some(Self::polyline(&[
+                [0.0, FAR],
+                [0.0, radius + chamfer],
+                [chamfer, radius],
+                [depth, radius],
+                [depth, 0.0],
+            ])),
+            Shape::Plane | Shape::Sphere { .. } | Shape::Box { .. } => None,
+        }
+    }
+
+    fn polyline(corners: &[[f64; 2]]) -> Self {
+        let mut segments: Vec<Segment> = Vec::new();
+        for pair in corners.windows(2) {
+            let step = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+            let length = step[0].hypot(step[1]);
+            let along = [step[0] / length, step[1] / length];
+            // Walking from the rim inwards, free space is on the right hand: (along_r, -along_x).
+            let normal = [along[1], -along[0]];
+            let corner_sign = segments.last().map_or(1.0, |previous| {
+                // A left turn folds the free space open: the solid has a ridge there.
+                let turn = previous.along[0] * along[1] - previous.along[1] * along[0];
+                if turn > 0.0 { 1.0 } else { -1.0 }
+            });
+            segments.push(Segment { from: pair[0], along, length, normal, corner_sign });
+        }
+        Self { segments }
+    }
+
+    /// Distance of the point (axis, radius): the nearest segment or corner.
+    #[inline(always)]
+    pub(crate) fn distance<R: Real>(&self, axis: R, radius: R) -> PlaneDistance<R> {
+        let mut best = self.segments[0].distance(axis, radius);
+        for segment in &self.segments[1..] {
+            let other = segment.distance(axis, radius);
+            let nearer = other.distance.abs().lt(best.distance.abs());
+            best = PlaneDistance {
+                distance: R::select(nearer, other.distance, best.distance),
+                along_axis: R::select(nearer, other.along_axis, best.along_axis),
+                along_radius: R::select(nearer, other.along_radius, best.along_radius),
+            };
+        }
+        best
+    }
+}
+
+impl Segment {
+    /// Over the segment's length its plane, before its start the corner; beyond its end nothing (the next piece's corner).
+    #[inline(always)]
+    fn distance<R: Real>(&self, axis: R, radius: R) -> PlaneDistance<R> {
+        let (x, r) = (axis - R::lit(self.from[0]), radius - R::lit(self.from[1]));
+        let s = x.mul_add(R::lit(self.along[0]), r * R::lit(self.along[1]));
+        let height = x.mul_add(R::lit(self.normal[0]), r * R::lit(self.normal[1]));
+        let (zero, sign) = (R::lit(0.0), R::lit(self.corner_sign));
+        let corner = x.mul_add(x, r * r).sqrt();
+        let inverse = sign / corner.max(R::lit(1e-20));
+        let before = s.lt(zero);
+        let beyond = R::lit(self.length).lt(s);
+        let over = R::select(beyond, R::lit(4.0 * FAR), height);
+        PlaneDistance {
+            distance: R::select(before, corner * sign, over),
+            along_axis: R::select(before, x * inverse, R::lit(self.normal[0])),
+            along_radius: R::select(before, r * inverse, R::lit(self.normal[1])),
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Guidance stage: base thrust during the approach and the arm's controller, once per tick.
+
+use crate::aba::{Spatial, joint_axis};
+use crate::model::{ArmControl, Thrust};
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::real::Real;
+use crate::space::{Actuation, Arm, Kinematics, Masses, Parts};
+use crate::vector::{Quat, Sym3, Vec3, vec3};
+
+/// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
+#[inline(always)]
+pub fn guide<R: Real, const N: usize>(
+    m: &Plant,
+    p: Params<R>,
+    masses: Masses<R>,
+    arm: Arm<R, N>,
+    base: Quat<R>,
+    k: Kinematics<R, N>,
+    touched: R,
+) -> Actuation<R, N> {
+    let (thrust, torque) = approach(m, p.closing_speed, &k.parts, touched);
+    let joint = match m.guidance.arm {
+        ArmControl::JointPd { stiffness, damping } => std::array::from_fn(|i| {
+            -(R::lit(stiffness[i]).mul_add(arm.angle[i], R::lit(damping[i]) * arm.rate[i]))
+        }),
+        ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
+            let (spring, brake) = (R::lit(-bandwidth * bandwidth), R::lit(-2.0 * damping_ratio * bandwidth));
+            let wanted = std::array::from_fn(|i| spring.mul_add(arm.angle[i], brake * arm.rate[i]));
+            inverse_dynamics(m, masses, arm.rate, &k, thrust, torque, wanted)
+        }
+        ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, &arm, base, &k),
+    };
+    Actuation { thrust, torque, joint }
+}
+
+/// PD of part A towards part B: speed along the axis, place across it, attitude; nothing after touch.
+#[inline(always)]
+fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) -> (Vec3<R>, Vec3<R>) {
+    let Thrust::Approach {
+        speed_gain,
+        lateral_stiffness,
+        lateral_damping,
+        attitude_stiffness,
+        attitude_damping,
+        max_force,
+        max_torque,
+    } = m.guidance.thrust
+    else {
+        return (Vec3::zero(), Vec3::zero());
+    };
+    let (a, b) = (&parts.a, &parts.b);
+    let gap = b.attitude.rotate_back(a.position - b.position);
+    let slide = b.attitude.rotate_back(a.velocity - b.velocity);
+    let lateral = |x: R, v: R| -(R::lit(lateral_stiffness).mul_add(x, R::lit(lateral_damping) * v));
+    let force = vec3(R::lit(speed_gain) * (closing_speed - slide.x), lateral(gap.y, slide.y), lateral(gap.z, slide.z));
+    let relative = a.attitude.compose(b.attitude.conjugate());
+    let twist = relative.v * R::select(relative.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
+    let torque = (a.omega - b.omega).scale_add(R::lit(-attitude_damping), twist * R::lit(-attitude_stiffness));
+    let on = R::lit(1.0) - touched;
+    (b.attitude.rotate(force.clamp(R::lit(max_force))) * on, torque.clamp(R::lit(max_torque)) * on)
+}
+
+/// Joint torques that give the wanted joint accelerations while the base floats freely.
+///
+/// O is the system's centre of mass, so the base's reaction splits into rotation and translation.
+#[inline(always)]
+fn inverse_dynamics<R: Real, const N: usize>(
+    m: &Plant,
+    masses: Masses<R>,
+    rate: [R; N],
+    k: &Kinematics<R, N>,
+    thrust: Vec3<R>,
+    torque: Vec3<R>,
+    wanted: [R; N],
+) -> [R; N] {
+    let mut twist = Spatial { angular: k.omega, linear: k.velocity };
+    let mut acceleration = Spatial::zero();
+    let body = |mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spatial<R>| {
+        let linear = (v.linear + v.angular.cross(com)) * mass;
+        Spatial { angular: inertia.times(v.angular) + com.cross(linear), linear }
+    };
+    let base = |v| body(masses.base_mass, k.base_com, k.base_inertia, v);
+    let mut total = twist.cross_force(base(twist));
+    let mut force = [Spatial::zero(); N];
+    for i in 0..N {
+        let axis = joint_axis(k, i);
+        let link = |v| body(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, v);
+        acceleration = axis.scale_add(wanted[i], twist.cross_motion(axis).scale_add(rate[i], acceleration));
+        twist = axis.scale_add(rate[i], twist);
+        force[i] = link(acceleration).plus(twist.cross_force(link(twist)));
+        total = total.plus(force[i]);
+    }
+    let reaction = Spatial {
+        angular: k.inverse_inertia.times(k.base_com.cross(thrust) + torque - total.angular),
+        linear: (thrust - total.linear) * (R::lit(1.0) / k.mass),
+    };
+    let mut joint = [R::lit(0.0); N];
+    let mut passed = Spatial::zero();
+    for i in (0..N).rev() {
+        let own = body(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, reaction);
+        passed = passed.plus(force[i]).plus(own);
+        joint[i] = joint_axis(k, i).dot(passed);
+    }
+    joint
+}
+
+/// Spring and damper between the end-effector and its start pose on the base, through the transposed Jacobian.
+#[inline(always)]
+fn cartesian_impedance<R: Real, const N: usize>(
+    m: &Plant,
+    arm: &Arm<R, N>,
+    base: Quat<R>,
+    k: &Kinematics<R, N>,
+) -> [R; N] {
+    let ArmControl::CartesianImpedance { stiffness, damping, rotation_stiffness, rotation_damping, joint_damping } =
+        m.guidance.arm
+    else {
+        return [R::lit(0.0); N];
+    };
+    // End-effector relative to the base: what the joints alone make of it.
+    let (mut position, mut velocity, mut omega) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
+    for i in 0..N {
+        let axis = joint_axis(k, i);
+        omega = axis.angular.scale_add(arm.rate[i], omega);
+        velocity = axis.linear.scale_add(arm.rate[i], velocity);
+        position = k.links[i].origin;
+    }
+    let last = k.parts.a.attitude.compose(Quat::lit(m.tool.attitude.conjugate()));
+    let tool = position + last.rotate(Vec3::lit(m.tool.position));
+    let error = base.rotate(Vec3::lit(m.tool_start.position)) + k.base_com - tool;
+    let turn = base.compose(Quat::lit(m.tool_start.attitude)).compose(k.parts.a.attitude.conjugate());
+    let twist = turn.v * R::select(turn.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
+    let force = (velocity + omega.cross(tool)).scale_add(R::lit(-damping), error * R::lit(stiffness));
+    let moment = omega.scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
+    let wrench = Spatial { angular: moment + tool.cross(force), linear: force };
+    std::array::from_fn(|i| arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench)))
+}

@@ -1,0 +1,80 @@
+//! A scenario's constants, prepared for the stages: what can be computed once is computed here.
+
+use crate::contact::profile::Profile;
+use crate::model::{Model, Solid};
+use crate::vector::{Mat3, Pose, Quat, Vec3, vec3};
+use std::ops::Deref;
+
+/// A model with its derived constants; dereferences to the model.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    model: Model,
+    /// Attitude of each link in its parent at the start posture: joint coordinates count from there.
+    pub link_attitudes: Vec<Quat<f64>>,
+    /// Pose of part A at the start posture, from the base's centre of mass in body axes.
+    pub tool_start: Pose<f64>,
+    /// Solids of part B, their outlines prepared.
+    pub solids: Vec<PreparedSolid>,
+}
+
+/// A solid with its placement as a matrix and its outline, if it is a body of revolution.
+#[derive(Clone, Debug)]
+pub struct PreparedSolid {
+    /// The solid as given.
+    pub solid: Solid,
+    /// Its rotation in part B's frame.
+    pub rotation: Mat3<f64>,
+    /// Outline in the half plane (axis, radius).
+    pub profile: Option<Profile>,
+}
+
+impl Plant {
+    /// Prepares a model.
+    pub fn new(model: Model) -> Self {
+        let turn = |angle: f64| Quat { w: (0.5 * angle).cos(), v: vec3(0.0, 0.0, (0.5 * angle).sin()) };
+        let link_attitudes: Vec<_> =
+            model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
+        let tool_start = tool_start(&model, &link_attitudes);
+        let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
+        Self { model, link_attitudes, tool_start, solids }
+    }
+
+    /// Number of arm joints.
+    pub fn joints(&self) -> usize {
+        self.model.links.len()
+    }
+}
+
+/// Forward kinematics of the start posture.
+fn tool_start(model: &Model, link_attitudes: &[Quat<f64>]) -> Pose<f64> {
+    let base = Pose::identity();
+    let last = model.links.iter().zip(link_attitudes).fold(base, |pose, (link, attitude)| {
+        pose.compose(Pose { position: link.origin.position, attitude: *attitude })
+    });
+    last.compose(model.tool)
+}
+
+impl PreparedSolid {
+    fn new(solid: &Solid) -> Self {
+        Self { solid: *solid, rotation: solid.frame.attitude.matrix(), profile: Profile::of(&solid.shape) }
+    }
+
+    /// A point of part B's frame in the solid's own frame.
+    #[inline(always)]
+    pub fn to_local<R: crate::real::Real>(&self, point: Vec3<R>) -> Vec3<R> {
+        Mat3::<R>::lit(self.rotation).transposed_times(point - Vec3::lit(self.solid.frame.position))
+    }
+
+    /// A direction of the solid's frame in part B's frame.
+    #[inline(always)]
+    pub fn to_part<R: crate::real::Real>(&self, direction: Vec3<R>) -> Vec3<R> {
+        Mat3::<R>::lit(self.rotation).times(direction)
+    }
+}
+
+impl Deref for Plant {
+    type Target = Model;
+    fn deref(&self) -> &Model {
+        &self.model
+    }
+}

@@ -1,0 +1,51 @@
+//! Start of a run: bodies at their dispersed initial poses and twists.
+
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::real::Real;
+use crate::space::{Arm, Bodies, Body, Masses, kinematics};
+use crate::vector::{Quat, Vec3, vec3};
+
+/// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
+/// moving at `closing_speed` and `drift` relative to part B, the target turning about its centre of mass.
+#[inline(always)]
+pub fn start<R: Real, const N: usize>(m: &Plant, p: Params<R>, masses: Masses<R>) -> Bodies<R, N> {
+    let zero = R::lit(0.0);
+    let still = |com: Vec3<R>, attitude: Quat<R>| Body {
+        com,
+        com_step: Vec3::zero(),
+        attitude,
+        momentum: Vec3::zero(),
+        spin: Vec3::zero(),
+    };
+    let mut s = Bodies {
+        chaser: still(Vec3::zero(), Quat::lit(m.base_pose.attitude)),
+        arm: Arm { angle: [zero; N], rate: [zero; N], turn: Vec3::zero() },
+        target: still(Vec3::lit(m.target_pose.position), Quat::lit(m.target_pose.attitude)),
+        impulse: Vec3::zero(),
+        moment_impulse: Vec3::zero(),
+    };
+    // The nominal pose puts the base; the tool's place from O then puts O for the turned chaser.
+    let nominal = kinematics(m, masses, s);
+    let tool = Vec3::lit(m.base_pose.position) + (nominal.parts.a.position - nominal.base_com);
+    s.chaser.attitude = Quat::from_rotation_vector(p.tilt).compose(s.chaser.attitude);
+    let turned = kinematics(m, masses, s);
+    s.chaser.com = tool + p.offset - turned.parts.a.position;
+
+    s.chaser.spin = inertia_times(turned.inverse_inertia, p.chaser_rate);
+    s.target.spin = inertia_times(turned.target_inverse_inertia, p.target_rate);
+    let seat = kinematics(m, masses, s).parts.b;
+    let tool_velocity = seat.velocity + vec3(p.closing_speed, zero, zero) + p.drift;
+    s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
+    s.arm.turn = p.chaser_rate;
+
+    s.impulse = s.chaser.momentum + s.target.momentum;
+    s.moment_impulse = s.chaser.spin + s.chaser.com.cross(s.chaser.momentum) + s.target.spin;
+    s
+}
+
+/// `I w` from the inverse inertia.
+#[inline(always)]
+fn inertia_times<R: Real>(inverse: crate::vector::Sym3<R>, omega: Vec3<R>) -> Vec3<R> {
+    inverse.inverse().times(omega)
+}
