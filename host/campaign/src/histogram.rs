@@ -14,10 +14,12 @@ const BARS: usize = 32;
 /// Heights of a bar, in eighths.
 const HEIGHTS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// Histograms of the inputs of the first `n` runs (at least one), with mean, deviation, least and greatest value.
+/// Histograms of the inputs of `n` runs (at least one) spread over the campaign, with mean, deviation and ends.
 pub fn histograms(campaign: &Campaign, n: u64) -> String {
     let runs = n.clamp(1, campaign.runs.max(1));
-    let draws: Vec<Vec<f64>> = (0..runs).map(|run| to_vec(&campaign.draw(run).params)).collect();
+    // Spread, so that every outer draw is met.
+    let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(runs)) as u64;
+    let draws: Vec<Vec<f64>> = (0..runs).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
     let mut text = format!("inputs of {runs} of {} runs, seed {}\n", campaign.runs, campaign.seed);
     for dispersion in &campaign.dispersions {
         let class = match dispersion.class {
@@ -45,7 +47,12 @@ fn row(text: &mut String, name: &str, unit: &str, what: &str, values: &[f64]) {
     let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
     let (min, max) = ends(values);
     let number = |value: f64| show(round(value), unit);
-    let _ = writeln!(text, "\n  {name}  ({what})\n    |{}|", bars(values, min, max));
+    // Orders of magnitude are seen on a logarithmic axis.
+    let wide = min > 0.0 && max > 8.0 * min;
+    let axis = if wide { "|  logarithmic axis" } else { "|" };
+    let scaled = |value: f64| if wide { value.ln() } else { value };
+    let shown: Vec<f64> = values.iter().map(|value| scaled(*value)).collect();
+    let _ = writeln!(text, "\n  {name}  ({what})\n    |{}{axis}", bars(&shown, scaled(min), scaled(max)));
     let _ = writeln!(
         text,
         "    min {}   mean {}   sd {}   max {}",

@@ -1,6 +1,7 @@
 //! The shipped campaigns, and the statistics of whole draws.
 
-use crate::campaign::Keep;
+use crate::campaign::{Keep, Method};
+use crate::scenario::tests::FREE_BODY;
 use crate::{Campaign, histograms, json_schema, load, scenario_json_schema};
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::params::Params;
@@ -14,6 +15,52 @@ fn shipped(name: &str) -> Campaign {
     load(&campaigns().join(name)).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
+/// A campaign on the free ball, with the given entries.
+fn campaign(runs: u64, entries: &str) -> Campaign {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let head = format!(
+        "schema = \"campaign/1\"\nid = \"test\"\ntitle = \"t\"\nseed = 42\nruns = {runs}\nscenario = \"s.toml\"\n"
+    );
+    std::fs::write(folder.path().join("s.toml"), FREE_BODY).expect("written");
+    std::fs::write(folder.path().join("delays.csv"), "delay_ms\n4\n8\n40\n").expect("written");
+    std::fs::write(folder.path().join("c.toml"), head + entries).expect("written");
+    load(&folder.path().join("c.toml")).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// All draws of one parameter.
+fn drawn(campaign: &Campaign, name: &str) -> Vec<f64> {
+    let field = fields::<f64, Params<f64>>().iter().position(|field| field.name == name).expect(name);
+    (0..campaign.runs).map(|run| to_vec(&campaign.draw(run).params)[field]).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Pearson's correlation.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (ma, mb) = (mean(a), mean(b));
+    let product = |x: &[f64], mx: f64, y: &[f64], my: f64| x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>();
+    product(a, ma, b, mb) / (product(a, ma, a, ma) * product(b, mb, b, mb)).sqrt()
+}
+
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    for (rank, index) in order.into_iter().enumerate() {
+        ranks[index] = rank as f64;
+    }
+    ranks
+}
+
+const MASS: &str = "[[dispersion]]\ntarget = \"target_mass\"\n\
+                    dist = { kind = \"uniform\", min = \"300 kg\", max = \"500 kg\" }\n";
+const FRICTION: &str = "[[dispersion]]\ntarget = \"contact_friction\"\n\
+                        dist = { kind = \"truncnormal\", mean = 0.2, sigma = 0.1, min = 0.05, max = 0.5 }\n";
+const STIFFNESS: &str = "[[dispersion]]\ntarget = \"contact_stiffness\"\n\
+                         dist = { kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e6 N/m\" }\n";
+
 #[test]
 fn shipped_campaigns_are_valid_and_described() {
     for (name, runs) in [("smoke.toml", 64), ("plate_impact.toml", 4000), ("probe_drogue.toml", 2000)] {
@@ -21,10 +68,174 @@ fn shipped_campaigns_are_valid_and_described() {
         assert_eq!(campaign.runs, runs);
         assert_eq!(campaign.hash.len(), 64);
         let text = histograms(&campaign, 500);
-        println!("{text}");
         for dispersion in &campaign.dispersions {
             assert!(text.contains(&dispersion.name), "{name}: {}", dispersion.name);
         }
         assert!(text.contains("C1_transport_delay"));
+    }
+}
+
+#[test]
+fn the_probe_stands_before_the_drogue() {
+    let model = shipped("probe_drogue.toml").scenario.model;
+    let tool = crate::placement::end_frame(&model.links, &model.start_angles, model.tool);
+    let part_a = model.base_pose.compose(tool);
+    assert!((part_a.position.x + 0.04).abs() < 1e-12 && part_a.position.y.abs() + part_a.position.z.abs() < 1e-12);
+    assert!(part_a.attitude.v.norm() < 1e-12);
+    let mass: f64 = model.links.iter().map(|link| link.mass).sum();
+    assert!((mass - 140.4).abs() < 1e-9, "{mass}");
+    let effective = crate::mobility::effective_mass(&model, 2550.0, 410.0).expect("invertible");
+    assert!((10.0..100.0).contains(&effective), "the arm's tip is light: {effective}");
+}
+
+/// Means, deviations and correlations of a whole vector, within five standard errors.
+#[test]
+fn multivariate_normals_have_their_covariance() {
+    let c = campaign(
+        40_000,
+        "[[dispersion]]\ntarget = \"offset\"\ndist = { kind = \"mvnormal\", mean = [\"0 m\", \"1 mm\", \"-2 mm\"], \
+         sigma = [\"1 mm\", \"2 mm\", \"3 mm\"], corr = [[1, 0.5, -0.3], [0.5, 1, 0.2], [-0.3, 0.2, 1]] }\n",
+    );
+    let [x, y, z] = ["offset_x", "offset_y", "offset_z"].map(|name| drawn(&c, name));
+    let error = 5.0 / 200.0;
+    for (values, center, sigma) in [(&x, 0.0, 1e-3), (&y, 1e-3, 2e-3), (&z, -2e-3, 3e-3)] {
+        let deviation = (values.iter().map(|v| (v - center).powi(2)).sum::<f64>() / 40_000.0).sqrt();
+        assert!((mean(values) - center).abs() < error * sigma, "{}", mean(values));
+        assert!((deviation / sigma - 1.0).abs() < error, "{deviation}");
+    }
+    for (a, b, expected) in [(&x, &y, 0.5), (&x, &z, -0.3), (&y, &z, 0.2)] {
+        assert!((correlation(a, b) - expected).abs() < error, "{expected}: {}", correlation(a, b));
+    }
+}
+
+#[test]
+fn rank_correlation_is_as_stated_and_leaves_the_margins() {
+    let free = campaign(20_000, &format!("{STIFFNESS}{MASS}{FRICTION}"));
+    let group = "[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, -0.7], [-0.7, 1]]\n";
+    let tied = campaign(20_000, &format!("{STIFFNESS}{MASS}{FRICTION}{group}"));
+    let (k, m) = (drawn(&tied, "contact_stiffness"), drawn(&tied, "target_mass"));
+    let spearman = correlation(&ranks(&k), &ranks(&m));
+    assert!((spearman + 0.7).abs() < 0.015, "{spearman}");
+    assert!((mean(&m) - 400.0).abs() < 2.0 && m.iter().all(|mass| (300.0..=500.0).contains(mass)));
+    // The first of the group and everything outside it stay as they were, but for the last digits of the copula.
+    let before = drawn(&free, "contact_stiffness");
+    assert!(k.iter().zip(&before).all(|(a, b)| (a / b - 1.0).abs() < 1e-9));
+    assert_eq!(drawn(&tied, "contact_friction"), drawn(&free, "contact_friction"));
+}
+
+#[test]
+fn adding_a_dispersion_moves_no_other_draw() {
+    let alone = campaign(100, MASS);
+    let with_others = campaign(100, &format!("{FRICTION}{MASS}{STIFFNESS}"));
+    assert_eq!(drawn(&alone, "target_mass"), drawn(&with_others, "target_mass"));
+    let longer = campaign(1000, MASS);
+    assert_eq!(drawn(&alone, "target_mass"), drawn(&longer, "target_mass")[..100], "nor does adding runs");
+}
+
+/// Pinned: a change of these numbers breaks the promise that a run is campaign, seed and run number.
+#[test]
+fn known_answers_of_draws() {
+    let c = campaign(100, &format!("{MASS}{STIFFNESS}"));
+    let uniform = softdock_kernels::philox::uniform(42, "target_mass", 7, 0);
+    assert_eq!(c.draw(7).params.target_mass, 300.0 + 200.0 * uniform);
+    let pinned: Vec<f64> = [0, 1, 99].iter().map(|run| c.draw(*run).params.target_mass).collect();
+    assert_eq!(pinned, PINNED);
+    assert_eq!(c.draw(3), c.draw(3));
+}
+
+const PINNED: [f64; 3] = [490.28550611666526, 422.41043951585226, 401.8079059914785];
+
+#[test]
+fn derived_values_follow_in_any_order() {
+    let c = campaign(
+        50,
+        &format!(
+            "{STIFFNESS}[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 1e3\"\n\
+             [[derived]]\ntarget = \"bristle_stiffness\"\nexpr = \"2/3 * contact_stiffness\"\n"
+        ),
+    );
+    for run in 0..50 {
+        let p = c.draw(run).params;
+        assert_eq!(p.bristle_stiffness, 2.0 / 3.0 * p.contact_stiffness);
+        assert_eq!(p.bristle_damping, p.bristle_stiffness / 1e3);
+    }
+    assert_eq!(c.nominal().bristle_stiffness, 2.0 / 3.0 * 1e5);
+}
+
+#[test]
+fn epistemic_values_hold_for_a_block_of_runs() {
+    let class = "class = \"epistemic\"\n";
+    let c = campaign(100, &format!("{FRICTION}{class}{MASS}[outer]\ndraws = 4\n"));
+    let friction = drawn(&c, "contact_friction");
+    for run in 0..100_u64 {
+        assert_eq!(u64::from(c.draw(run).outer), run / 25);
+        assert_eq!(friction[run as usize], friction[run as usize / 25 * 25]);
+    }
+    let mut blocks: Vec<f64> = friction.iter().step_by(25).copied().collect();
+    blocks.dedup();
+    assert_eq!(blocks.len(), 4);
+    let mass = drawn(&c, "target_mass");
+    assert!(mass[0] != mass[1], "aleatory values still vary");
+}
+
+/// Every one of n equal strata is met once.
+#[test]
+fn latin_hypercubes_fill_their_strata() {
+    let c = campaign(200, &format!("[sampling]\nmethod = \"lhs\"\n{MASS}{FRICTION}"));
+    assert_eq!(c.method, Method::LatinHypercube);
+    let mass = drawn(&c, "target_mass");
+    let mut strata: Vec<u64> = mass.iter().map(|mass| (mass - 300.0).floor() as u64).collect();
+    assert!(correlation(&mass, &drawn(&c, "contact_friction")).abs() < 0.3, "the columns are shuffled apart");
+    strata.sort_unstable();
+    assert!(strata.iter().enumerate().all(|(index, stratum)| *stratum == index as u64));
+}
+
+#[test]
+fn tables_are_drawn_as_measured() {
+    let c = campaign(
+        3000,
+        "[[dispersion]]\ntarget = \"loop_delay\"\n\
+         dist = { kind = \"table\", file = \"delays.csv\", column = \"delay_ms\", unit = \"ms\" }\n",
+    );
+    let delays = drawn(&c, "loop_delay");
+    for value in [0.004, 0.008, 0.04] {
+        let share = delays.iter().filter(|delay| **delay == value).count();
+        assert!((880..1120).contains(&share), "{value}: {share}");
+    }
+}
+
+#[test]
+fn settings_and_requirements_are_read() {
+    let c = campaign(
+        10,
+        "[execution]\nbackend = \"cpu\"\nparity = \"2 %\"\n[[requirement]]\nid = \"A-1\"\ntext = \"t\"\n\
+         metric = \"peak_force\"\nat_most = \"0.5 kN\"\nprobability = \"99.73 %\"\nconfidence = 0.9\n\
+         [traces]\nrate = \"250 Hz\"\nkeep = [\"nominal\", \"worst:20\"]\n",
+    );
+    assert_eq!((c.execution.parity, c.execution.shard_runs), (0.02, 1000));
+    let r = &c.requirements[0];
+    assert_eq!((r.limit, r.unit, r.probability, r.confidence), (500.0, "N", 0.9973, 0.9));
+    assert_eq!((c.traces.every_ticks, &c.traces.keep[..]), (4, &[Keep::Nominal, Keep::Worst(20)][..]));
+}
+
+#[test]
+fn the_hash_covers_every_text() {
+    let (one, two) = (campaign(10, MASS), campaign(11, MASS));
+    assert_ne!(one.hash, two.hash);
+    assert_eq!(one.hash, campaign(10, MASS).hash);
+    assert_ne!(one.scenario.text(), one.text);
+}
+
+#[test]
+fn schemas_describe_every_key() {
+    for (schema, keys) in [
+        (json_schema(), &["dispersion", "shard_runs", "at_most", "epistemic"][..]),
+        (scenario_json_schema(), &["closing_speed", "robot1_share", "max_depth"][..]),
+    ] {
+        let value: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
+        assert_eq!(value["additionalProperties"], false, "unknown keys are errors in the editor too");
+        for key in keys {
+            assert!(schema.contains(key), "{key}");
+        }
     }
 }

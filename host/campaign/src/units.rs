@@ -22,7 +22,7 @@ impl Dimension {
     }
 }
 
-/// A unit: SI value = number * numerator / denominator, kept apart so that "0.5 mm" is rounded once.
+/// A unit: SI value = number * numerator / denominator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unit {
     numerator: f64,
@@ -34,8 +34,17 @@ const NONE: Unit =
     Unit { numerator: 1.0, denominator: 1.0, dimension: Dimension { metre: 0, kilogram: 0, second: 0, radian: 0 } };
 
 impl Unit {
-    pub(crate) fn to_si(self, number: f64) -> f64 {
-        number * self.numerator / self.denominator
+    /// The SI value of a number as written. Powers of ten move its exponent, so that "99.73 %" is 0.9973 to the bit.
+    fn to_si(self, number: &str) -> Option<f64> {
+        let shift = (self.numerator / self.denominator).log10().round() as i32;
+        let is_decimal = self.numerator == self.denominator * 10_f64.powi(shift)
+            || self.denominator == self.numerator * 10_f64.powi(-shift);
+        if is_decimal {
+            let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+            let exponent = exponent.parse::<i32>().ok()?.saturating_add(shift);
+            return format!("{digits}e{exponent}").parse().ok();
+        }
+        Some(number.parse::<f64>().ok()? * self.numerator / self.denominator)
     }
 
     fn times(self, other: Self, power: i32) -> Self {
@@ -178,21 +187,22 @@ pub(crate) fn quantity(text: &str, si: &str) -> Result<f64, UnitError> {
     let (number, rest) = split_number(text).ok_or(UnitError::NotANumber)?;
     let wanted = parse(si)?.dimension;
     if rest.is_empty() {
-        return if wanted == Dimension::default() { Ok(number) } else { Err(UnitError::Bare) };
+        let pure = wanted == Dimension::default();
+        return if pure { number.parse().map_err(|_| UnitError::NotANumber) } else { Err(UnitError::Bare) };
     }
     let unit = parse(rest)?;
     if unit.dimension != wanted {
         let found = KINDS.iter().find(|row| parse(row.0).is_ok_and(|u| u.dimension == unit.dimension));
         return Err(UnitError::Mismatch { found: found.map_or("another quantity", |row| row.1) });
     }
-    Ok(unit.to_si(number))
+    unit.to_si(number).ok_or(UnitError::NotANumber)
 }
 
 /// The longest leading finite number and what follows it.
-fn split_number(text: &str) -> Option<(f64, &str)> {
+fn split_number(text: &str) -> Option<(&str, &str)> {
     let end = text.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.' | 'e' | 'E')).unwrap_or(text.len());
     let (number, end) = (1..=end).rev().find_map(|end| Some((text.get(..end)?.parse::<f64>().ok()?, end)))?;
-    number.is_finite().then(|| (number, text[end..].trim_start()))
+    number.is_finite().then(|| (&text[..end], text[end..].trim_start()))
 }
 
 /// A product of units: factors apart by a space, `*` or `·`, then divisors after `/` each.
@@ -286,7 +296,9 @@ mod tests {
             let got = quantity(text, si).unwrap_or_else(|error| panic!("{text}: {error:?}"));
             assert!((got - value).abs() <= 1e-15 * value.abs(), "{text}: {got} instead of {value}");
         }
-        assert_eq!(quantity("0.5 mm", "m"), Ok(0.0005), "one rounding");
+        for (text, si, value) in [("0.5 mm", "m", 0.0005), ("99.73 %", "1", 0.9973), ("1e3 N/mm", "N/m", 1e6)] {
+            assert_eq!(quantity(text, si), Ok(value), "{text}: to the bit");
+        }
     }
 
     #[test]
