@@ -134,7 +134,7 @@ impl Campaign {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let scenario = scenario(&mut c, &file.scenario);
-        let campaign = scenario.and_then(|scenario| Ok(check(&mut c, &file, scenario)));
+        let campaign = scenario.map(|scenario| check(&mut c, &file, scenario));
         match campaign {
             Ok(campaign) => {
                 Problems::check(c.problems)?;
@@ -142,7 +142,7 @@ impl Campaign {
                 Ok(campaign)
             }
             Err(problems) => {
-                c.problems.extend(problems.iter().cloned());
+                c.problems.extend(problems);
                 Err(Problems::check(c.problems).expect_err("at least the scenario's problems"))
             }
         }

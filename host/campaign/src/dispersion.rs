@@ -256,7 +256,7 @@ impl DispersionReader<'_> {
             self.tables.push(source);
             values
         });
-        values.map_err(|problem| self.c.problems.push(problem)).ok()
+        values.map_err(|problems| self.c.problems.extend(problems)).ok()
     }
 
     fn multivariate(&mut self, dist: &At<DistributionTable>, targets: &[usize]) -> Vec<Distribution> {
@@ -385,7 +385,8 @@ fn factor(
         return None;
     }
     let matrix = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 } else { to_normal(rows[i][j]) });
-    let Some(cholesky) = matrix.cholesky() else {
+    // A pivot of rounding errors alone is a singular matrix.
+    let Some(cholesky) = matrix.cholesky().filter(|c| c.l_dirty().diagonal().min() > 1e-6) else {
         let remedy = "weaken the correlations: no set of variables has all of these at once";
         c.refuse(span, "this correlation matrix is not positive definite", remedy);
         return None;

@@ -132,6 +132,15 @@ impl Problems {
     }
 }
 
+impl IntoIterator for Problems {
+    type Item = Problem;
+    type IntoIter = std::vec::IntoIter<Problem>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
 impl From<Problem> for Problems {
     fn from(problem: Problem) -> Self {
         Self(vec![problem])
@@ -175,5 +184,27 @@ impl Diagnostic for Problems {
         (self.0.len() > 1).then(|| {
             Box::new(self.0[1..].iter().map(|problem| problem as &dyn Diagnostic)) as Box<dyn Iterator<Item = _>>
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_shown_with_its_label_and_help() {
+        let source = Source::new("c.toml".into(), "runs = 0\n".to_owned());
+        let problem = Problem::at(&source, 7..8, "0 is out of range").expected("1 or more").remedy("write 1 or more");
+        let problems = Problems::from(problem);
+        assert_eq!(
+            problems.to_string(),
+            "c.toml:1:8: `runs` = 0: 0 is out of range\n  expected 1 or more\n  help: write 1 or more"
+        );
+        let mut shown = String::new();
+        let handler = miette::NarratableReportHandler::new();
+        handler.render_report(&mut shown, &problems).expect("rendered");
+        for part in ["c.toml", "line 1, column 8", "expected 1 or more", "write 1 or more", "runs = 0"] {
+            assert!(shown.contains(part), "{part} in\n{shown}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! From TOML text to the types as written; what the parser complains about becomes a [`Problem`].
 
-use crate::problem::Problem;
+use crate::problem::{Problem, Problems};
 use crate::source::Source;
 use crate::suggest::suggestion;
 use serde::de::DeserializeOwned;
@@ -28,16 +28,17 @@ const EXAMPLES: &[(&str, &str)] = &[
 ];
 
 /// Reads a file of the given format ("campaign/1").
-pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problem> {
+pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problems> {
     if source.text().trim().is_empty() {
         return Err(Problem::at(source, 0..0, "the file is empty")
-            .remedy(format!("start it with schema = \"{format}\"; the shipped files show every key")));
+            .remedy(format!("start it with schema = \"{format}\"; the shipped files show every key"))
+            .into());
     }
     // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
     if let Err(error) = toml::de::DeTable::parse(source.text()) {
-        return Err(syntax(source, &error));
+        return Err(syntax(source, &error).into());
     }
-    toml::from_str(source.text()).map_err(|error| structure(source, &error))
+    toml::from_str(source.text()).map_err(|error| structure(source, &error).into())
 }
 
 fn syntax(source: &Source, error: &toml::de::Error) -> Problem {
@@ -48,7 +49,19 @@ fn syntax(source: &Source, error: &toml::de::Error) -> Problem {
     } else {
         "check quotes, brackets and `=` here: a text stands in quotes, a key only once in its table"
     };
-    Problem::at(source, span, format!("this is not TOML: {}", one_line(error.message()))).remedy(remedy)
+    let key = key_before(source.text(), span.start);
+    Problem::at(source, span, format!("this is not TOML: {}", one_line(error.message()))).key(key).remedy(remedy)
+}
+
+/// The key at or before a place in a text that cannot be parsed, by its looks.
+fn key_before(text: &str, offset: usize) -> String {
+    let line_end = text.get(offset..).and_then(|rest| rest.find('\n')).map_or(text.len(), |at| offset + at);
+    let lines: Vec<&str> = text.get(..line_end).unwrap_or("").lines().map(str::trim).collect();
+    let header = lines.iter().rev().find_map(|line| line.strip_prefix('[')?.split(']').next());
+    let header = header.map_or("", |name| name.trim_start_matches('['));
+    let last = lines.iter().rev().find(|line| line.starts_with('[') || line.contains('='));
+    let key = last.and_then(|line| line.split_once('=')).map_or("", |(key, _)| key.trim());
+    [header, key].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".")
 }
 
 /// A text without line breaks.
@@ -70,7 +83,7 @@ fn structure(source: &Source, error: &toml::de::Error) -> Problem {
         return Problem::at(source, span, format!("there is no key `{}` here", names[0])).value("").remedy(known);
     }
     if message.starts_with("missing field") {
-        let parent = source.key_at(&span);
+        let parent = source.table_at(&span);
         let key = if parent.is_empty() { names[0].to_owned() } else { format!("{parent}.{}", names[0]) };
         let example = EXAMPLES.iter().find(|row| row.0 == names[0]);
         let remedy = example.map_or_else(|| format!("add {} = ...", names[0]), |row| format!("add {}", row.1));

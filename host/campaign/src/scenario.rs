@@ -129,7 +129,8 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> Model {
     let facility = facility::read(c, &file.facility, &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
-        arm: control::arm(c, file.arm.as_ref(), bodies.links.len()),
+        // Without its URDF an arm has no joints to control; that problem is noted already.
+        arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), bodies.links.len()),
     };
     let (orbit_rate, orbit_axes) = match &file.orbit {
         Some(orbit) => {

@@ -1,6 +1,6 @@
 //! A file's text with its path and the dotted key of every place in it.
 
-use crate::problem::Problem;
+use crate::problem::{Problem, Problems};
 use miette::NamedSource;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,19 +22,28 @@ pub(crate) struct Source(Arc<Inner>);
 struct Inner {
     path: PathBuf,
     named: NamedSource<String>,
-    /// Spans of keys and values with their dotted keys.
-    keys: Vec<(Range<usize>, String)>,
+    places: Vec<Place>,
+}
+
+/// A key or a value of a TOML file.
+#[derive(Debug)]
+struct Place {
+    span: Range<usize>,
+    key: String,
+    /// The value is a table, in which keys may be missing.
+    is_table: bool,
 }
 
 impl Source {
     /// Reads a text file; `referred` makes the problem point to the key that names the file.
-    pub(crate) fn read(path: &Path, referred: Option<(&Source, Range<usize>)>) -> Result<Self, Problem> {
-        let refuse = |message: String, remedy: &str| {
+    pub(crate) fn read(path: &Path, referred: Option<(&Source, Range<usize>)>) -> Result<Self, Problems> {
+        let refuse = |message: String, remedy: &str| -> Problems {
             match &referred {
                 Some((source, span)) => Problem::at(source, span.clone(), message),
                 None => Problem::with_file(path.to_owned(), message),
             }
             .remedy(remedy)
+            .into()
         };
         let shown = path.display();
         let data = std::fs::metadata(path).map_err(|error| match error.kind() {
@@ -56,7 +65,7 @@ impl Source {
         Self::decode(path, bytes)
     }
 
-    fn decode(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
+    fn decode(path: &Path, bytes: Vec<u8>) -> Result<Self, Problems> {
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let byte = error.as_bytes()[valid.len()];
@@ -66,21 +75,21 @@ impl Source {
                 .remedy("save the file with the encoding UTF-8 (UTF-16 and Latin-1 are not read)");
             problem.line = 1 + valid.iter().filter(|b| **b == b'\n').count();
             problem.column = 1 + String::from_utf8_lossy(&valid[line_start..]).chars().count();
-            problem
+            Problems::from(problem)
         })?;
         Ok(Self::new(path.to_owned(), text))
     }
 
     /// A source from a text; keys are found if it is TOML.
     pub(crate) fn new(path: PathBuf, text: String) -> Self {
-        let mut keys = Vec::new();
+        let mut places = Vec::new();
         if path.extension().is_some_and(|e| e == "toml")
             && let Ok(table) = DeTable::parse(&text)
         {
-            collect_table("", table.get_ref(), &mut keys);
+            collect_table("", table.get_ref(), &mut places);
         }
         let named = NamedSource::new(path.display().to_string(), text);
-        Self(Arc::new(Inner { path, named, keys }))
+        Self(Arc::new(Inner { path, named, places }))
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -113,13 +122,23 @@ impl Source {
 
     /// The dotted key of the smallest key or value around a span; empty outside all.
     pub(crate) fn key_at(&self, span: &Range<usize>) -> String {
-        let around = self.0.keys.iter().filter(|(range, _)| range.start <= span.start && span.end <= range.end);
-        around.min_by_key(|(range, _)| range.len()).map_or_else(String::new, |(_, key)| key.clone())
+        self.smallest(span, |_| true)
     }
 
-    /// The span of a dotted key's value, or of the whole text.
+    /// The dotted key of the smallest table around a span; empty in the root table.
+    pub(crate) fn table_at(&self, span: &Range<usize>) -> String {
+        self.smallest(span, |place| place.is_table)
+    }
+
+    fn smallest(&self, span: &Range<usize>, wanted: impl Fn(&Place) -> bool) -> String {
+        let around = |place: &&Place| place.span.start <= span.start && span.end <= place.span.end && wanted(place);
+        let smallest = self.0.places.iter().filter(around).min_by_key(|place| place.span.len());
+        smallest.map_or_else(String::new, |place| place.key.clone())
+    }
+
+    /// The span of a dotted key's value, or of the start of the text.
     pub(crate) fn span_of(&self, key: &str) -> Range<usize> {
-        self.0.keys.iter().rev().find(|(_, name)| name == key).map_or(0..0, |(range, _)| range.clone())
+        self.0.places.iter().rev().find(|place| place.key == key).map_or(0..0, |place| place.span.clone())
     }
 
     /// The text of a span if it is short and on one line.
@@ -133,21 +152,22 @@ impl Source {
     }
 }
 
-fn collect_table(prefix: &str, table: &DeTable<'_>, keys: &mut Vec<(Range<usize>, String)>) {
+fn collect_table(prefix: &str, table: &DeTable<'_>, places: &mut Vec<Place>) {
     for (key, value) in table {
         let name = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
-        keys.push((key.span(), name.clone()));
-        collect_value(name, value, keys);
+        places.push(Place { span: key.span(), key: name.clone(), is_table: false });
+        collect_value(name, value, places);
     }
 }
 
-fn collect_value(name: String, value: &Spanned<DeValue<'_>>, keys: &mut Vec<(Range<usize>, String)>) {
-    keys.push((value.span(), name.clone()));
+fn collect_value(name: String, value: &Spanned<DeValue<'_>>, places: &mut Vec<Place>) {
+    let is_table = value.get_ref().is_table();
+    places.push(Place { span: value.span(), key: name.clone(), is_table });
     match value.get_ref() {
-        DeValue::Table(table) => collect_table(&name, table, keys),
+        DeValue::Table(table) => collect_table(&name, table, places),
         DeValue::Array(array) => {
             for (index, item) in array.iter().enumerate() {
-                collect_value(format!("{name}[{}]", index + 1), item, keys);
+                collect_value(format!("{name}[{}]", index + 1), item, places);
             }
         }
         _ => {}

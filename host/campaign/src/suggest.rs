@@ -2,10 +2,16 @@
 
 /// The candidate that is most like `word`, if one is near enough to be a slip.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Jaro-Winkler above 0.8: "stifness" finds "stiffness", "mass" does not find "max_depth".
+    // Jaro-Winkler above 0.8: "stifness" finds "stiffness", "mass" does not find "max_depth". In short words it is
+    // low after any slip, but one changed letter of three or more is a slip.
+    let likeness = |candidate: &str| {
+        let (word, candidate) = (word.to_lowercase(), candidate.to_lowercase());
+        let slip = candidate.len() >= 3 && strsim::osa_distance(&word, &candidate) <= 1;
+        strsim::jaro_winkler(&word, &candidate).max(if slip { 0.9 } else { 0.0 })
+    };
     candidates
         .into_iter()
-        .map(|candidate| (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate))
+        .map(|candidate| (likeness(candidate), candidate))
         .filter(|(likeness, _)| *likeness > 0.8)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)

@@ -1,48 +1,43 @@
 //! Tables of measured values: one named column of a CSV file.
 
-use crate::problem::Problem;
+use crate::problem::{Problem, Problems};
 use crate::ranges::Range;
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::units::{quantity, show};
 
 /// The column's values in SI, ascending; `unit` is the column's unit as written, `si` that of the parameter.
-pub(crate) fn column(source: &Source, name: &str, unit: &str, si: &str, range: Range) -> Result<Vec<f64>, Problem> {
-    let place = |line: &str, remedy: String, message: String| {
+pub(crate) fn column(source: &Source, name: &str, unit: &str, si: &str, range: Range) -> Result<Vec<f64>, Problems> {
+    let refuse = |line: &str, value: &str, message: String, remedy: String| -> Problems {
         let start = line.as_ptr() as usize - source.text().as_ptr() as usize;
-        Problem::at(source, start..start + line.len(), message).key(name).remedy(remedy)
+        Problem::at(source, start..start + line.len(), message).key(name).value(value).remedy(remedy).into()
     };
     let mut lines = source.text().lines().filter(|line| !line.trim().is_empty());
-    let header = lines.next().unwrap_or("");
+    let header = lines.next().unwrap_or(source.text());
     let names: Vec<&str> = header.split(',').map(cell).collect();
-    let index = names.iter().position(|column| *column == name).ok_or_else(|| {
-        let start = source.text().find(header).unwrap_or(0);
-        Problem::at(source, start..start + header.len(), format!("there is no column `{name}`"))
-            .key(name)
-            .remedy(suggestion(name, &names))
-    })?;
+    let index = names.iter().position(|column| *column == name);
+    let Some(index) = index else {
+        return Err(refuse(header, header, format!("there is no column `{name}`"), suggestion(name, &names)));
+    };
     let mut values = Vec::new();
     for line in lines {
         let text = line.split(',').nth(index).map_or("", cell);
         let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
         let Some(number) = number else {
             let remedy = "write a finite number in every row, or remove the row".to_owned();
-            return Err(place(line, remedy, format!("`{text}` is no finite number")).value(text));
+            return Err(refuse(line, text, format!("`{text}` is no finite number"), remedy));
         };
         // The unit was checked by the caller, so that it can only be the number that fails here.
         let value = quantity(&format!("{number:e} {unit}"), si).unwrap_or(f64::NAN);
         if !range.contains(value) {
             let remedy = format!("write values {}", range.words(si));
-            return Err(place(line, remedy, format!("{} is out of range", show(value, si))).value(text));
+            return Err(refuse(line, text, format!("{} is out of range", show(value, si)), remedy));
         }
         values.push(value);
     }
     if values.is_empty() {
-        return Err(place(
-            header,
-            "add at least one row below the header".to_owned(),
-            "the table has no rows".to_owned(),
-        ));
+        let remedy = "add at least one row below the header".to_owned();
+        return Err(refuse(header, "", "the table has no rows".to_owned(), remedy));
     }
     values.sort_by(f64::total_cmp);
     Ok(values)
@@ -57,7 +52,7 @@ fn cell(text: &str) -> &str {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Vec<f64>, Problem> {
+    fn read(text: &str) -> Result<Vec<f64>, Problems> {
         let source = Source::new("delays.csv".into(), text.to_owned());
         column(&source, "delay", "ms", "s", Range::within(0.0, 0.1))
     }
@@ -78,7 +73,8 @@ mod tests {
             ("", 1),
         ];
         for (text, line) in cases {
-            let problem = read(text).expect_err(text);
+            let problems = read(text).expect_err(text);
+            let problem = problems.iter().next().expect("never empty");
             assert_eq!((problem.line, problem.key.as_str()), (line, "delay"), "{text}: {problem}");
             assert!(!problem.remedy.is_empty());
         }

@@ -40,7 +40,8 @@ fn mean(values: &[f64]) -> f64 {
 /// Pearson's correlation.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (ma, mb) = (mean(a), mean(b));
-    let product = |x: &[f64], mx: f64, y: &[f64], my: f64| x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>();
+    let product =
+        |x: &[f64], mx: f64, y: &[f64], my: f64| x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>();
     product(a, ma, b, mb) / (product(a, ma, a, ma) * product(b, mb, b, mb)).sqrt()
 }
 
@@ -111,7 +112,8 @@ fn multivariate_normals_have_their_covariance() {
 #[test]
 fn rank_correlation_is_as_stated_and_leaves_the_margins() {
     let free = campaign(20_000, &format!("{STIFFNESS}{MASS}{FRICTION}"));
-    let group = "[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, -0.7], [-0.7, 1]]\n";
+    let group =
+        "[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, -0.7], [-0.7, 1]]\n";
     let tied = campaign(20_000, &format!("{STIFFNESS}{MASS}{FRICTION}{group}"));
     let (k, m) = (drawn(&tied, "contact_stiffness"), drawn(&tied, "target_mass"));
     let spearman = correlation(&ranks(&k), &ranks(&m));

@@ -80,7 +80,7 @@ fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose
     let path = c.source.sibling(&table.urdf.value);
     let source = match Source::read(&path, Some((&c.source, table.urdf.span.clone()))) {
         Ok(source) => source,
-        Err(problem) => return c.problems.push(problem),
+        Err(problems) => return c.problems.extend(problems),
     };
     let arm = match arm::read(&source, mount) {
         Ok(arm) => arm,

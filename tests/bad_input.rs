@@ -1,0 +1,309 @@
+//! Spoiled campaign, scenario, model and table files: each names its file, line and key, and says what to do.
+//!
+//! `data/bad` holds one valid set of files; every case spoils one place in one of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// One spoiled file.
+struct Case {
+    /// The file that is spoiled.
+    file: &'static str,
+    /// What is replaced, once.
+    old: &'static str,
+    /// What it is replaced by.
+    new: &'static str,
+    /// File, line and key that the first problem must name.
+    place: (&'static str, usize, &'static str),
+    /// What the message must say.
+    message: &'static str,
+    /// What the remedy must say.
+    remedy: &'static str,
+}
+
+const CAMPAIGN: &str = "campaign.toml";
+const SCENARIO: &str = "scenario.toml";
+const ARM: &str = "arm.urdf";
+const TABLE: &str = "delays.csv";
+
+const fn campaign(
+    old: &'static str,
+    new: &'static str,
+    line: usize,
+    key: &'static str,
+    message: &'static str,
+    remedy: &'static str,
+) -> Case {
+    Case { file: CAMPAIGN, old, new, place: (CAMPAIGN, line, key), message, remedy }
+}
+
+const fn scenario(
+    old: &'static str,
+    new: &'static str,
+    line: usize,
+    key: &'static str,
+    message: &'static str,
+    remedy: &'static str,
+) -> Case {
+    Case { file: SCENARIO, old, new, place: (SCENARIO, line, key), message, remedy }
+}
+
+const fn arm(
+    old: &'static str,
+    new: &'static str,
+    line: usize,
+    key: &'static str,
+    message: &'static str,
+    remedy: &'static str,
+) -> Case {
+    Case { file: ARM, old, new, place: (ARM, line, key), message, remedy }
+}
+
+const fn table(old: &'static str, new: &'static str, line: usize, message: &'static str, remedy: &'static str) -> Case {
+    Case { file: TABLE, old, new, place: (TABLE, line, "delay_ms"), message, remedy }
+}
+
+#[rustfmt::skip]
+const CAMPAIGNS: &[Case] = &[
+    campaign("campaign/1", "campaign/9", 1, "schema", "does not read this format", "schema = \"campaign/1\""),
+    campaign("id = \"valid\"", "id = \"a/b\"", 2, "id", "cannot be a name", "letters, digits, - and _"),
+    campaign("seed = 7\n", "", 1, "seed", "must be there", "add seed = 20261121"),
+    campaign("seed = 7", "seed = -7", 4, "seed", "does not fit", "a whole number, not negative"),
+    campaign("runs = 100", "runs = 0", 5, "runs", "out of range", "from 1 to 1000000000"),
+    campaign("runs = 100", "runs = 99999999999999", 5, "runs", "out of range", "from 1 to 1000000000"),
+    campaign("runs = 100", "runs = \"many\"", 5, "runs", "string \"many\"", "a whole number"),
+    campaign("runs = 100", "runs = 100\nrums = 3", 6, "rums", "no key `rums`", "did you mean `runs`?"),
+    campaign("runs = 100", "runs = 100\nruns = 3", 6, "runs", "not TOML", "a key only once"),
+    campaign("scenario.toml", "missing.toml", 6, "scenario", "there is no file", "relative to the file that names it"),
+    campaign("\"scenario.toml\"", "\".\"", 6, "scenario", "is a directory", "name a file in it"),
+    campaign("\"cpu\"", "\"cqu\"", 7, "execution.backend", "`cqu` is not known", "did you mean `cpu`?"),
+    campaign("\"1 %\"", "\"101 %\"", 7, "execution.parity", "1.01 is out of range", "at least 0, at most 1"),
+    campaign("\"random\"", "\"sobol\"", 8, "sampling.method", "not offered", "\"lhs\" for exploring"),
+    campaign("\"random\"", "\"lhs\"", 8, "sampling.method", "not independent", "method = \"random\""),
+    campaign("target = \"contact_stiffness\"", "target = \"contact_stifness\"", 11, "dispersion[1].target", "no parameter", "did you mean `contact_stiffness`?"),
+    campaign("target = \"contact_stiffness\"", "targe = \"contact_stiffness\"", 11, "dispersion[1].targe", "no key `targe`", "did you mean `target`?"),
+    campaign("min = \"1e4 N/m\"", "min = \"1e4 mm\"", 12, "dispersion[1].dist.min", "this is a length, not a stiffness", "write \"10000 N/m\""),
+    campaign("min = \"1e4 N/m\"", "min = 1e4", 12, "dispersion[1].dist.min", "a stiffness needs its unit", "write \"10000 N/m\""),
+    campaign("min = \"1e4 N/m\"", "min = \"1e4 kgf/mm\"", 12, "dispersion[1].dist.min", "`kgf` is not read", "1 kgf is 9.80665 N"),
+    campaign("min = \"1e4 N/m\"", "min = \"0 N/m\"", 12, "dispersion[1].dist.min", "0 N/m is out of range", "above 0 N/m"),
+    campaign("min = \"1e4 N/m\"", "min = nan", 12, "dispersion[1].dist.min", "not a finite number", "write \"1.5 N/m\""),
+    campaign("max = \"1e5 N/m\"", "max = \"1e3 N/m\"", 12, "dispersion[1].dist.max", "max is not above min", "write max above min (10000 N/m)"),
+    campaign("max = \"1e5 N/m\"", "max = \"1e11 N/m\"", 12, "dispersion[1].dist", "contact pair: stiffness", "write timing.substep ="),
+    campaign("\"loguniform\"", "\"logunifrom\"", 12, "dispersion[1].dist.kind", "is not known", "did you mean `loguniform`?"),
+    campaign("\"loguniform\"", "\"normal\"", 12, "dispersion[1].dist.kind", "`normal` needs the key `mean`", "`normal` takes: mean, sigma"),
+    campaign("max = 0.45", "max = -0.1", 16, "dispersion[2].dist.max", "-0.1 is out of range", "at least 0, at most 10"),
+    campaign("mean = 0.18", "mean = inf", 16, "dispersion[2].dist.mean", "not a finite number", "write 1.5"),
+    campaign("\"epistemic\"", "\"epistemc\"", 17, "dispersion[2].class", "is not known", "did you mean `epistemic`?"),
+    campaign("[outer]\ndraws = 4", "", 16, "dispersion[2].dist", "there is no outer loop", "draws = 20"),
+    campaign("target = \"offset\"", "target = \"offset_q\"", 20, "dispersion[3].target", "no parameter `offset_q`", "did you mean `offset`?"),
+    campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "sigma = [\"1 mm\", \"2 mm\"]", 21, "dispersion[3].dist.sigma", "2 values for 3 targets", "write 3 values in brackets"),
+    campaign("kind = \"mvnormal\"", "kind = \"normal\"", 20, "dispersion[3].target", "`offset` is a vector", "\"offset_x\", \"offset_y\" or \"offset_z\""),
+    campaign("delays.csv", "delays.parquet", 25, "dispersion[4].dist.file", "only CSV", "Parquet tables are not read here"),
+    campaign("unit = \"ms\"", "unit = \"mm\"", 25, "dispersion[4].dist.unit", "no unit of the target", "s, ms, us, min"),
+    campaign("sigma = \"10 kg\"", "sigma = \"100 kg\"", 29, "dispersion[5].dist", "beyond its legal range", "kind = \"truncnormal\""),
+    campaign("target = \"target_mass\"", "target = \"loop_delay\"", 28, "dispersion[5].target", "dispersed twice", "the one in line 25"),
+    campaign("matrix = [[1, 0.5], [0.5, 1]]", "matrix = [[1, 0.5], [0.4, 1]]", 33, "correlation[1].matrix", "no correlation matrix", "symmetric, with ones on the diagonal"),
+    campaign("matrix = [[1, 0.5], [0.5, 1]]", "matrix = [[1, 1], [1, 1]]", 33, "correlation[1].matrix", "not positive definite", "weaken the correlations"),
+    campaign("\"target_mass\"]", "\"base_mass\"]", 32, "correlation[1].targets[2]", "is not dispersed", "add a [[dispersion]]"),
+    campaign("2/3 * contact_stiffness", "2/3 * bristle_damping", 37, "derived[1].expr", "bristle_stiffness -> bristle_damping -> bristle_stiffness", "compute one of them"),
+    campaign("2/3 * contact_stiffness", "2/3 * contact_stifness", 37, "derived[1].expr", "no parameter `contact_stifness`", "did you mean `contact_stiffness`?"),
+    campaign("2/3 * contact_stiffness", "2/3 (contact_stiffness)", 37, "derived[1].expr", "`(` does not belong here", "a product needs its `*`"),
+    campaign("bristle_stiffness / 100", "0 - bristle_stiffness", 41, "derived[2].expr", "beyond its legal range", "bound it with max"),
+    campaign("draws = 4", "draws = 101", 44, "outer.draws", "101 is out of range", "from 1 to 100"),
+    campaign("\"peak_force\"", "\"peak_forse\"", 49, "requirement[1].metric", "no metric `peak_forse`", "did you mean `peak_force`?"),
+    campaign("at_most = \"80 N\"", "at_most = \"80 N m\"", 50, "requirement[1].at_most", "this is a moment, not a force", "write \"80 N\""),
+    campaign("at_most = \"80 N\"\n", "", 47, "requirement[1].id", "no limit", "one of at_most and at_least"),
+    campaign("[traces]", "[[requirement]]\nid = \"req_1\"\ntext = \"t\"\nmetric = \"impulse\"\nat_most = \"1 N s\"\nprobability = 0.9\nconfidence = 0.9\n[traces]", 55, "requirement[2].id", "the same columns as `REQ-1`", "an id of its own"),
+    campaign("\"99 %\"", "\"100 %\"", 51, "requirement[1].probability", "1 is out of range", "above 0, at most 0.999999"),
+    campaign("\"90 %\"", "90", 52, "requirement[1].confidence", "90 is out of range", "above 0, at most 0.999999"),
+    campaign("\"worst:5\"", "\"worst\"", 56, "traces.keep[2]", "names no runs", "\"worst:20\""),
+    campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 56, "traces.keep", "not TOML", "the file ends too early"),
+];
+
+#[rustfmt::skip]
+const SCENARIOS: &[Case] = &[
+    scenario("scenario/1", "campaign/1", 1, "schema", "does not read this format", "schema = \"scenario/1\""),
+    scenario("\"0.25 ms\"", "\"0.3 ms\"", 7, "timing.tick", "not a whole number of substeps", "9e-4 s is the nearest"),
+    scenario("time_limit = \"2 s\"\n", "", 5, "timing.time_limit", "must be there", "add time_limit = \"15 s\""),
+    scenario("time_limit = \"2 s\"", "time_limit = \"2 kg\"", 8, "timing.time_limit", "this is a mass, not a time", "write \"2 s\""),
+    scenario("mass = \"400 kg\"", "mass = \"-400 kg\"", 11, "base.mass", "-400 kg is out of range", "above 0 kg"),
+    scenario("mass = \"400 kg\"", "mass = \"0 kg\"", 11, "base.mass", "0 kg is out of range", "above 0 kg"),
+    scenario("mass = \"400 kg\"", "mass = 400", 11, "base.mass", "a mass needs its unit", "write \"400 kg\""),
+    scenario("mass = \"400 kg\"", "mass = \"1e300 kg\"", 11, "base.mass", "out of range", "at most 1e7 kg"),
+    scenario("izz = \"60 kg m^2\"", "izz = \"121 kg m^2\"", 12, "base.inertia", "triangle inequality", "about the centre of mass"),
+    scenario("izz = \"60 kg m^2\"", "izz = \"60 kg m^2\", ixy = \"70 kg m^2\"", 12, "base.inertia", "not positive definite", "matrix elements"),
+    scenario("\"arm.urdf\"", "\"no.urdf\"", 15, "arm.urdf", "there is no file", "relative to the file that names it"),
+    scenario("\"30 deg\"]", "\"30 deg\", \"0 deg\"]", 16, "arm.angles", "3 values where 2 belong", "write 2 values in brackets"),
+    scenario("\"30 deg\"]", "\"200 deg\"]", 16, "arm.angles[2]", "does not reach this angle", "from -171.887 deg to 171.887 deg"),
+    scenario("\"joint_pd\"", "\"joint_p\"", 19, "arm.controller.law", "is not known", "did you mean `joint_pd`?"),
+    scenario("\"joint_pd\"", "\"computed_torque\"", 20, "arm.controller.joint_stiffness", "does not take the key", "bandwidth, damping_ratio"),
+    scenario("\"20 N m s/rad\"]", "\"9e4 N m s/rad\"]", 18, "arm.controller", "controller of joint 2: damping 9.0000e4", "write timing.tick ="),
+    scenario("\"20 N m s/rad\"]", "\"20 N m s\"]", 21, "arm.controller.joint_damping[2]", "not a rotational damping", "write \"20 N m s/rad\""),
+    scenario("link = \"tool\"", "link = \"upper\"", 24, "part_a.link", "not at the arm's end", "name the last moving link"),
+    scenario("radius = \"20 mm\"", "radius = \"20 mmm\"", 27, "part_a.point[1].radius", "no unit `mmm`", "did you mean `mm`?"),
+    scenario("shape = \"cone\"", "shape = \"sphere\"", 35, "part_b.solid[1].shape", "`sphere` needs the key `radius`", "`sphere` takes: radius"),
+    scenario("shape = \"cone\"", "shape = \"plane\"", 36, "part_b.solid[1].mouth", "`plane` does not take the key `mouth`", "remove it"),
+    scenario("bottom = \"30 mm\"", "bottom = \"200 mm\"", 37, "part_b.solid[1].bottom", "not narrower than the mouth", "a bottom below the mouth"),
+    scenario("stiffness = \"5e4 N/m\"", "stiffness = \"5e10 N/m\"", 42, "contact.stiffness", "contact pair: stiffness 5.0000e10", "write timing.substep ="),
+    scenario("damping = \"100 N s/m\"", "dissipation = \"1 s/m\"", 43, "contact.dissipation", "`linear` does not take", "damping, restitution"),
+    scenario("friction = 0.2", "friction = -0.2", 44, "contact.friction", "-0.2 is out of range", "at least 0"),
+    scenario("friction = 0.2", "friction = 0.2\nfricton = 1", 45, "contact.fricton", "no key `fricton`", "did you mean `friction`?"),
+    scenario("angle = \"6 deg\"", "angle = \"6 m\"", 51, "latch.angle", "this is a length, not an angle", "write \"6 rad\""),
+    scenario("gap = \"40 mm\"\n", "", 58, "start", "where the chaser starts", "add gap = \"50 mm\""),
+    scenario("closing_speed = \"50 mm/s\"", "closing_speed = \"fast\"", 60, "start.closing_speed", "not a finite number", "write \"1.5 m/s\""),
+    scenario("loop_delay = \"4 ms\"", "loop_delay = \"1.2 ms\"", 63, "facility.loop_delay", "less than the loop has by itself", "at least \"1.375000 ms\""),
+    scenario("loop_delay = \"4 ms\"", "loop_delay = \"130 ms\"", 63, "facility.loop_delay", "0.13 s is out of range", "at most 0.128 s"),
+    scenario("\"1 %\"", "\"120 %\"", 64, "facility.drop_probability", "1.2 is out of range", "at least 0, at most 1"),
+    scenario("lag = \"20 ms\"", "lag = \"0.3 ms\"", 65, "facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
+    scenario("period = \"1 ms\"", "period = \"1.1 ms\"", 66, "facility.sensor.period", "not a whole number of substeps", "0.001 s is the nearest"),
+    scenario("max_depth = \"50 mm\"\n", "", 68, "task.max_depth", "must be there", "add max_depth = \"20 mm\""),
+];
+
+#[rustfmt::skip]
+const MODELS: &[Case] = &[
+    arm("<mass value=\"20\"/>", "<mass value=\"-20\"/>", 13, "link[upper].mass", "link `upper` has the mass -20 kg", "a mass above 0 kg"),
+    arm("iyy=\"2\"", "iyy=\"0.1\"", 14, "link[upper].inertia", "link `upper` has an inertia that no rigid body has", "the greatest is at most their sum"),
+    arm("ixx=\"0.5\"", "ixx=\"NaN\"", 14, "link[upper].inertia", "not finite", "about the centre of mass"),
+    arm("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", 7, "joint[shoulder].axis", "no place or direction", "an axis that is not zero"),
+    arm("name=\"elbow\" type=\"revolute\"", "name=\"elbow\" type=\"prismatic\"", 17, "joint[elbow]", "neither revolute, continuous nor fixed", "make it revolute or fixed"),
+    arm("<child link=\"fore\"/>", "<child link=\"four\"/>", 17, "joint[elbow]", "which does not exist", "correct the name"),
+    arm("<parent link=\"fore\"/>", "<parent link=\"tool\"/>", 36, "link[tool]", "not connected to the root", "join it to the chain"),
+    arm("</robot>\n", "", 36, "robot", "not a URDF", "every element is closed"),
+    table("run,delay_ms", "run,delay", 1, "no column `delay_ms`", "did you mean `delay`?"),
+    table("2,8.5", "2,slow", 3, "`slow` is no finite number", "write a finite number in every row"),
+    table("2,8.5", "2,850", 3, "0.85 s is out of range", "at most 0.128 s"),
+];
+
+/// The valid files: `data/bad` of this repository, found from whichever package runs this.
+fn valid() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = here.ancestors().map(|folder| folder.join("tests/data/bad")).find(|folder| folder.is_dir());
+    folder.expect("the repository holds tests/data/bad")
+}
+
+/// A folder with the valid files, in which one may be spoiled.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for file in [CAMPAIGN, SCENARIO, ARM, TABLE] {
+        fs::copy(valid().join(file), folder.path().join(file)).expect("copied");
+    }
+    folder
+}
+
+/// What is missing in the first problem of a case, if anything is.
+fn missed(case: &Case) -> Option<String> {
+    let folder = folder();
+    let path = folder.path().join(case.file);
+    let text = fs::read_to_string(&path).expect("read");
+    assert!(text.contains(case.old), "{}: the valid file has no `{}`", case.file, case.old);
+    fs::write(&path, text.replacen(case.old, case.new, 1)).expect("written");
+    let Err(problems) = softdock_campaign::load(&folder.path().join(CAMPAIGN)) else {
+        return Some(format!("`{}` is not refused", case.new));
+    };
+    let first = problems.iter().next().expect("at least one problem");
+    let file = first.file.file_name().and_then(|name| name.to_str()).unwrap_or("");
+    let exact = (file, first.line, first.key.as_str()) == case.place;
+    let told = first.message.contains(case.message) && first.remedy.contains(case.remedy);
+    (!exact || !told).then(|| {
+        format!(
+            "`{}` should give {:?}, `{}`, `{}`, but gives\n{problems}",
+            case.new, case.place, case.message, case.remedy
+        )
+    })
+}
+
+/// All cases, so that one run shows every miss.
+fn check(cases: &[Case]) {
+    let missed: Vec<String> = cases.iter().filter_map(missed).collect();
+    assert!(missed.is_empty(), "{} of {} cases:\n{}", missed.len(), cases.len(), missed.join("\n\n"));
+}
+
+#[test]
+fn the_unspoiled_files_are_valid() {
+    let campaign = softdock_campaign::load(&folder().path().join(CAMPAIGN));
+    assert!(campaign.is_ok(), "{}", campaign.expect_err("problems"));
+}
+
+#[test]
+fn spoiled_campaigns_are_refused() {
+    check(CAMPAIGNS);
+}
+
+#[test]
+fn spoiled_scenarios_are_refused() {
+    check(SCENARIOS);
+}
+
+#[test]
+fn spoiled_models_and_tables_are_refused() {
+    check(MODELS);
+}
+
+/// Loads what `spoil` makes of the valid folder and gives the first problem's line, key, message and remedy.
+fn refused(spoil: impl Fn(&Path)) -> (usize, String, String, String) {
+    let folder = folder();
+    spoil(folder.path());
+    let problems = softdock_campaign::load(&folder.path().join(CAMPAIGN)).expect_err("spoiled");
+    let first = problems.iter().next().expect("at least one problem");
+    (first.line, first.key.clone(), first.message.clone(), first.remedy.clone())
+}
+
+#[test]
+fn files_that_are_no_text_are_refused() {
+    let (line, _, message, remedy) = refused(|folder| {
+        let mut bytes = fs::read(folder.join(CAMPAIGN)).expect("read");
+        let place = bytes.windows(5).position(|word| word == b"valid").expect("a word to spoil");
+        bytes[place] = 0xE9;
+        fs::write(folder.join(CAMPAIGN), bytes).expect("written");
+    });
+    assert_eq!(line, 2);
+    assert!(message.contains("byte 0xE9 is not UTF-8") && remedy.contains("encoding UTF-8"), "{message}: {remedy}");
+
+    let (line, _, message, remedy) = refused(|folder| fs::write(folder.join(CAMPAIGN), "").expect("written"));
+    assert!(line == 1 && message.contains("empty") && remedy.contains("campaign/1"), "{message}: {remedy}");
+
+    let (_, key, message, _) = refused(|folder| fs::write(folder.join(ARM), "").expect("written"));
+    assert!(key == "robot" && message.contains("not a URDF"), "{message}");
+
+    let (_, _, message, remedy) = refused(|folder| {
+        fs::remove_file(folder.join(CAMPAIGN)).expect("removed");
+        fs::create_dir(folder.join(CAMPAIGN)).expect("made");
+    });
+    assert!(message.contains("is a directory") && remedy.contains("name a file"), "{message}: {remedy}");
+
+    let (_, _, message, remedy) = refused(|folder| fs::remove_file(folder.join(CAMPAIGN)).expect("removed"));
+    assert!(message.contains("there is no file") && remedy.contains("check the path"), "{message}: {remedy}");
+}
+
+#[test]
+fn several_problems_are_told_at_once() {
+    let folder = folder();
+    let path = folder.path().join(CAMPAIGN);
+    let text = fs::read_to_string(&path).expect("read");
+    let spoiled = text.replace("runs = 100", "runs = 0").replace("\"99 %\"", "2").replace("\"80 N\"", "80");
+    fs::write(&path, spoiled).expect("written");
+    let problems = softdock_campaign::load(&path).expect_err("spoiled");
+    assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [5, 44, 50, 51]);
+}
+
+/// Every file cut anywhere, or with any character changed, gives problems or, by luck, a campaign: never a panic.
+#[test]
+fn damaged_files_never_panic() {
+    for file in [CAMPAIGN, SCENARIO, ARM, TABLE] {
+        let folder = folder();
+        let path = folder.path().join(file);
+        let bytes = fs::read(&path).expect("read");
+        let damaged = (0..bytes.len()).step_by(5).flat_map(|place| {
+            let mut changed = bytes.clone();
+            changed[place] = b"9-\"[{=.e\n"[place % 9];
+            [bytes[..place].to_vec(), changed]
+        });
+        for text in damaged {
+            fs::write(&path, &text).expect("written");
+            if let Err(problems) = softdock_campaign::load(&folder.path().join(CAMPAIGN)) {
+                let remedied = problems.iter().all(|problem| !problem.remedy.is_empty());
+                assert!(remedied, "{problems} in\n{}", String::from_utf8_lossy(&text));
+            }
+        }
+    }
+}
