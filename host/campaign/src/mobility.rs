@@ -80,6 +80,12 @@ impl Chaser {
         &jacobian * &self.inverse * jacobian.transpose()
     }
 
+    /// Inverse of the inertia that a wrench on the base's centre of mass feels: force, moment.
+    pub(crate) fn at_base(&self) -> (Matrix3<f64>, Matrix3<f64>) {
+        let block = |start| self.inverse.fixed_view::<3, 3>(start, start).into_owned();
+        (block(0), block(3))
+    }
+
     /// Acceleration of a point of the end-effector by a force on it \[1/kg\].
     pub(crate) fn at_point(&self, point: Vec3<f64>) -> Matrix3<f64> {
         self.end(point).fixed_view::<3, 3>(0, 0).into_owned()

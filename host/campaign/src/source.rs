@@ -136,9 +136,14 @@ impl Source {
         smallest.map_or_else(String::new, |place| place.key.clone())
     }
 
-    /// The span of a dotted key's value, or of the start of the text.
+    /// The span of a dotted key's value; if it is not written, of the table in which it would stand.
     pub(crate) fn span_of(&self, key: &str) -> Range<usize> {
-        self.0.places.iter().rev().find(|place| place.key == key).map_or(0..0, |place| place.span.clone())
+        let written = self.0.places.iter().rev().find(|place| place.key == key);
+        match (written, key.rsplit_once('.')) {
+            (Some(place), _) => place.span.clone(),
+            (None, Some((table, _))) => self.span_of(table),
+            (None, None) => 0..0,
+        }
     }
 
     /// The text of a span if it is short and on one line.

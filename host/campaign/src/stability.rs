@@ -3,8 +3,8 @@
 //! Semi-implicit Euler is stable up to w dt = 2; half a radian leaves room for sixteen points in contact at once.
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
-use nalgebra::{DMatrix, DVector};
-use softdock_kernels::model::{ArmControl, Model, NormalLaw};
+use nalgebra::{DMatrix, DVector, Matrix3};
+use softdock_kernels::model::{ArmControl, Model, NormalLaw, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::Vec3;
 
@@ -49,7 +49,11 @@ struct Spring {
 
 /// All faults of a model over the given extremes.
 pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
-    let low = &extremes.least;
+    // The facility's target may be lighter by its error.
+    let mut low = extremes.least;
+    low.target_mass *= 1.0 + low.mass_error.min(0.0);
+    low.target_inertia_scale *= 1.0 + low.inertia_error.min(0.0);
+    let extremes = &Extremes { least: low, greatest: extremes.greatest };
     let Some(chaser) = Chaser::new(m, low.base_mass, low.base_inertia_scale) else {
         return vec![Fault {
             key: "base.inertia",
@@ -60,6 +64,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     };
     let mut springs = contact(m, extremes, &chaser);
     springs.extend(arm(m, &chaser));
+    springs.extend(approach(m, &chaser));
     let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
     faults.extend(lags(m, extremes));
     faults
@@ -103,67 +108,94 @@ fn floor3(value: f64) -> f64 {
     (value * scale).floor() / scale * (1.0 - 1e-3)
 }
 
+/// Inverse mass of the pair at a point of part A (contact happens with part A at part B).
+fn pair_mobility(m: &Model, low: &Params<f64>, chaser: &Chaser, point: Vec3<f64>) -> f64 {
+    let lever = chaser.axes.times(point);
+    let target = target_at_point(m, low.target_mass, low.target_inertia_scale, lever);
+    greatest(&(chaser.at_point(chaser.part_a + lever) + target))
+}
+
 /// The contact pair, its bristle, and the latch.
 fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
     let (low, high) = (&extremes.least, &extremes.greatest);
-    let pair = |point: Vec3<f64>| {
-        let lever = chaser.axes.times(point);
-        // Contact happens with part A at part B: the same lever, seen from the target.
-        let target = target_at_point(m, low.target_mass, low.target_inertia_scale, lever);
-        greatest(&(chaser.at_point(chaser.part_a + lever) + target))
-    };
-    let mobility = m.contact.points.iter().map(|point| pair(point.position)).fold(0.0, f64::max);
     let errors = |value: f64| 1.0 + value.max(0.0);
-    let (slope, power) = match m.contact.law {
-        NormalLaw::Linear => (1.0, None),
-        // Slope of K d^n at the deepest contact that is allowed.
-        NormalLaw::Power { exponent } => (exponent * m.task.max_depth.powf(exponent - 1.0), Some(exponent)),
-    };
     let stiffness = high.contact_stiffness * errors(high.contact_stiffness_error);
-    let damping = errors(high.contact_damping_error)
-        * power.map_or(high.contact_damping, |n| stiffness * m.task.max_depth.powf(n) * high.contact_dissipation);
-    let spring = |what: &str, key, parameter, stiffness, damping, mobility, unit| Spring {
-        what: what.to_owned(),
-        key,
-        parameter: Some(parameter),
-        stiffness,
-        damping,
-        mobility,
-        unit,
-        held: false,
+    let depth = m.task.max_depth;
+    let (slope, damping, damping_key, damping_name) = match m.contact.law {
+        NormalLaw::Linear => (stiffness, high.contact_damping, "contact.damping", "contact_damping"),
+        // Slope and damping of K d^n (1 + a d') at the deepest contact that is allowed.
+        NormalLaw::Power { exponent: n } => (
+            stiffness * n * depth.powf(n - 1.0),
+            stiffness * depth.powf(n) * high.contact_dissipation,
+            "contact.dissipation",
+            "contact_dissipation",
+        ),
     };
-    let (k, b) = (high.bristle_stiffness, high.bristle_damping);
-    let normal = "contact_stiffness";
+    let damping = damping * errors(high.contact_damping_error);
+    let points = m.contact.points.iter().map(|point| pair_mobility(m, low, chaser, point.position));
+    let mobility = points.fold(0.0, f64::max);
+    let spring = |what: &str, key, parameter, stiffness, damping| Spring {
+        parameter: Some(parameter),
+        held: false,
+        ..held(what.to_owned(), key, stiffness, damping, mobility, "kg")
+    };
     let mut springs = vec![
-        spring("contact pair", "contact.stiffness", normal, stiffness * slope, 0.0, mobility, "kg"),
-        spring("contact pair", "contact", damping_parameter(power.is_some()), 0.0, damping, mobility, "kg"),
+        spring("contact pair", "contact.stiffness", "contact_stiffness", slope, 0.0),
+        spring("contact pair", damping_key, damping_name, 0.0, damping),
     ];
     if high.contact_friction > 0.0 {
-        springs.push(spring(
-            "contact bristle",
-            "contact.bristle_stiffness",
-            "bristle_stiffness",
-            k,
-            0.0,
-            mobility,
-            "kg",
-        ));
-        springs.push(spring("contact bristle", "contact.bristle_damping", "bristle_damping", 0.0, b, mobility, "kg"));
+        let (k, b) = (high.bristle_stiffness, high.bristle_damping);
+        springs.push(spring("contact bristle", "contact.bristle_stiffness", "bristle_stiffness", k, 0.0));
+        springs.push(spring("contact bristle", "contact.bristle_damping", "bristle_damping", 0.0, b));
     }
-    if let Some(latch) = m.contact.latch {
-        let at = pair(latch.point);
-        let turning = greatest(&(chaser.about_part_a() + target_about_com(m, low.target_inertia_scale)));
-        let (k, b) = (high.latch_stiffness, high.latch_damping);
-        springs.push(spring("latch", "latch.stiffness", "latch_stiffness", k, b, at, "kg"));
-        let (k, b) = (high.latch_rotation_stiffness, high.latch_rotation_damping);
-        let (key, parameter) = ("latch.rotation_stiffness", "latch_rotation_stiffness");
-        springs.push(spring("latch", key, parameter, k, b, turning, "kg m^2"));
-    }
+    springs.extend(latch(m, extremes, chaser));
     springs
 }
 
-fn damping_parameter(power: bool) -> &'static str {
-    if power { "contact_dissipation" } else { "contact_damping" }
+/// The closed latch.
+fn latch(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
+    let Some(latch) = m.contact.latch else {
+        return Vec::new();
+    };
+    let (low, high) = (&extremes.least, &extremes.greatest);
+    let linear = pair_mobility(m, low, chaser, latch.point);
+    let angular = greatest(&(chaser.about_part_a() + target_about_com(m, low.target_inertia_scale)));
+    let rows = [
+        ("latch.stiffness", "latch_stiffness", high.latch_stiffness, 0.0, linear, "kg"),
+        ("latch.damping", "latch_damping", 0.0, high.latch_damping, linear, "kg"),
+        ("latch.rotation_stiffness", "latch_rotation_stiffness", high.latch_rotation_stiffness, 0.0, angular, "kg m^2"),
+        ("latch.rotation_damping", "latch_rotation_damping", 0.0, high.latch_rotation_damping, angular, "kg m^2"),
+    ];
+    rows.map(|(key, parameter, stiffness, damping, mobility, unit)| Spring {
+        parameter: Some(parameter),
+        held: false,
+        ..held("latch".to_owned(), key, stiffness, damping, mobility, unit)
+    })
+    .into()
+}
+
+/// The approach's thrust, held over a tick.
+fn approach(m: &Model, chaser: &Chaser) -> Vec<Spring> {
+    let Thrust::Approach {
+        speed_gain, lateral_stiffness, lateral_damping, attitude_stiffness, attitude_damping, ..
+    } = m.guidance.thrust
+    else {
+        return Vec::new();
+    };
+    let (linear, angular) = chaser.at_base();
+    let held = |what: &str, stiffness, damping, mobility: &Matrix3<f64>, unit| {
+        held(what.to_owned(), "guidance.approach", stiffness, damping, greatest(mobility), unit)
+    };
+    vec![
+        held("closing speed", 0.0, speed_gain, &linear, "kg"),
+        held("lateral thrust", lateral_stiffness, lateral_damping, &linear, "kg"),
+        held("attitude control", attitude_stiffness, attitude_damping, &angular, "kg m^2"),
+    ]
+}
+
+/// A controller that is held over a tick.
+fn held(what: String, key: &'static str, stiffness: f64, damping: f64, mobility: f64, unit: &'static str) -> Spring {
+    Spring { what, key, parameter: None, stiffness, damping, mobility, unit, held: true }
 }
 
 /// The arm's controller, held over a tick.
@@ -172,16 +204,8 @@ fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
     if count == 0 {
         return Vec::new();
     }
-    let held = |what: String, stiffness: f64, damping: f64, mobility: f64, unit| Spring {
-        what,
-        key: "arm.controller",
-        parameter: None,
-        stiffness,
-        damping,
-        mobility,
-        unit,
-        held: true,
-    };
+    let held =
+        |what, stiffness, damping, mobility, unit| held(what, "arm.controller", stiffness, damping, mobility, unit);
     match m.guidance.arm {
         ArmControl::JointPd { stiffness, damping } => [(stiffness, true), (damping, false)]
             .into_iter()
