@@ -9,6 +9,9 @@ pub mod facts;
 pub mod number;
 pub mod parity;
 pub mod plan;
+mod plots;
+mod reading;
+pub mod report;
 mod summarise;
 pub mod summary;
 mod tally;
@@ -16,6 +19,7 @@ mod terminal;
 
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
+pub use report::{Dispersion, Fact, ReportInput, report_page, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Summary, Verdict};
 pub use terminal::verdict_text;

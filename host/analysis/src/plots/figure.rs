@@ -1,0 +1,206 @@
+//! A thin figure: axes and layers, drawn by plotters as SVG that stands inside a page.
+
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::prelude::{
+    ChartBuilder, ChartContext, Circle, Color, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor, Rectangle,
+    SVGBackend, ShapeStyle, Text,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontTransform, TextStyle};
+
+use crate::plots::axis::Axis;
+use crate::{Error, Result};
+
+/// Plotters places at whole pixels: it draws so many times larger, and the page scales back.
+const SCALE: u32 = 4;
+
+/// Colours that remain distinct for colour-blind readers and in grey print (Okabe and Ito; Tol).
+pub(crate) mod colour {
+    use super::RGBColor;
+    pub(crate) const SPACE: RGBColor = RGBColor(0x00, 0x72, 0xB2);
+    pub(crate) const FACILITY: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
+    pub(crate) const TRUE_PASS: RGBColor = RGBColor(0x6B, 0xB3, 0xA3);
+    pub(crate) const FALSE_PASS: RGBColor = RGBColor(0xAA, 0x33, 0x77);
+    pub(crate) const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
+    pub(crate) const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
+    pub(crate) const LIMIT: RGBColor = RGBColor(0x22, 0x22, 0x22);
+    pub(crate) const GRID: RGBColor = RGBColor(0xE6, 0xE6, 0xE3);
+    pub(crate) const FRAME: RGBColor = RGBColor(0x8A, 0x8A, 0x86);
+    pub(crate) const TEXT: RGBColor = RGBColor(0x33, 0x33, 0x33);
+}
+
+/// Width and height of a figure on the page, px.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Size {
+    Wide,
+    Half,
+    Third,
+}
+
+impl Size {
+    fn pixels(self) -> (u32, u32) {
+        match self {
+            Self::Wide => (1_000, 340),
+            Self::Half => (490, 270),
+            Self::Third => (320, 215),
+        }
+    }
+}
+
+/// One thing drawn between the axes, in data units.
+#[derive(Clone, Debug)]
+enum Layer {
+    Line { points: Vec<(f64, f64)>, colour: RGBColor, width: f64 },
+    Area { outline: Vec<(f64, f64)>, colour: RGBColor, opacity: f64 },
+    Bars { bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64 },
+    Points { points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64 },
+    Limit { x: f64, label: String },
+}
+
+/// A figure under construction.
+#[derive(Clone, Debug)]
+pub(crate) struct Figure {
+    title: String,
+    size: Size,
+    x: Axis,
+    y: Axis,
+    layers: Vec<Layer>,
+}
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+
+impl Figure {
+    /// An empty figure; the title is for screen readers and error messages, the caption stands on the page.
+    pub(crate) fn new(title: impl Into<String>, size: Size, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), size, x, y, layers: Vec::new() }
+    }
+
+    /// A line through points.
+    pub(crate) fn line(mut self, points: Vec<(f64, f64)>, colour: RGBColor, width: f64) -> Self {
+        self.layers.push(Layer::Line { points, colour, width });
+        self
+    }
+
+    /// A filled area between a lower and an upper line: x, lower, upper.
+    pub(crate) fn band(mut self, points: &[(f64, f64, f64)], colour: RGBColor, opacity: f64) -> Self {
+        let upper = points.iter().map(|(x, _, hi)| (*x, *hi));
+        let lower = points.iter().rev().map(|(x, lo, _)| (*x, *lo));
+        self.layers.push(Layer::Area { outline: upper.chain(lower).collect(), colour, opacity });
+        self
+    }
+
+    /// Bars from the x axis: left, right, height.
+    pub(crate) fn bars(mut self, bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64) -> Self {
+        self.layers.push(Layer::Bars { bars, colour, opacity });
+        self
+    }
+
+    /// Dots.
+    pub(crate) fn points(mut self, points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64) -> Self {
+        self.layers.push(Layer::Points { points, colour, radius, opacity });
+        self
+    }
+
+    /// A vertical line with its name.
+    pub(crate) fn limit(mut self, x: f64, label: impl Into<String>) -> Self {
+        self.layers.push(Layer::Limit { x, label: label.into() });
+        self
+    }
+
+    /// The figure as an inline SVG element.
+    pub(crate) fn svg(&self) -> Result<String> {
+        let (width, height) = self.size.pixels();
+        let mut out = String::new();
+        self.draw(&mut out, (width * SCALE, height * SCALE))
+            .map_err(|error| Error::Figure { figure: self.title.clone(), what: error.to_string() })?;
+        Ok(inline(&out, &self.title, width))
+    }
+
+    fn draw(&self, out: &mut String, pixels: (u32, u32)) -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let root = SVGBackend::with_string(out, pixels).into_drawing_area();
+        let y_labels = if self.size == Size::Third { 46 } else { 58 };
+        let mut chart = ChartBuilder::on(&root)
+            .margin_top(10 * SCALE)
+            .margin_right(14 * SCALE)
+            .x_label_area_size(40 * SCALE)
+            .y_label_area_size(y_labels * SCALE)
+            .build_cartesian_2d(self.x.clone(), self.y.clone())?;
+        let (x_ticks, y_ticks) = match self.size {
+            Size::Wide => (10, 6),
+            Size::Half => (6, 6),
+            Size::Third => (4, 5),
+        };
+        let font = |size: f64| ("sans-serif", size * f64::from(SCALE) * FONT_FACTOR).into_font().color(&colour::TEXT);
+        chart
+            .configure_mesh()
+            .x_labels(x_ticks)
+            .y_labels(y_ticks)
+            .max_light_lines(0)
+            .bold_line_style(stroke(colour::GRID, 0.8))
+            .axis_style(stroke(colour::FRAME, 0.9))
+            .label_style(font(10.5))
+            .axis_desc_style(font(11.5))
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .set_all_tick_mark_size(3 * SCALE)
+            .draw()?;
+        for layer in &self.layers {
+            self.draw_layer(&mut chart, layer)?;
+        }
+        drop(chart);
+        root.present()?;
+        Ok(())
+    }
+
+    fn draw_layer(&self, chart: &mut Chart, layer: &Layer) -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let inside = |(x, y): &(f64, f64)| self.x.contains(*x) && self.y.contains(*y);
+        match layer {
+            Layer::Line { points, colour, width } => {
+                chart.draw_series([PathElement::new(points.clone(), stroke(*colour, *width))])?;
+            }
+            Layer::Area { outline, colour, opacity } => {
+                chart.draw_series([Polygon::new(outline.clone(), colour.mix(*opacity).filled())])?;
+            }
+            Layer::Bars { bars, colour, opacity } => {
+                let style = colour.mix(*opacity).filled();
+                let bars = bars.iter().filter(|(.., height)| *height > 0.0);
+                chart.draw_series(bars.map(|(x0, x1, height)| Rectangle::new([(*x0, 0.0), (*x1, *height)], style)))?;
+            }
+            Layer::Points { points, colour, radius, opacity } => {
+                let style = colour.mix(*opacity).filled();
+                let radius = (radius * f64::from(SCALE)).round() as u32;
+                let dots = points.iter().filter(|point| inside(point));
+                chart.draw_series(dots.map(|point| Circle::new(*point, radius, style)))?;
+            }
+            Layer::Limit { x, label } => {
+                let ends = vec![(*x, self.y.lo), (*x, self.y.hi)];
+                chart.draw_series([PathElement::new(ends, stroke(colour::LIMIT, 1.2))])?;
+                let font = ("sans-serif", 10.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
+                let right = *x > 0.5 * (self.x.lo + self.x.hi);
+                let side = if right { HPos::Right } else { HPos::Left };
+                let style = TextStyle::from(font.transform(FontTransform::None))
+                    .color(&colour::LIMIT)
+                    .pos(Pos::new(side, VPos::Top));
+                let label = if right { format!("{label}\u{2002}") } else { format!("\u{2002}{label}") };
+                chart.draw_series([Text::new(label, (*x, self.y.hi), style)])?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Plotters divides font sizes by this when it writes SVG.
+const FONT_FACTOR: f64 = 1.24;
+
+fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
+    colour.stroke_width((width * f64::from(SCALE)).round() as u32)
+}
+
+/// Strips what only a file of its own needs, so that the element scales with the page and names no address.
+fn inline(svg: &str, title: &str, width: u32) -> String {
+    let body = svg.find("viewBox").and_then(|at| svg[at..].find('>').map(|end| (at, at + end)));
+    let Some((start, end)) = body else { return svg.to_owned() };
+    let view = svg[start..end].split(" xmlns").next().unwrap_or_default();
+    let title = title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    format!("<svg {view} style=\"width:{width}px\" role=\"img\" aria-label=\"{title}\"{}", &svg[end..])
+}

@@ -1,0 +1,29 @@
+//! The report's figures: what each shows, from data to SVG.
+
+mod axis;
+pub(crate) mod energy;
+mod figure;
+pub(crate) mod force;
+pub(crate) mod margin;
+pub(crate) mod sample;
+pub(crate) mod success;
+
+use serde::Serialize;
+
+/// A finished figure with its caption.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Drawing {
+    pub(crate) svg: String,
+    pub(crate) caption: String,
+}
+
+/// Name and unit of an axis; pure numbers have no unit.
+fn axis_label(name: &str, unit: &str) -> String {
+    if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+/// Quantile of sorted values; 0 without values.
+fn sorted_quantile(sorted: &[f64], share: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1);
+    sorted.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,32 @@
+//! The agreement table in plain words.
+
+use crate::number::interval;
+use crate::summary::{Share, Summary};
+
+/// What the facility's verdicts are worth, in sentences that each carry their interval.
+pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
+    let agreement = &summary.agreement;
+    let of = |share: &Share, what: &str, then: &str, rate: &str| match share.cases {
+        0 => format!("No run {what}, so the {rate} cannot be estimated."),
+        cases => format!(
+            "Of {} that {what}, {} {then}: the {rate} is {}.",
+            plural(cases, "run", "runs"),
+            share.count,
+            interval(&share.interval)
+        ),
+    };
+    let mut sentences = vec![
+        of(&agreement.false_pass_rate, "fail in space", "pass on the facility", "false-pass rate"),
+        of(&agreement.false_fail_rate, "pass in space", "fail on the facility", "false-fail rate"),
+        of(&agreement.misleading_passes, "pass on the facility", "fail in space", "risk behind a passed test"),
+    ];
+    if agreement.invalid.count > 0 {
+        let invalid = plural(agreement.invalid.count, "run is", "runs are");
+        sentences.push(format!("{invalid} invalid and stand in no cell: {}.", interval(&agreement.invalid.interval)));
+    }
+    sentences
+}
+
+fn plural(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}

@@ -1,0 +1,210 @@
+//! `summary.json` and `report.html`: one self-contained page that opens from disk and prints cleanly.
+
+use std::path::{Path, PathBuf};
+
+use minijinja::Environment;
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use serde::Serialize;
+use softdock_results::traces::read_traces;
+use softdock_results::write_file;
+
+use crate::Result;
+use crate::facts::CampaignFacts;
+use crate::number::{grouped, interval, percent, significant, with_unit};
+use crate::plots::Drawing;
+use crate::plots::energy::energy_figure;
+use crate::plots::force::force_figures;
+use crate::plots::margin::margin_figures;
+use crate::plots::sample::{CONSERVED, Sample};
+use crate::plots::success::success_figure;
+use crate::reading::agreement_reading;
+use crate::summary::Summary;
+
+/// One dispersed parameter, in the words of the campaign file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Dispersion {
+    /// Target in the campaign file.
+    pub target: String,
+    /// Column of the runs (`in_loop_delay_s`).
+    pub column: String,
+    /// Distribution with its parameters and units.
+    pub distribution: String,
+    /// `aleatory`, `epistemic` or `derived`.
+    pub class: String,
+    /// Where the distribution comes from.
+    pub source: String,
+}
+
+/// A statement with its value, for the report's small tables.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Fact {
+    /// What is stated.
+    pub name: String,
+    /// Its value, with unit.
+    pub value: String,
+}
+
+/// What the report page needs beside the summary.
+#[derive(Clone, Debug)]
+pub struct ReportInput<'a> {
+    /// The campaign.
+    pub campaign: CampaignFacts<'a>,
+    /// Results folder.
+    pub results: &'a Path,
+    /// One row per dispersed parameter.
+    pub dispersions: Vec<Dispersion>,
+    /// Scenario, model, step sizes, hashes: whatever the reader of the numbers should know.
+    pub configuration: Vec<Fact>,
+    /// Commands that repeat the campaign, one per line.
+    pub commands: Vec<String>,
+}
+
+/// A dispersion as the page shows it: asked and drawn.
+#[derive(Serialize)]
+struct DispersionRow {
+    target: String,
+    unit: String,
+    distribution: String,
+    class: String,
+    source: String,
+    mean: String,
+    deviation: String,
+    range: String,
+}
+
+/// Everything that the template names.
+#[derive(Serialize)]
+struct Page<'a> {
+    style: &'static str,
+    summary: &'a Summary,
+    campaign_text: &'a str,
+    reading: Vec<String>,
+    requirement_figures: Vec<RequirementFigures>,
+    success: Vec<Drawing>,
+    energy: Option<Drawing>,
+    forces: Vec<Drawing>,
+    dispersions: Vec<DispersionRow>,
+    conserved: Vec<Fact>,
+    stride: u64,
+    kept: u64,
+    configuration: &'a [Fact],
+    commands: &'a [String],
+}
+
+/// Figures of one requirement.
+#[derive(Serialize)]
+struct RequirementFigures {
+    id: String,
+    text: String,
+    figures: Vec<Drawing>,
+}
+
+/// Writes `summary.json` below a results folder.
+pub fn write_summary(results: &Path, summary: &Summary) -> Result<PathBuf> {
+    let path = results.join("summary.json");
+    let mut json = serde_json::to_string_pretty(summary).expect("a summary has string keys only");
+    json.push('\n');
+    write_file(&path, json.as_bytes())?;
+    Ok(path)
+}
+
+/// Writes `report.html` below the results folder.
+pub fn write_report(input: &ReportInput, summary: &Summary) -> Result<PathBuf> {
+    let path = input.results.join("report.html");
+    write_file(&path, report_page(input, summary)?.as_bytes())?;
+    Ok(path)
+}
+
+/// The page as text.
+pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
+    let columns: Vec<String> = input.dispersions.iter().map(|dispersion| dispersion.column.clone()).collect();
+    let sample = match summary.completeness.runs_done {
+        0 => Sample::default(),
+        _ => Sample::read(input.results, &input.campaign, &columns)?,
+    };
+    let mut success = Vec::new();
+    for column in &sample.inputs {
+        success.extend(success_figure(&sample, column)?);
+    }
+    let page = Page {
+        style: include_str!("page/style.css"),
+        summary,
+        campaign_text: input.campaign.text,
+        reading: agreement_reading(summary),
+        requirement_figures: requirement_figures(input, &sample)?,
+        success,
+        energy: energy_figure(&sample)?,
+        forces: force_figures(&read_traces(input.results)?)?,
+        dispersions: dispersion_rows(input, &sample),
+        conserved: conserved(&sample),
+        stride: sample.stride,
+        kept: sample.runs() as u64,
+        configuration: &input.configuration,
+        commands: &input.commands,
+    };
+    Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
+}
+
+fn environment() -> Result<Environment<'static>> {
+    let mut page = Environment::new();
+    page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    page.add_filter("grouped", grouped);
+    page.add_filter("percent", percent);
+    page.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
+    page.add_filter("unit", |value: f64, unit: String| with_unit(value, &unit));
+    page.add_filter("interval", |lo: f64, hi: f64, confidence: f64| {
+        interval(&crate::exact::Interval { lo, hi, confidence })
+    });
+    page.add_template("report.html", include_str!("page/report.html"))?;
+    Ok(page)
+}
+
+fn requirement_figures(input: &ReportInput, sample: &Sample) -> Result<Vec<RequirementFigures>> {
+    let mut all = Vec::new();
+    for (requirement, margins) in input.campaign.requirements.iter().zip(&sample.margins) {
+        let figures = margin_figures(&requirement.id, requirement.unit, margins)?;
+        all.push(RequirementFigures {
+            id: requirement.id.clone(),
+            text: requirement.text.clone(),
+            figures: figures.into_iter().flatten().collect(),
+        });
+    }
+    Ok(all)
+}
+
+fn dispersion_rows(input: &ReportInput, sample: &Sample) -> Vec<DispersionRow> {
+    let row = |(at, dispersion): (usize, &Dispersion)| {
+        let drawn = sample.inputs.get(at);
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| significant(value, 4));
+        let moments = drawn.map(|input| input.moments);
+        DispersionRow {
+            target: dispersion.target.clone(),
+            unit: drawn.map_or("-".to_owned(), |input| input.unit.clone()),
+            distribution: dispersion.distribution.clone(),
+            class: dispersion.class.clone(),
+            source: dispersion.source.clone(),
+            mean: number(moments.map(|moments| moments.mean)),
+            deviation: number(moments.map(|moments| moments.deviation())),
+            range: format!(
+                "{} to {}",
+                number(moments.map(|moments| moments.lo)),
+                number(moments.map(|moments| moments.hi))
+            ),
+        }
+    };
+    input.dispersions.iter().enumerate().map(row).collect()
+}
+
+/// Largest momentum error of each loop over all runs.
+fn conserved(sample: &Sample) -> Vec<Fact> {
+    const NAMES: [(&str, &str); CONSERVED.len()] = [
+        ("largest change of linear momentum beyond the impulses, in space", "kg m/s"),
+        ("largest change of angular momentum beyond the moments, in space", "kg m^2/s"),
+        ("largest change of linear momentum beyond the impulses, on the facility", "kg m/s"),
+        ("largest change of angular momentum beyond the moments, on the facility", "kg m^2/s"),
+    ];
+    let fact =
+        |((name, unit), value): ((&str, &str), f64)| Fact { name: name.to_owned(), value: with_unit(value, unit) };
+    NAMES.into_iter().zip(sample.conserved).map(fact).collect()
+}

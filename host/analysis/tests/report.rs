@@ -1,0 +1,111 @@
+//! The report page: every section is there, it opens offline, and odd campaigns do not break it.
+
+mod synthetic;
+
+use std::path::Path;
+
+use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, summarise, write_report, write_summary};
+use softdock_campaign::requirement::Requirement;
+use synthetic::{facts, requirements, write_campaign, write_shards};
+
+const RUNS: u64 = 4_000;
+
+fn input<'a>(results: &'a Path, requirements: &'a [Requirement], runs: u64) -> ReportInput<'a> {
+    let dispersion = |column: &str, distribution: &str, class: &str, source: &str| Dispersion {
+        target: column.strip_prefix("in_").unwrap_or(column).to_owned(),
+        column: column.to_owned(),
+        distribution: distribution.to_owned(),
+        class: class.to_owned(),
+        source: source.to_owned(),
+    };
+    let fact = |name: &str, value: &str| Fact { name: name.to_owned(), value: value.to_owned() };
+    ReportInput {
+        campaign: facts(requirements, runs),
+        results,
+        dispersions: vec![
+            dispersion("in_closing_speed_m_per_s", "uniform 0.02 m/s to 0.08 m/s", "aleatory", "IDSS-like"),
+            dispersion("in_loop_delay_s", "uniform 4 ms to 40 ms", "epistemic", "facility log"),
+            dispersion("in_contact_stiffness_n_per_m", "log-uniform 5 kN/m to 100 kN/m", "epistemic", "estimate"),
+            dispersion("in_contact_friction", "uniform 0.05 to 0.4", "epistemic", "tribology <vacuum> & air"),
+            dispersion("in_target_mass_kg", "uniform 400 kg to 2000 kg", "aleatory", "mass budget"),
+            dispersion("in_offset_y_m", "sum of three uniforms", "aleatory", ""),
+        ],
+        configuration: vec![fact("scenario", "probe_drogue"), fact("substep", "0.25 ms")],
+        commands: vec![
+            "softdock run campaigns/probe_drogue.toml".to_owned(),
+            "softdock replay results/x 12".to_owned(),
+        ],
+    }
+}
+
+fn page(results: &Path, requirements: &[Requirement], runs: u64) -> (String, Summary) {
+    let summary = summarise(results, &facts(requirements, runs)).unwrap();
+    let path = write_report(&input(results, requirements, runs), &summary).unwrap();
+    (std::fs::read_to_string(path).unwrap(), summary)
+}
+
+#[test]
+fn the_page_has_every_section_and_figure_and_needs_no_network() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    write_campaign(results.path(), RUNS);
+    let (page, summary) = page(results.path(), &requirements, RUNS);
+    for section in [
+        "1. Requirements",
+        "2. What the facility's verdict is worth",
+        "3. Margins",
+        "4. Success against each dispersed input",
+        "5. Energy created by the facility",
+        "6. Contact force over time",
+        "7. Dispersions",
+        "8. Run accounting",
+        "9. Numerics",
+        "10. Configuration and how to reproduce",
+        "Statement of compliance and signatures",
+    ] {
+        assert!(page.contains(section), "no section {section}");
+    }
+    // Two margin figures for each of two requirements, six inputs, the energies and five traces.
+    assert_eq!(page.matches("<svg ").count(), 4 + 6 + 1 + 5);
+    for remote in ["http:", "https:", "src=", "href=", "@import", "url(", "<script", "<link"] {
+        assert!(!page.contains(remote), "the page refers to {remote}");
+    }
+    assert!(page.contains("tribology &lt;vacuum&gt; &amp; air"), "text is not escaped");
+    assert!(page.contains("✗ Not verified") && page.contains("✓ Verified"));
+    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+    let path = write_summary(results.path(), &summary).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    assert_eq!((&json["schema"], &json["exit_code"]), (&"summary/1".into(), &1.into()));
+    if let Ok(copy) = std::env::var("SOFTDOCK_KEEP_PAGE") {
+        std::fs::write(copy, page).unwrap();
+    }
+}
+
+#[test]
+fn the_same_results_give_the_same_page() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    write_campaign(results.path(), RUNS);
+    let [one, two] = [0, 1].map(|_| page(results.path(), &requirements, RUNS).0);
+    assert!(one == two);
+}
+
+#[test]
+fn an_incomplete_or_empty_campaign_still_has_a_page() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    let (empty, _) = page(results.path(), &requirements, RUNS);
+    assert!(empty.contains("8 of 8 shards are missing"));
+    write_shards(results.path(), RUNS, 0..1);
+    let (partial, _) = page(results.path(), &requirements, RUNS);
+    assert!(partial.contains("7 of 8 shards are missing") && partial.contains("Missing shards: 1, 2, 3"));
+    assert!(partial.contains("The campaign keeps no traces") && partial.contains("parity table absent"));
+}
+
+#[test]
+fn a_requirement_on_success_has_counts_instead_of_a_histogram() {
+    let results = tempfile::tempdir().unwrap();
+    write_campaign(results.path(), RUNS);
+    let mut requirements = requirements();
+    requirements.truncate(1);
+    let (with, _) = page(results.path(), &requirements, RUNS);
+    assert_eq!(with.matches("The margin takes fewer than three values").count(), 0);
+    assert_eq!(with.matches("<svg ").count(), 2 + 6 + 1 + 5);
+}
