@@ -18,7 +18,8 @@ FILE_KEYS = ("schema", "campaign_hash", "seed", "version", "backend", "device", 
 def check_metadata(path):
     """Returns what the file's metadata lack, in words."""
     schema = pq.read_schema(path)
-    lacking = [f"{path.name}: no softdock.{key}" for key in FILE_KEYS if f"softdock.{key}".encode() not in schema.metadata]
+    of_file = schema.metadata or {}
+    lacking = [f"{path.name}: no softdock.{key}" for key in FILE_KEYS if f"softdock.{key}".encode() not in of_file]
     for field in schema:
         found = field.metadata or {}
         lacking += [f"{path.name}: column {field.name} has no {key.decode()}" for key in COLUMN_KEYS if not found.get(key)]

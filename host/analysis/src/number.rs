@@ -4,28 +4,44 @@ use crate::exact::Interval;
 
 /// A number with so many significant digits, without trailing zeros; powers of ten below 1e-4 and from 1e6.
 pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".to_owned() } else { "-".to_owned() };
-    }
-    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
-    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-4..6).contains(&exponent) {
-        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        trimmed(&format!("{value:.decimals$}"))
-    } else {
-        format!("{}e{exponent}", trimmed(mantissa))
+    let text = digits_of(value, digits);
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => format!("{}e{exponent}", trimmed(mantissa)),
+        None => trimmed(&text).to_owned(),
     }
 }
 
-fn trimmed(text: &str) -> String {
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
+/// As [`significant`], with its trailing zeros: for rates and bounds, whose digits say how exact they are.
+pub fn digits_of(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return "-".to_owned();
+    }
+    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
+    let exponent: i32 = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
+    if (-4..6).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        scientific
+    }
+}
+
+fn trimmed(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+/// A unit with raised exponents (`kg m²/s`).
+pub fn unit_text(unit: &str) -> String {
+    unit.replace("^2", "²")
 }
 
 /// A value with its unit; pure numbers stay alone.
 pub fn with_unit(value: f64, unit: &str) -> String {
     let number = significant(value, 4);
-    if unit == "1" { number } else { format!("{number} {unit}") }
+    if unit == "1" { number } else { format!("{number} {}", unit_text(unit)) }
 }
 
 /// A probability in per cent, with all its digits (`99.865 %`).
@@ -35,7 +51,7 @@ pub fn percent(share: f64) -> String {
 
 /// An interval of a share: `1.2 % to 3.4 % (95 %)`.
 pub fn interval(interval: &Interval) -> String {
-    let end = |share: f64| significant(share * 100.0, 3);
+    let end = |share: f64| digits_of(share * 100.0, 3);
     format!("{} to {} % ({} confidence)", end(interval.lo), end(interval.hi), percent(interval.confidence))
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::exact::{allowed_failures, smallest_runs, tolerated_rate};
-use crate::number::{percent, significant};
+use crate::number::{digits_of, percent};
 
 /// Failures for which the smallest campaign is listed.
 const LISTED_FAILURES: [u64; 8] = [0, 1, 2, 3, 5, 10, 20, 50];
@@ -18,7 +18,7 @@ pub fn plan_text(probability: f64, confidence: f64, runs: Option<u64>) -> String
     let _ = writeln!(out, "  failed at most   runs needed   passed 9 times in 10 by a true failure rate of");
     for failures in LISTED_FAILURES {
         if let Some(needed) = smallest_runs(failures, probability, confidence) {
-            let rate = significant(tolerated_rate(needed, failures), 3);
+            let rate = digits_of(tolerated_rate(needed, failures), 3);
             let _ = writeln!(out, "  {failures:>14}   {needed:>11}   {rate}");
         }
     }
@@ -28,7 +28,7 @@ pub fn plan_text(probability: f64, confidence: f64, runs: Option<u64>) -> String
         let mark = if Some(number) == runs { "  <- this campaign" } else { "" };
         let _ = match allowed_failures(number, probability, confidence) {
             Some(allowed) => {
-                let rate = significant(tolerated_rate(number, allowed), 3);
+                let rate = digits_of(tolerated_rate(number, allowed), 3);
                 writeln!(out, "  {number:>14}   {allowed:>16}   {rate}{mark}")
             }
             None => writeln!(out, "  {number:>14}   {:>16}   cannot be shown with so few runs{mark}", "-"),
@@ -43,7 +43,7 @@ pub fn plan_line(probability: f64, confidence: f64, runs: u64) -> String {
     match allowed_failures(runs, probability, confidence) {
         Some(allowed) => {
             let failures = if allowed == 1 { "failure" } else { "failures" };
-            let rate = significant(tolerated_rate(runs, allowed), 2);
+            let rate = digits_of(tolerated_rate(runs, allowed), 2);
             format!("{asked}: {runs} runs allow {allowed} {failures}; passed 9 times in 10 if the true rate is {rate}")
         }
         None => {

@@ -12,7 +12,7 @@ pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
             "Of {} that {what}, {} {then}: the {rate} is {}.",
             plural(cases, "run", "runs"),
             share.count,
-            interval(&share.interval)
+            unbroken(share)
         ),
     };
     let mut sentences = vec![
@@ -22,9 +22,14 @@ pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
     ];
     if agreement.invalid.count > 0 {
         let invalid = plural(agreement.invalid.count, "run is", "runs are");
-        sentences.push(format!("{invalid} invalid and stand in no cell: {}.", interval(&agreement.invalid.interval)));
+        sentences.push(format!("{invalid} invalid and stand in no cell: {}.", unbroken(&agreement.invalid)));
     }
     sentences
+}
+
+/// The interval of a share, without line breaks before its per cent signs.
+fn unbroken(share: &Share) -> String {
+    interval(&share.interval).replace(" %", "\u{a0}%")
 }
 
 fn plural(count: u64, one: &str, many: &str) -> String {

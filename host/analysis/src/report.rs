@@ -10,8 +10,9 @@ use softdock_results::traces::read_traces;
 use softdock_results::write_file;
 
 use crate::Result;
+use crate::exact::Interval;
 use crate::facts::CampaignFacts;
-use crate::number::{grouped, interval, percent, significant, with_unit};
+use crate::number::{digits_of, grouped, interval, percent, significant, unit_text, with_unit};
 use crate::plots::Drawing;
 use crate::plots::energy::energy_figure;
 use crate::plots::force::force_figures;
@@ -132,7 +133,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         summary,
         campaign_text: input.campaign.text,
         reading: agreement_reading(summary),
-        requirement_figures: requirement_figures(input, &sample)?,
+        requirement_figures: requirement_figures(input, summary, &sample)?,
         success,
         energy: energy_figure(&sample)?,
         forces: force_figures(&read_traces(input.results)?)?,
@@ -151,19 +152,22 @@ fn environment() -> Result<Environment<'static>> {
     page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     page.add_filter("grouped", grouped);
     page.add_filter("percent", percent);
-    page.add_filter("sig", |value: f64, digits: usize| significant(value, digits));
+    page.add_filter("sig", digits_of);
+    page.add_filter("unit_text", |unit: String| unit_text(&unit));
     page.add_filter("unit", |value: f64, unit: String| with_unit(value, &unit));
     page.add_filter("interval", |lo: f64, hi: f64, confidence: f64| {
-        interval(&crate::exact::Interval { lo, hi, confidence })
+        interval(&Interval { lo, hi, confidence }).replace(" %", "\u{a0}%")
     });
     page.add_template("report.html", include_str!("page/report.html"))?;
     Ok(page)
 }
 
-fn requirement_figures(input: &ReportInput, sample: &Sample) -> Result<Vec<RequirementFigures>> {
+fn requirement_figures(input: &ReportInput, summary: &Summary, sample: &Sample) -> Result<Vec<RequirementFigures>> {
     let mut all = Vec::new();
-    for (requirement, margins) in input.campaign.requirements.iter().zip(&sample.margins) {
-        let figures = margin_figures(&requirement.id, requirement.unit, margins)?;
+    let judged = input.campaign.requirements.iter().zip(&summary.requirements);
+    for ((requirement, judged), margins) in judged.zip(&sample.margins) {
+        let tolerance = judged.loops.space.tolerance_limit.map(|limit| limit.margin);
+        let figures = margin_figures(&requirement.id, requirement.unit, margins, tolerance)?;
         all.push(RequirementFigures {
             id: requirement.id.clone(),
             text: requirement.text.clone(),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::number::{interval, percent, significant, with_unit};
+use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
 use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
 
@@ -51,7 +51,7 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
     let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
     let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
-    let bound = significant(judged.failure_rate_bound, 3);
+    let bound = digits_of(judged.failure_rate_bound, 3);
     let mut reading = format!("p <= {bound} at {}", percent(requirement.confidence));
     if let Some(outer) = &judged.outer {
         let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);

@@ -1,12 +1,15 @@
 //! The report page: every section is there, it opens offline, and odd campaigns do not break it.
+//!
+//! `SOFTDOCK_KEEP_RESULTS=DIR` leaves the made-up campaign and its page in DIR, to be looked at.
 
 mod synthetic;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, summarise, write_report, write_summary};
 use softdock_campaign::requirement::Requirement;
-use synthetic::{facts, requirements, write_campaign, write_shards};
+use softdock_results::shards::write_shard;
+use synthetic::{facts, provenance, requirements, row, schema, write_campaign, write_shards};
 
 const RUNS: u64 = 4_000;
 
@@ -46,9 +49,11 @@ fn page(results: &Path, requirements: &[Requirement], runs: u64) -> (String, Sum
 
 #[test]
 fn the_page_has_every_section_and_figure_and_needs_no_network() {
-    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
-    write_campaign(results.path(), RUNS);
-    let (page, summary) = page(results.path(), &requirements, RUNS);
+    let (temporary, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    let kept = std::env::var("SOFTDOCK_KEEP_RESULTS").map(PathBuf::from);
+    let results = kept.unwrap_or(temporary.path().to_owned());
+    write_campaign(&results, RUNS);
+    let (page, summary) = page(&results, &requirements, RUNS);
     for section in [
         "1. Requirements",
         "2. What the facility's verdict is worth",
@@ -72,12 +77,9 @@ fn the_page_has_every_section_and_figure_and_needs_no_network() {
     assert!(page.contains("tribology &lt;vacuum&gt; &amp; air"), "text is not escaped");
     assert!(page.contains("✗ Not verified") && page.contains("✓ Verified"));
     assert!(page.len() < 3_000_000, "{} bytes", page.len());
-    let path = write_summary(results.path(), &summary).unwrap();
+    let path = write_summary(&results, &summary).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     assert_eq!((&json["schema"], &json["exit_code"]), (&"summary/1".into(), &1.into()));
-    if let Ok(copy) = std::env::var("SOFTDOCK_KEEP_PAGE") {
-        std::fs::write(copy, page).unwrap();
-    }
 }
 
 #[test]
@@ -101,11 +103,26 @@ fn an_incomplete_or_empty_campaign_still_has_a_page() {
 
 #[test]
 fn a_requirement_on_success_has_counts_instead_of_a_histogram() {
-    let results = tempfile::tempdir().unwrap();
-    write_campaign(results.path(), RUNS);
-    let mut requirements = requirements();
-    requirements.truncate(1);
-    let (with, _) = page(results.path(), &requirements, RUNS);
-    assert_eq!(with.matches("The margin takes fewer than three values").count(), 0);
-    assert_eq!(with.matches("<svg ").count(), 2 + 6 + 1 + 5);
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    let success = |run: u64| {
+        let mut row = row(run);
+        for outcomes in [&mut row.space_outcomes, &mut row.hil_outcomes] {
+            outcomes[0].margin = outcomes[0].pass.map(|pass| f64::from(u8::from(pass)) - 1.0);
+        }
+        row
+    };
+    write_shard(results.path(), 0, &schema(), (0..500).map(success).collect(), &provenance()).unwrap();
+    let (page, _) = page(results.path(), &requirements, 500);
+    assert_eq!(page.matches("The margin takes fewer than three values").count(), 1);
+    assert_eq!(page.matches("<svg ").count(), 2 + 6 + 1);
+}
+
+#[test]
+fn a_large_campaign_is_thinned_for_the_figures_and_says_so() {
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    // A plan of more runs than figures hold; the shards at hand are enough to see the stride.
+    write_shards(results.path(), 250_000, 0..4);
+    let (page, summary) = page(results.path(), &requirements, 250_000);
+    assert_eq!(summary.accounting.runs(), 2_000);
+    assert!(page.contains("Figures show one run in 3 (667 runs)"), "no word of thinning");
 }

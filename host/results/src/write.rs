@@ -29,8 +29,10 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(String, String)]) ->
     }
     atomically(path, |file| {
         let batch = table.batch().map_err(Error::parquet(path))?;
-        let mut writer = ArrowWriter::try_new(file, Arc::new(table.schema()), Some(properties(metadata)))
-            .map_err(Error::parquet(path))?;
+        // Arrow readers look for file metadata in the embedded schema, others in the footer: it stands in both.
+        let schema = table.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
+        let mut writer =
+            ArrowWriter::try_new(file, Arc::new(schema), Some(properties(metadata))).map_err(Error::parquet(path))?;
         writer.write(&batch).map_err(Error::parquet(path))?;
         writer.close().map_err(Error::parquet(path))?;
         Ok(())

@@ -26,7 +26,7 @@ pub(crate) struct Axis {
 }
 
 /// Ratio of largest to smallest value beyond which a positive quantity is shown on a logarithmic axis.
-const LOG_RATIO: f64 = 20.0;
+const LOG_RATIO: f64 = 10.0;
 
 impl Axis {
     /// A linear axis; an empty range is widened.

@@ -29,6 +29,7 @@ pub(crate) fn energy_figure(sample: &Sample) -> Result<Option<Drawing>> {
         .filter(|(_, delay, _)| delay.is_finite())
         .collect();
     let Some(y) = energy_axis(&dots) else { return Ok(None) };
+    let wide = y.scale != Scale::Linear;
     let delays = dots.iter().map(|(_, delay, _)| 1.0e3 * delay);
     let (lo, hi) = delays.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), delay| (lo.min(delay), hi.max(delay)));
     let x = Axis::linear("loop delay [ms]", lo, hi).padded(0.02);
@@ -47,6 +48,9 @@ pub(crate) fn energy_figure(sample: &Sample) -> Result<Option<Drawing>> {
     let mut caption = "Each dot is a run: the energy that the facility has put into the simulated contact \
         (space port minus hardware port)."
         .to_owned();
+    if wide {
+        caption.push_str(" The energy axis is linear around zero and logarithmic far from it.");
+    }
     if thinned {
         caption.push_str(&format!(" At most {MOST_DOTS} runs of each colour are drawn."));
     }

@@ -5,8 +5,8 @@ use plotters::prelude::{
     ChartBuilder, ChartContext, Circle, Color, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor, Rectangle,
     SVGBackend, ShapeStyle, Text,
 };
+use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontTransform, TextStyle};
 
 use crate::plots::axis::Axis;
 use crate::{Error, Result};
@@ -54,7 +54,7 @@ enum Layer {
     Area { outline: Vec<(f64, f64)>, colour: RGBColor, opacity: f64 },
     Bars { bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64 },
     Points { points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64 },
-    Limit { x: f64, label: String },
+    Limit { x: f64, label: String, colour: RGBColor, height: f64 },
 }
 
 /// A figure under construction.
@@ -101,9 +101,9 @@ impl Figure {
         self
     }
 
-    /// A vertical line with its name.
-    pub(crate) fn limit(mut self, x: f64, label: impl Into<String>) -> Self {
-        self.layers.push(Layer::Limit { x, label: label.into() });
+    /// A vertical line with its name, as high as this share of the y axis.
+    pub(crate) fn limit(mut self, x: f64, label: impl Into<String>, colour: RGBColor, height: f64) -> Self {
+        self.layers.push(Layer::Limit { x, label: label.into(), colour, height });
         self
     }
 
@@ -122,7 +122,7 @@ impl Figure {
         let mut chart = ChartBuilder::on(&root)
             .margin_top(10 * SCALE)
             .margin_right(14 * SCALE)
-            .x_label_area_size(40 * SCALE)
+            .x_label_area_size(36 * SCALE)
             .y_label_area_size(y_labels * SCALE)
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         let (x_ticks, y_ticks) = match self.size {
@@ -172,20 +172,24 @@ impl Figure {
                 let dots = points.iter().filter(|point| inside(point));
                 chart.draw_series(dots.map(|point| Circle::new(*point, radius, style)))?;
             }
-            Layer::Limit { x, label } => {
-                let ends = vec![(*x, self.y.lo), (*x, self.y.hi)];
-                chart.draw_series([PathElement::new(ends, stroke(colour::LIMIT, 1.2))])?;
-                let font = ("sans-serif", 10.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
-                let right = *x > 0.5 * (self.x.lo + self.x.hi);
-                let side = if right { HPos::Right } else { HPos::Left };
-                let style = TextStyle::from(font.transform(FontTransform::None))
-                    .color(&colour::LIMIT)
-                    .pos(Pos::new(side, VPos::Top));
-                let label = if right { format!("{label}\u{2002}") } else { format!("\u{2002}{label}") };
-                chart.draw_series([Text::new(label, (*x, self.y.hi), style)])?;
+            Layer::Limit { x, label, colour, height } => {
+                let top = self.y.lo + height * (self.y.hi - self.y.lo);
+                chart.draw_series([PathElement::new(vec![(*x, self.y.lo), (*x, top)], stroke(*colour, 1.2))])?;
+                chart.draw_series([self.limit_name(*x, top, label, colour)])?;
             }
         }
         Ok(())
+    }
+
+    /// The name of a limit, on the side away from zero unless there is no room.
+    fn limit_name<'a>(&self, x: f64, y: f64, label: &str, colour: &'a RGBColor) -> Text<'a, (f64, f64), String> {
+        const ROOM: f64 = 0.3;
+        let left_of = (x - self.x.lo) / (self.x.hi - self.x.lo);
+        let right = if x < 0.0 { left_of > ROOM } else { left_of > 1.0 - ROOM };
+        let (side, label) =
+            if right { (HPos::Right, format!("{label}\u{2002}")) } else { (HPos::Left, format!("\u{2002}{label}")) };
+        let font = ("sans-serif", 10.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
+        Text::new(label, (x, y), TextStyle::from(font).color(colour).pos(Pos::new(side, VPos::Top)))
     }
 }
 

@@ -3,6 +3,7 @@
 use softdock_results::traces::{FORCE_SIGNALS, NOMINAL_RUN, Trace};
 
 use crate::Result;
+use crate::number::with_unit;
 use crate::plots::Drawing;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, colour};
@@ -15,6 +16,9 @@ const MOST_FIGURES: usize = 8;
 
 /// Figures of one kind (worst, random) on the page, at most.
 const MOST_OF_A_KIND: usize = 4;
+
+/// Peaks in space beyond which the facility's force leaves the axis: a facility that diverges has no scale.
+const HIGHEST: f64 = 6.0;
 
 /// Share of the time of contact that is shown before and after it.
 const ROOM: f64 = 0.08;
@@ -34,7 +38,10 @@ pub(crate) fn force_figures(traces: &[Trace]) -> Result<Vec<Drawing>> {
 fn force_figure(trace: &Trace) -> Result<Option<Drawing>> {
     let [Some(space), Some(facility)] = FORCE_SIGNALS.map(|name| points(trace, name)) else { return Ok(None) };
     let (start, end) = time_of_contact(&space, &facility);
-    let highest = space.iter().chain(&facility).map(|(_, force)| *force).fold(0.0, f64::max);
+    let [peak, facility_peak] =
+        [&space, &facility].map(|points| points.iter().map(|point| point.1).fold(0.0, f64::max));
+    let leaves = peak > 0.0 && facility_peak > HIGHEST * peak;
+    let highest = if leaves { HIGHEST * peak } else { facility_peak.max(peak) };
     let name = match trace.run {
         NOMINAL_RUN => "Nominal case".to_owned(),
         run => format!("Run {run}"),
@@ -48,7 +55,12 @@ fn force_figure(trace: &Trace) -> Result<Option<Drawing>> {
         .line(shown(space), colour::SPACE, 1.3)
         .svg()?;
     let kept = if trace.kept_as == "nominal" { String::new() } else { format!(" ({})", trace.kept_as) };
-    Ok(Some(Drawing { svg, caption: format!("{name}{kept}.") }))
+    let note = if leaves {
+        format!(" The facility's force leaves the axis; its peak is {}.", with_unit(facility_peak, "N"))
+    } else {
+        String::new()
+    };
+    Ok(Some(Drawing { svg, caption: format!("{name}{kept}.{note}") }))
 }
 
 fn points(trace: &Trace, signal: &str) -> Option<Vec<(f64, f64)>> {

@@ -10,6 +10,8 @@ pub(crate) mod success;
 
 use serde::Serialize;
 
+use crate::number::unit_text;
+
 /// A finished figure with its caption.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Drawing {
@@ -19,7 +21,7 @@ pub(crate) struct Drawing {
 
 /// Name and unit of an axis; pure numbers have no unit.
 fn axis_label(name: &str, unit: &str) -> String {
-    if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") }
+    if unit == "1" { name.to_owned() } else { format!("{name} [{}]", unit_text(unit)) }
 }
 
 /// Quantile of sorted values; 0 without values.

@@ -28,7 +28,8 @@ pub(crate) fn success_figure(sample: &Sample, input: &Input) -> Result<Option<Dr
     }
     let name = &input.name;
     let x = Axis::fitting(axis_label(name, &input.unit), input.moments.lo, input.moments.hi);
-    let mut figure = Figure::new(format!("Success against {name}"), Size::Third, x, Axis::linear("success", 0.0, 1.0));
+    let mut figure =
+        Figure::new(format!("Success against {name}"), Size::Third, x, Axis::linear("task success", 0.0, 1.0));
     for (side, colour) in [(0, colour::SPACE), (1, colour::FACILITY)] {
         let share = |bin: &Bin| (bin.centre, bin.passed[side] as f64 / bin.runs as f64);
         let band = |bin: &Bin| {

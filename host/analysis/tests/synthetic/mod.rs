@@ -115,7 +115,7 @@ fn metrics(params: &Params<f64>, run: u64, delay: f64) -> Metrics<f64> {
         metrics.capture_time = -1.0;
     }
     metrics.success = f64::from(u8::from(captured && metrics.peak_force < 550.0));
-    metrics.created_energy = 0.5 * mass * params.closing_speed.powi(2) * (f64::exp(1.6 * w * delay) - 1.0);
+    metrics.created_energy = 0.5 * mass * params.closing_speed.powi(2) * (f64::exp(9.0 * w * delay) - 1.0);
     metrics.end_time = 40.0;
     metrics
 }
