@@ -68,3 +68,19 @@ pub fn grouped(count: u64) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(
+            [0.0, 250.0, 0.00012, 1.234_56e-5, -0.170_4, 2.0e6].map(|value| significant(value, 3)),
+            ["0", "250", "0.00012", "1.23e-5", "-0.17", "2e6"]
+        );
+        assert_eq!([0.17, 13.0, 1.0e-6].map(|value| digits_of(value, 3)), ["0.170", "13.0", "1.00e-6"]);
+        assert_eq!((percent(0.998_65).as_str(), with_unit(3.0, "kg m^2/s").as_str()), ("99.865 %", "3 kg m²/s"));
+        assert_eq!([4_000, 20_000, 1_234_567].map(grouped), ["4000", "20\u{202f}000", "1\u{202f}234\u{202f}567"]);
+    }
+}
