@@ -16,6 +16,9 @@ pub trait Lane: Real + Send + Sync {
     fn lane(self, index: usize) -> f64;
     /// Whether a mask holds in one lane.
     fn holds(mask: Self::Mask, index: usize) -> bool;
+    /// Runs a stage as a function of its own, compiled for this type's instruction set: one frame that contains
+    /// every stage would take the compiler minutes and overflow the instruction cache.
+    fn stage<T>(stage: impl FnOnce() -> T) -> T;
 }
 
 impl Lane for f64 {
@@ -32,6 +35,44 @@ impl Lane for f64 {
     fn holds(mask: bool, _index: usize) -> bool {
         mask
     }
+    #[inline(always)]
+    fn stage<T>(stage: impl FnOnce() -> T) -> T {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,fma")]
+            #[inline(never)]
+            fn fused<T>(stage: impl FnOnce() -> T) -> T {
+                stage()
+            }
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                // SAFETY: checked just above.
+                return unsafe { fused(stage) };
+            }
+        }
+        stage()
+    }
+}
+
+/// [`Lane::stage`] with the given instruction set.
+macro_rules! stage_with {
+    ($features:literal) => {
+        #[inline(always)]
+        fn stage<T>(stage: impl FnOnce() -> T) -> T {
+            #[target_feature(enable = $features)]
+            #[inline(never)]
+            fn compiled<T>(stage: impl FnOnce() -> T) -> T {
+                stage()
+            }
+            // SAFETY: lanes of this type exist only inside entry points that have checked the instruction set.
+            unsafe { compiled(stage) }
+        }
+    };
+    () => {
+        #[inline(always)]
+        fn stage<T>(stage: impl FnOnce() -> T) -> T {
+            stage()
+        }
+    };
 }
 
 /// Number of lanes of the vector types.
@@ -39,7 +80,7 @@ pub const WIDTH: usize = 8;
 
 /// Forwards the operator traits of a lane type to its inherent functions.
 macro_rules! operators {
-    ($lanes:ident, $mask:ident) => {
+    ($lanes:ident, $mask:ident $(, $features:literal)?) => {
         crate::scalar_bundle!($lanes);
         operators!(@binary $lanes, Add add, Sub sub, Mul mul, Div div);
         operators!(@binary $mask, BitAnd bitand, BitOr bitor);
@@ -71,6 +112,7 @@ macro_rules! operators {
             fn holds(mask: $mask, index: usize) -> bool {
                 mask.bit(index)
             }
+            stage_with!($($features)?);
         }
     };
     (@binary $ty:ident, $($trait:ident $function:ident),*) => {
@@ -280,7 +322,7 @@ pub mod avx512 {
         }
     }
 
-    operators!(Lanes, Mask);
+    operators!(Lanes, Mask, "avx512f,avx512dq,avx2,fma");
 
     impl Real for Lanes {
         type Mask = Mask;
@@ -402,7 +444,7 @@ pub mod avx2 {
         }
     }
 
-    operators!(Lanes, Mask);
+    operators!(Lanes, Mask, "avx2,fma");
 
     impl Real for Lanes {
         type Mask = Mask;

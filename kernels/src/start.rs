@@ -25,17 +25,16 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: Params<R>, masses: Masses<R>
         impulse: Vec3::zero(),
         moment_impulse: Vec3::zero(),
     };
-    // The nominal pose puts the base; the tool's place from O then puts O for the turned chaser.
-    let nominal = kinematics(m, masses, s);
-    let tool = Vec3::lit(m.base_pose.position) + (nominal.parts.a.position - nominal.base_com);
+    // The chaser turns about part A's origin, which its nominal pose puts at `tool`.
+    let tool = Vec3::lit(m.base_pose.position) + s.chaser.attitude.rotate(Vec3::lit(m.tool_start.position));
     s.chaser.attitude = Quat::from_rotation_vector(p.tilt).compose(s.chaser.attitude);
     let turned = kinematics(m, masses, s);
     s.chaser.com = tool + p.offset - turned.parts.a.position;
 
     s.chaser.spin = inertia_times(turned.inverse_inertia, p.chaser_rate);
     s.target.spin = inertia_times(turned.target_inverse_inertia, p.target_rate);
-    let seat = kinematics(m, masses, s).parts.b;
-    let tool_velocity = seat.velocity + vec3(p.closing_speed, zero, zero) + p.drift;
+    let seat_lever = s.target.attitude.rotate(Vec3::lit(m.seat.position));
+    let tool_velocity = p.target_rate.cross(seat_lever) + vec3(p.closing_speed, zero, zero) + p.drift;
     s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
     s.arm.turn = p.chaser_rate;
 

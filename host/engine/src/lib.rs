@@ -1,1 +1,103 @@
-//! Placeholder.
+//! Runs a batch of HIL loops: on CPU lanes, or on a GPU; the only crate that names wgpu.
+
+pub mod cpu;
+pub mod effective_mass;
+pub mod gpu;
+
+use softdock_kernels::frame::{Batch, Finished};
+use softdock_kernels::params::Params;
+use softdock_kernels::philox;
+use softdock_kernels::plant::Plant;
+
+/// What all runs of a campaign have in common.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The scenario's prepared constants.
+    pub plant: Plant,
+    /// Seed and noise.
+    pub batch: Batch,
+}
+
+impl Job {
+    /// A job; `noisy` says whether any run has noise, jitter or drops.
+    pub fn new(plant: Plant, seed: u64, noisy: bool) -> Self {
+        Self { plant, batch: Batch { key: philox::key(seed), noisy } }
+    }
+}
+
+/// Whether a parameter set needs random numbers inside the loop.
+pub fn is_noisy(p: &Params<f64>) -> bool {
+    p.delay_jitter > 0.0 || p.drop_probability > 0.0 || p.sensor_noise_force > 0.0 || p.sensor_noise_moment > 0.0
+}
+
+/// One run to be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunInput {
+    /// The run's number: with the seed, all that its random numbers depend on.
+    pub run: u64,
+    /// Its parameters.
+    pub params: Params<f64>,
+}
+
+/// Why a batch did not come back.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// There is nothing to run on.
+    #[error("no GPU adapter found{0}; use `--backend cpu`, or install a Vulkan driver (Mesa's lavapipe runs without a GPU)")]
+    NoAdapter(String),
+    /// The device went away or ran out of memory in mid-batch; nothing of the batch is kept.
+    #[error("the GPU was lost in mid-batch ({0}); finished shards are safe: run the same command again, or add `--backend cpu`")]
+    DeviceLost(String),
+    /// The kernel did not build.
+    #[error("the kernel does not compile for this device: {0}")]
+    Kernel(String),
+    /// Stopped by the user.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// Where runs are made.
+pub trait Engine {
+    /// Backend, device and driver in words, for the result files.
+    fn device(&self) -> String;
+
+    /// Makes all runs and gives them back in order of their numbers.
+    ///
+    /// `progress` is told how many runs have ended since the last call; it answers `false` to stop the batch.
+    ///
+    /// # Errors
+    /// See [`EngineError`]; a batch comes back whole or not at all.
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError>;
+}
+
+/// Which engine the user asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// A real GPU if there is one, else the CPU.
+    Auto,
+    /// A GPU or a software Vulkan driver.
+    Gpu,
+    /// CPU lanes.
+    Cpu,
+}
+
+/// Opens an engine.
+///
+/// # Errors
+/// [`EngineError::NoAdapter`] if a GPU was asked for and there is none.
+pub fn open(choice: Choice) -> Result<Box<dyn Engine>, EngineError> {
+    match choice {
+        Choice::Cpu => Ok(Box::new(cpu::CpuEngine::new())),
+        Choice::Gpu => Ok(Box::new(gpu::GpuEngine::new(gpu::Adapters::Any)?)),
+        Choice::Auto => match gpu::GpuEngine::new(gpu::Adapters::Hardware) {
+            Ok(engine) => Ok(Box::new(engine)),
+            Err(EngineError::NoAdapter(_)) => Ok(Box::new(cpu::CpuEngine::new())),
+            Err(error) => Err(error),
+        },
+    }
+}

@@ -1,0 +1,3 @@
+//! The `softdock` command.
+
+fn main() {}

@@ -1,0 +1,229 @@
+//! The CPU farm: tiles of eight f64 lanes on all cores; the instruction set is chosen at run time.
+
+use crate::{Engine, EngineError, Job, RunInput};
+use rayon::prelude::*;
+use softdock_kernels::frame::{Finished, Signals, Tile};
+use softdock_kernels::lanes::Lane;
+use softdock_kernels::params::Params;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Ticks between two looks for finished lanes: short against a run, long against the look.
+const SLICE_TICKS: usize = 32;
+
+/// How the lanes are carried out. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// Eight lanes in one register.
+    Avx512,
+    /// Eight lanes in two registers, fused multiply-add.
+    Avx2,
+    /// One lane at a time, the single-run path; exact but slow where there is no fused multiply-add.
+    OneLane,
+    /// Eight lanes in arrays, for processors that always have a fused multiply-add (aarch64).
+    Plain,
+}
+
+impl InstructionSet {
+    /// The widest that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                return Self::Avx2;
+            }
+            Self::OneLane
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        Self::Plain
+    }
+
+    fn supported(self) -> bool {
+        match self {
+            Self::OneLane => true,
+            Self::Plain => cfg!(not(target_arch = "x86_64")),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+}
+
+/// The CPU engine.
+#[derive(Debug)]
+pub struct CpuEngine {
+    instructions: InstructionSet,
+}
+
+impl CpuEngine {
+    /// With the widest instruction set of this machine.
+    pub fn new() -> Self {
+        Self { instructions: InstructionSet::detect() }
+    }
+
+    /// With a given instruction set; one that the machine lacks becomes [`InstructionSet::OneLane`].
+    pub fn with(instructions: InstructionSet) -> Self {
+        Self { instructions: if instructions.supported() { instructions } else { InstructionSet::OneLane } }
+    }
+}
+
+impl Default for CpuEngine {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Engine for CpuEngine {
+    fn device(&self) -> String {
+        let note = match self.instructions {
+            InstructionSet::OneLane if InstructionSet::detect() == InstructionSet::OneLane => {
+                " (no fused multiply-add: exact but slow)"
+            }
+            _ => "",
+        };
+        format!("cpu f64 {:?}{note}", self.instructions)
+    }
+
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError> {
+        let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress };
+        let instructions = self.instructions;
+        let mut finished: Vec<Finished> = (0..rayon::current_num_threads())
+            .into_par_iter()
+            .with_max_len(1)
+            .flat_map_iter(|_| by_joints(instructions, job, &queue))
+            .collect();
+        if queue.stopped.load(Ordering::Relaxed) {
+            return Err(EngineError::Stopped);
+        }
+        finished.sort_by_key(|row| row.run);
+        Ok(finished)
+    }
+}
+
+/// Runs waiting for a free lane.
+struct Queue<'a> {
+    runs: &'a [RunInput],
+    next: AtomicUsize,
+    stopped: AtomicBool,
+    progress: &'a (dyn Fn(usize) -> bool + Sync),
+}
+
+impl Queue<'_> {
+    fn take(&self) -> Option<RunInput> {
+        self.runs.get(self.next.fetch_add(1, Ordering::Relaxed)).copied()
+    }
+
+    fn report(&self, ended: usize) -> bool {
+        if ended > 0 && !(self.progress)(ended) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        !self.stopped.load(Ordering::Relaxed)
+    }
+}
+
+/// Steps tiles until the queue is empty.
+#[inline(always)]
+fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
+    let mut tile = Tile::<L, N>::new(&job.plant, job.batch);
+    let mut out = Vec::new();
+    loop {
+        let free: Vec<usize> = tile.free_lanes().collect();
+        let entering: Vec<(usize, u64, Params<f64>)> =
+            free.iter().map_while(|lane| queue.take().map(|r| (*lane, r.run, r.params))).collect();
+        if !entering.is_empty() {
+            tile.load(&job.plant, &entering);
+        } else if free.len() == L::WIDTH {
+            return out;
+        }
+        for _ in 0..SLICE_TICKS {
+            tile.step(&job.plant);
+        }
+        let before = out.len();
+        tile.take_finished(&job.plant, &mut out);
+        if !queue.report(out.len() - before) {
+            return out;
+        }
+    }
+}
+
+/// Steps one run to its end and hands out its signals after every tick; the same bits as in any tile.
+fn watch_run<const N: usize>(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
+    let mut tile = Tile::<f64, N>::new(&job.plant, job.batch);
+    tile.load(&job.plant, &[(0, input.run, input.params)]);
+    let mut out = Vec::new();
+    while out.is_empty() {
+        tile.step(&job.plant);
+        see(&tile.signals(&job.plant, 0));
+        tile.take_finished(&job.plant, &mut out);
+    }
+    out[0]
+}
+
+/// One entry point per instruction set, each compiled for it.
+macro_rules! entry_points {
+    ($($name:ident: $lanes:ty, $features:literal;)*) => {
+        $(
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = $features)]
+            fn $name<const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
+                work::<$lanes, N>(job, queue)
+            }
+        )*
+    };
+}
+
+entry_points! {
+    work_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
+    work_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
+}
+
+fn dispatch<const N: usize>(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
+    match instructions {
+        // SAFETY: an engine holds only an instruction set that it has detected.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { work_avx512::<N>(job, queue) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { work_avx2::<N>(job, queue) },
+        #[cfg(not(target_arch = "x86_64"))]
+        InstructionSet::Plain => work::<softdock_kernels::lanes::plain::Lanes, N>(job, queue),
+        _ => work::<f64, N>(job, queue),
+    }
+}
+
+/// Calls a function that is generic in the joint count with the plant's own.
+macro_rules! with_joints {
+    ($count:expr, $function:ident($($argument:expr),*)) => {
+        match $count {
+            0 => $function::<0>($($argument),*),
+            1 => $function::<1>($($argument),*),
+            2 => $function::<2>($($argument),*),
+            3 => $function::<3>($($argument),*),
+            4 => $function::<4>($($argument),*),
+            5 => $function::<5>($($argument),*),
+            6 => $function::<6>($($argument),*),
+            7 => $function::<7>($($argument),*),
+            more => unreachable!("the loader refuses {more} joints"),
+        }
+    };
+}
+pub(crate) use with_joints;
+
+fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
+    with_joints!(job.plant.joints(), dispatch(instructions, job, queue))
+}
+
+/// Repeats one run in f64, one lane, and shows its signals after every tick \[`see`\].
+pub fn replay(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
+    with_joints!(job.plant.joints(), watch_run(job, input, see))
+}

@@ -1,0 +1,594 @@
+//! The frame: ticks, substeps, contact points, delay lines and random numbers around the stage functions.
+//!
+//! The WGSL twin is `wgsl/frame.wgsl`, function for function. A [`Tile`] steps as many runs as the scalar has lanes;
+//! what a lane computes depends on its own run alone.
+
+use crate::contact::{Pair, Point, hil_pair, space_pair};
+use crate::fields::{Bundle, fields};
+use crate::lanes::Lane;
+use crate::metrics::{Metrics, flags};
+use crate::monitor::{self, Touch, Watch};
+use crate::noise::{LINK, SENSOR, uniforms};
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::robot::{Reference, Robots};
+use crate::sensor::Sensor;
+use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
+use crate::staged::{
+    advance, carry_on, command, contact_point, feed_back, finish, gather, guide, interpolate, kinematics, latch,
+    low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute,
+};
+use crate::vector::Vec3;
+
+/// The longest dead time that the delay lines hold \[s\].
+pub const LINE_SPAN: f64 = 0.128;
+
+/// Slots of a delay line: the span in ticks, and what interpolation and the newest entry need.
+pub fn line_slots(plant: &Plant) -> usize {
+    (LINE_SPAN / plant.timing.tick()).ceil() as usize + 4
+}
+
+/// What a batch has in common besides the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// Philox key of the campaign's seed.
+    pub key: [u32; 2],
+    /// Whether any run has noise, jitter or drops; if not, no random numbers are made in the loop.
+    pub noisy: bool,
+}
+
+/// A ring of bundles, one value per lane, that each lane may read at its own age.
+struct Line<B> {
+    values: Vec<f64>,
+    width: usize,
+    bundle: std::marker::PhantomData<B>,
+}
+
+impl<B> Line<B> {
+    fn new<L: Lane>(slots: usize) -> Self
+    where
+        B: Bundle<L>,
+    {
+        let width = fields::<L, B>().len();
+        Self { values: vec![0.0; slots * width * L::WIDTH], width, bundle: std::marker::PhantomData }
+    }
+
+    /// Writes slot `slot` where the mask holds.
+    #[inline(always)]
+    fn put<L: Lane>(&mut self, slot: usize, value: &B, mask: L::Mask)
+    where
+        B: Bundle<L>,
+    {
+        let mut index = slot * self.width * L::WIDTH;
+        value.write(&mut |scalar: L| {
+            for lane in 0..L::WIDTH {
+                if L::holds(mask, lane) {
+                    self.values[index + lane] = scalar.lane(lane);
+                }
+            }
+            index += L::WIDTH;
+        });
+    }
+
+    /// Reads each lane's own slot.
+    #[inline(always)]
+    fn get<L: Lane>(&self, slot: &[usize]) -> B
+    where
+        B: Bundle<L>,
+    {
+        let mut field = 0;
+        B::read(&mut || {
+            let value = L::gather(|lane| self.values[(slot[lane] * self.width + field) * L::WIDTH + lane]);
+            field += 1;
+            value
+        })
+    }
+}
+
+/// One loop of the pair: bodies, what they are taken to weigh, what touches, what was seen.
+#[derive(Clone)]
+struct Loop<L: Lane, const N: usize> {
+    masses: Masses<L>,
+    pair: Pair<L>,
+    bodies: Bodies<L, N>,
+    watch: Watch<L>,
+    bristles: Vec<Vec3<L>>,
+}
+
+/// Several runs stepped together, one per lane.
+pub struct Tile<L: Lane, const N: usize> {
+    batch: Batch,
+    runs: Vec<Option<u64>>,
+    params: Params<L>,
+    tick: L,
+    step: usize,
+    slots: usize,
+    space: Loop<L, N>,
+    hil: Loop<L, N>,
+    robots: Robots<L>,
+    sensor: Sensor<L>,
+    held: Wrench<L>,
+    lost: L,
+    dropped: L,
+    commands: Line<Parts<L>>,
+    wrenches: Line<Wrench<L>>,
+}
+
+/// What a finished run leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finished {
+    /// The run's number.
+    pub run: u64,
+    /// Parameters as they were applied.
+    pub params: Params<f64>,
+    /// Metrics of the loop in space.
+    pub space: Metrics<f64>,
+    /// Metrics of the loop on the facility.
+    pub hil: Metrics<f64>,
+    /// Flag bits ([`flags`]).
+    pub flags: u32,
+    /// Normal of the first touch in space (inertial axes) and its point from part A's origin; zero without a touch.
+    pub touch: [Vec3<f64>; 2],
+}
+
+/// The signals of a trace, at the end of each tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signals {
+    /// Time \[s\].
+    pub time: f64,
+    /// Simulated parts in space and on the facility.
+    pub parts: [Parts<f64>; 2],
+    /// Contact wrench in space, on the hardware, and as fed back (part A's origin, inertial axes; the last in part A's axes).
+    pub wrench: [Wrench<f64>; 3],
+    /// Latch closed, space and facility.
+    pub closed: [f64; 2],
+}
+
+#[inline(always)]
+fn still<L: Lane, const N: usize>() -> Actuation<L, N> {
+    Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint: [L::lit(0.0); N] }
+}
+
+#[inline(always)]
+fn zero_wrench<L: Lane>() -> Wrench<L> {
+    Wrench { force: Vec3::zero(), moment: Vec3::zero() }
+}
+
+/// `then` where the mask holds, `other` elsewhere, for any bundle of up to 256 scalars.
+#[inline(always)]
+fn choose<L: Lane, B: Bundle<L>>(mask: L::Mask, then: &B, other: &B) -> B {
+    let mut scalars = [L::lit(0.0); 256];
+    let mut count = 0;
+    then.write(&mut |scalar| {
+        scalars[count] = scalar;
+        count += 1;
+    });
+    let mut index = 0;
+    other.write(&mut |scalar| {
+        scalars[index] = L::select(mask, scalars[index], scalar);
+        index += 1;
+    });
+    let mut index = 0;
+    B::read(&mut || {
+        index += 1;
+        scalars[index - 1]
+    })
+}
+
+/// All contact points of a pair of parts, and the bristles they move.
+#[inline(always)]
+fn touch_points<L: Lane>(m: &Plant, pair: Pair<L>, parts: Parts<L>, bristles: &mut [Vec3<L>], live: L::Mask) -> Touch<L> {
+    let mut sum = monitor::no_touch();
+    for (point, bristle) in m.contact.points.iter().zip(bristles) {
+        let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
+        let c = contact_point(m, pair, parts, point, *bristle);
+        *bristle = Vec3::select(live, c.bristle, *bristle);
+        sum = gather(sum, c);
+    }
+    sum
+}
+
+impl<L: Lane, const N: usize> Tile<L, N> {
+    /// An empty tile.
+    #[inline(never)]
+    pub fn new(m: &Plant, batch: Batch) -> Self {
+        let params = Params::<L>::read(&mut {
+            let mut nominal = crate::fields::to_vec(&m.nominal).into_iter();
+            move || L::lit(nominal.next().expect("one value per field"))
+        });
+        let zero = L::lit(0.0);
+        let masses = space_masses(params);
+        let space = Loop {
+            masses,
+            pair: space_pair(params),
+            bodies: start(m, params, masses),
+            watch: monitor::new_watch(),
+            bristles: vec![Vec3::zero(); m.contact.points.len()],
+        };
+        let parts = kinematics(m, masses, space.bodies).parts;
+        Self {
+            batch,
+            runs: vec![None; L::WIDTH],
+            params,
+            tick: zero,
+            step: 0,
+            slots: line_slots(m),
+            hil: space.clone(),
+            space,
+            robots: crate::robot::robots_at(m, command(m, parts)),
+            sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
+            held: zero_wrench(),
+            lost: zero,
+            dropped: zero,
+            commands: Line::new(line_slots(m)),
+            wrenches: Line::new(line_slots(m)),
+        }
+    }
+
+    /// Lanes that could take a run.
+    pub fn free_lanes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.runs.iter().enumerate().filter(|(_, run)| run.is_none()).map(|(lane, _)| lane)
+    }
+
+    /// Puts runs into free lanes.
+    #[inline(never)]
+    pub fn load(&mut self, m: &Plant, entering: &[(usize, u64, Params<f64>)]) {
+        let mut fresh = [0.0; 64];
+        for (lane, run, params) in entering {
+            self.runs[*lane] = Some(*run);
+            fresh[*lane] = 1.0;
+            let mut values = crate::fields::to_vec(params).into_iter();
+            self.params = Params::read(&mut {
+                let mut old = crate::fields::to_vec::<L, _>(&self.params).into_iter();
+                move || {
+                    let (old, new) = (old.next().expect("as many"), values.next().expect("as many"));
+                    L::gather(|i| if i == *lane { new } else { old.lane(i) })
+                }
+            });
+        }
+        let fresh = L::lit(0.5).lt(L::gather(|lane| fresh[lane]));
+        self.reset(m, fresh);
+    }
+
+    /// Starts the runs of the lanes in the mask.
+    #[inline(never)]
+    fn reset(&mut self, m: &Plant, fresh: L::Mask) {
+        let (p, zero) = (self.params, L::lit(0.0));
+        let pairs = [(space_masses(p), space_pair(p)), (hil_masses(p), hil_pair(p))];
+        for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(pairs) {
+            side.masses = choose(fresh, &masses, &side.masses);
+            side.pair = choose(fresh, &pair, &side.pair);
+            side.bodies = choose(fresh, &start(m, p, side.masses), &side.bodies);
+            side.watch = choose(fresh, &monitor::new_watch(), &side.watch);
+            side.bristles.iter_mut().for_each(|b| *b = Vec3::select(fresh, Vec3::zero(), *b));
+        }
+        let told = command(m, kinematics(m, self.hil.masses, self.hil.bodies).parts);
+        // The line is full of the start carried backwards; the newest entry is one tick old.
+        for age in 1..self.slots {
+            let past = carry_on(m, told, L::lit(-(age as f64)));
+            self.commands.put::<L>((self.step + self.slots - age) % self.slots, &past, fresh);
+            self.wrenches.put::<L>((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
+        }
+        let at = carry_on(m, told, -(self.transport(m) + L::lit(1.0)));
+        self.robots = choose(fresh, &crate::robot::robots_at(m, at), &self.robots);
+        let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
+        self.sensor = choose(fresh, &sensor, &self.sensor);
+        self.held = choose(fresh, &zero_wrench(), &self.held);
+        self.lost = L::select(fresh, zero, self.lost);
+        self.dropped = L::select(fresh, zero, self.dropped);
+        self.tick = L::select(fresh, zero, self.tick);
+    }
+
+    /// Command transport delay in ticks: the loop's dead time less the sensor's and the frame's own.
+    #[inline(always)]
+    fn transport(&self, m: &Plant) -> L {
+        let own = L::lit(m.timing.own_delay());
+        ((self.params.loop_delay - self.params.sensor_delay - own) * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0))
+    }
+
+    /// One tick of both loops: the facility catches up to now, then the simulation goes on from its answer.
+    #[inline(always)]
+    pub fn step(&mut self, m: &Plant) {
+        let now = self.tick * L::lit(m.timing.tick());
+        let last = L::select(L::lit(f64::from(m.timing.max_ticks)).le(self.tick), L::lit(1.0), L::lit(0.0));
+        self.tick_space(m, now, last);
+        self.tick_hil(m, now, last);
+        self.tick = self.tick + L::lit(1.0);
+        self.step = (self.step + 1) % self.slots;
+    }
+
+    /// The ideal twin: contact and space closed directly, every substep.
+    #[inline(always)]
+    fn tick_space(&mut self, m: &Plant, now: L, last: L) {
+        let s = &mut self.space;
+        if !any::<L>(s.watch.done.le(L::lit(0.0))) {
+            return;
+        }
+        let (mut bodies, mut seen, mut u) = (s.bodies, s.watch, still());
+        let mut live = s.watch.done.le(L::lit(0.0));
+        for substep in 0..m.timing.substeps {
+            let k = kinematics(m, s.masses, bodies);
+            if substep == 0 {
+                s.watch = finish(m, s.watch, now, k.parts, last);
+                live = s.watch.done.le(L::lit(0.0));
+                seen = s.watch;
+                u = guide(m, self.params, s.masses, bodies.arm, bodies.chaser.attitude, k, touched(&seen));
+            }
+            let time = L::lit(f64::from(substep) * m.timing.substep) + now;
+            let touch = touch_points(m, s.pair, k.parts, &mut s.bristles, live);
+            let latch = latch(m, self.params, k.parts, seen.closed);
+            seen = observe(m, seen, time, k.parts, k.parts, touch, latch);
+            bodies = advance(m, s.masses, bodies, k, u, monitor::total_wrench(touch, latch));
+        }
+        s.watch = choose(live, &seen, &s.watch);
+        s.bodies = choose(live, &settle(bodies), &s.bodies);
+    }
+
+    /// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
+    #[inline(always)]
+    fn tick_hil(&mut self, m: &Plant, now: L, last: L) {
+        if !any::<L>(self.hil.watch.done.le(L::lit(0.0))) {
+            return;
+        }
+        let k = kinematics(m, self.hil.masses, self.hil.bodies);
+        self.hil.watch = finish(m, self.hil.watch, now, k.parts, last);
+        let live = self.hil.watch.done.le(L::lit(0.0));
+        if !any::<L>(live) {
+            return;
+        }
+        let jitter = self.send_command(m, k.parts, live);
+        self.tick_facility(m, k.parts, now, jitter, live);
+        self.receive_wrench(m, k.parts, live);
+        self.tick_simulation(m, k, live);
+    }
+
+    /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
+    #[inline(always)]
+    fn send_command(&mut self, m: &Plant, parts: Parts<L>, live: L::Mask) -> L {
+        let zero = L::lit(0.0);
+        let sent = command(m, parts);
+        if !self.batch.noisy {
+            self.commands.put::<L>(self.step, &sent, live);
+            return zero;
+        }
+        let draws = self.uniforms(LINK);
+        let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
+        let before = self.commands.get::<L>(&vec![(self.step + self.slots - 1) % self.slots; L::WIDTH]);
+        let command = choose(lost, &substitute(m, before, self.lost), &sent);
+        self.commands.put::<L>(self.step, &command, live);
+        self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
+        self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
+        normals(draws[0], draws[1]).first * self.params.delay_jitter
+    }
+
+    /// Robots, contact and sensor over the tick that ends now.
+    #[inline(always)]
+    fn tick_facility(&mut self, m: &Plant, simulated: Parts<L>, now: L, jitter: L, live: L::Mask) {
+        let substeps = f64::from(m.timing.substeps);
+        let delay = (self.transport(m) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
+        // The oldest pair of commands of this tick, and how many slots back it is.
+        let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
+        let recalled = self.recall_commands(oldest);
+        let (mut robots, mut sensed, mut seen) = (self.robots, self.sensor, self.hil.watch);
+        for substep in 1..=m.timing.substeps {
+            let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
+            let later = L::lit(1.0).le(place) & oldest.lt(L::lit(0.0));
+            let told = interpolate(
+                m,
+                Reference {
+                    before: choose(later, &recalled[1], &recalled[0]),
+                    after: choose(later, &recalled[2], &recalled[1]),
+                    fraction: L::select(later, place - L::lit(1.0), place),
+                },
+            );
+            robots = follow_commands(m, self.params, robots, told);
+            let parts = crate::robot::mounted_parts(m, robots);
+            let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
+            let touch = touch_points(m, self.hil.pair, parts, &mut self.hil.bristles, live);
+            let latch = latch(m, self.params, parts, seen.closed);
+            seen = observe(m, seen, time, parts, simulated, touch, latch);
+            sensed = low_pass(m, self.params, sensed, crate::sensor::to_sensor(parts.a, monitor::total_wrench(touch, latch)));
+            if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
+                sensed = sample(m, self.params, sensed, self.sensor_noise());
+            }
+        }
+        self.hil.watch = choose(live, &seen, &self.hil.watch);
+        self.robots = choose(live, &robots, &self.robots);
+        self.sensor = choose(live, &sensed, &self.sensor);
+    }
+
+    /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.
+    #[inline(always)]
+    fn recall_commands(&self, oldest: L) -> [Parts<L>; 3] {
+        std::array::from_fn(|offset| {
+            let slots: Vec<usize> = (0..L::WIDTH)
+                .map(|lane| {
+                    let back = (1.0 - oldest.lane(lane) - offset as f64).max(0.0) as usize;
+                    (self.step + self.slots - back) % self.slots
+                })
+                .collect();
+            self.commands.get::<L>(&slots)
+        })
+    }
+
+    /// The measured wrench as it arrives: delayed, between two samples.
+    #[inline(always)]
+    fn receive_wrench(&mut self, m: &Plant, parts: Parts<L>, live: L::Mask) {
+        self.wrenches.put::<L>(self.step, &self.sensor.output, live);
+        let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
+        let whole = age.floor();
+        let at = |more: f64| {
+            let slots: Vec<usize> =
+                (0..L::WIDTH).map(|lane| (self.step + self.slots - (whole.lane(lane) + more) as usize) % self.slots).collect();
+            self.wrenches.get::<L>(&slots)
+        };
+        let held = crate::sensor::blend(at(0.0), at(1.0), age - whole);
+        // Half a substep of the port's energy ends under the old wrench and begins under the new.
+        let half = L::lit(0.5 * m.timing.substep);
+        let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
+        let correction = (power(self.held) - power(held)) * half;
+        self.hil.watch.port_energy = L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
+        self.held = choose(live, &held, &self.held);
+    }
+
+    /// The simulation computer's tick: guidance, then the bodies under the held wrench.
+    #[inline(always)]
+    fn tick_simulation(&mut self, m: &Plant, first: Kinematics<L, N>, live: L::Mask) {
+        let s = &mut self.hil;
+        let (mut k, mut bodies, mut energy) = (first, s.bodies, s.watch.port_energy);
+        let u: Actuation<L, N> =
+            guide(m, self.params, s.masses, bodies.arm, bodies.chaser.attitude, k, touched(&s.watch));
+        for substep in 0..m.timing.substeps {
+            if substep > 0 {
+                k = kinematics(m, s.masses, bodies);
+            }
+            let fed = feed_back(k.parts.a, self.held);
+            energy = monitor::port_power(k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
+            bodies = advance(m, s.masses, bodies, k, u, fed);
+        }
+        s.bodies = choose(live, &settle(bodies), &s.bodies);
+        s.watch.port_energy = L::select(live, energy, s.watch.port_energy);
+    }
+
+    /// Four uniforms of a channel for this tick, per lane.
+    #[inline(always)]
+    fn uniforms(&self, channel: u32) -> [L; 4] {
+        let mut words = [[0.0; 64]; 4];
+        for lane in 0..L::WIDTH {
+            let run = self.runs[lane].unwrap_or(0);
+            let u = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
+            (0..4).for_each(|i| words[i][lane] = u[i]);
+        }
+        std::array::from_fn(|i| L::gather(|lane| words[i][lane]))
+    }
+
+    /// Six normal deviates for a sample of the sensor.
+    #[inline(always)]
+    fn sensor_noise(&self) -> Wrench<L> {
+        if !self.batch.noisy {
+            return zero_wrench();
+        }
+        let [a, b] = SENSOR.map(|channel| self.uniforms(channel));
+        let (p, q, r) = (normals(a[0], a[1]), normals(a[2], a[3]), normals(b[0], b[1]));
+        Wrench {
+            force: crate::vector::vec3(p.first, p.second, q.first),
+            moment: crate::vector::vec3(q.second, r.first, r.second),
+        }
+    }
+
+    /// Takes out the runs whose both loops have ended.
+    #[inline(never)]
+    pub fn take_finished(&mut self, m: &Plant, out: &mut Vec<Finished>) {
+        let done = |lane: usize| self.space.watch.done.lane(lane) > 0.0 && self.hil.watch.done.lane(lane) > 0.0;
+        let ended: Vec<usize> = (0..L::WIDTH).filter(|lane| self.runs[*lane].is_some() && done(*lane)).collect();
+        if ended.is_empty() {
+            return;
+        }
+        let space = metrics(m, self.space.watch, self.space.bodies, L::lit(0.0));
+        let hil = metrics(m, self.hil.watch, self.hil.bodies, L::lit(1.0));
+        for lane in ended {
+            let (space, hil) = (one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane));
+            out.push(Finished {
+                run: self.runs[lane].take().expect("only lanes with a run end"),
+                params: one(&self.params, lane),
+                flags: self.flags(m, lane, &space, &hil),
+                space,
+                hil,
+                touch: [one(&self.space.watch.normal, lane), one(&self.space.watch.lever, lane)],
+            });
+        }
+    }
+
+    fn flags(&self, m: &Plant, lane: usize, space: &Metrics<f64>, hil: &Metrics<f64>) -> u32 {
+        let at = |value: L| value.lane(lane);
+        let watch = |w: &Watch<L>| (at(w.unstable) > 0.0, at(w.contact_work), at(w.absorbed));
+        run_flags(
+            m,
+            RunEnd {
+                space: *space,
+                hil: *hil,
+                space_watch: watch(&self.space.watch),
+                hil_unstable: at(self.hil.watch.unstable) > 0.0,
+                saturated: at(self.sensor.saturated) > 0.0,
+                limited: at(self.robots.limited) > 0.0,
+                dropped: at(self.dropped) > 0.0,
+            },
+        )
+    }
+
+    /// The signals of one lane.
+    pub fn signals(&self, m: &Plant, lane: usize) -> Signals {
+        let simulated = |s: &Loop<L, N>| kinematics(m, s.masses, s.bodies).parts;
+        let (space, hil) = (simulated(&self.space), simulated(&self.hil));
+        let mut bristles = self.space.bristles.clone();
+        let nobody = L::lit(1.0).lt(L::lit(0.0));
+        let touch = touch_points(m, self.space.pair, space, &mut bristles, nobody);
+        let latched = latch(m, self.params, space, self.space.watch.closed);
+        Signals {
+            time: self.tick.lane(lane) * m.timing.tick(),
+            parts: [one(&space, lane), one(&hil, lane)],
+            wrench: [
+                one(&monitor::total_wrench(touch, latched), lane),
+                one(&self.sensor.filtered, lane),
+                one(&self.held, lane),
+            ],
+            closed: [self.space.watch.closed.lane(lane), self.hil.watch.closed.lane(lane)],
+        }
+    }
+}
+
+/// What the flags of a run are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct RunEnd {
+    /// Metrics in space.
+    pub space: Metrics<f64>,
+    /// Metrics on the facility.
+    pub hil: Metrics<f64>,
+    /// Divergence, contact work and largest absorbed energy of the loop in space.
+    pub space_watch: (bool, f64, f64),
+    /// The HIL loop met its divergence bound.
+    pub hil_unstable: bool,
+    /// The sensor saturated.
+    pub saturated: bool,
+    /// A robot met a speed limit.
+    pub limited: bool,
+    /// A command was lost.
+    pub dropped: bool,
+}
+
+/// Flag bits of a finished run.
+pub fn run_flags(m: &Plant, end: RunEnd) -> u32 {
+    let broken = |metrics: &Metrics<f64>| crate::fields::to_vec(metrics).iter().any(|v| !v.is_finite());
+    let (space_unstable, work, absorbed) = end.space_watch;
+    // A passive contact returns no more than it took; 5 % and a microjoule are for the step.
+    let jump = work > 0.05 * absorbed + 1e-6;
+    let bits = [
+        (broken(&end.space) || space_unstable, flags::SPACE_NON_FINITE),
+        (broken(&end.hil) && !end.hil_unstable, flags::HIL_NON_FINITE),
+        (jump, flags::SPACE_ENERGY_JUMP),
+        (end.space.peak_depth > m.task.max_depth, flags::SPACE_PENETRATION),
+        (end.hil_unstable, flags::HIL_UNSTABLE),
+        (end.saturated, flags::SENSOR_SATURATED),
+        (end.limited, flags::ROBOT_SPEED_LIMIT),
+        (end.dropped, flags::PACKET_DROPPED),
+    ];
+    bits.into_iter().filter(|(set, _)| *set).fold(0, |word, (_, bit)| word | bit)
+}
+
+/// One lane of a bundle.
+fn one<L: Lane, B: Bundle<L>, S: Bundle<f64>>(bundle: &B, lane: usize) -> S {
+    let mut values = Vec::new();
+    bundle.write(&mut |value: L| values.push(value.lane(lane)));
+    crate::fields::from_slice(&values)
+}
+
+#[inline(always)]
+fn any<L: Lane>(mask: L::Mask) -> bool {
+    (0..L::WIDTH).any(|lane| L::holds(mask, lane))
+}
+
+/// 1 after the first touch.
+#[inline(always)]
+fn touched<L: Lane>(watch: &Watch<L>) -> L {
+    L::select(L::lit(0.0).le(watch.touch_time), L::lit(1.0), L::lit(0.0))
+}
