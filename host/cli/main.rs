@@ -1,3 +1,40 @@
-//! The `softdock` command.
+//! The `softdock` command: from a campaign file to a verdict.
 
-fn main() {}
+mod args;
+mod check;
+mod devices;
+mod farm;
+mod finish;
+mod folder;
+mod merge;
+mod page;
+mod parity;
+mod plan;
+mod progress;
+mod replay;
+mod report;
+mod rows;
+mod run;
+mod schema;
+mod status;
+mod traces;
+mod words;
+
+use args::Command;
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let answer = match args::Cli::parse().command {
+        Command::Check(args) => check::check(&args),
+        Command::Plan(args) => plan::plan(&args),
+        Command::Run(args) => run::run(&args),
+        Command::Status(args) => status::status(&args),
+        Command::Merge(args) => merge::merge(&args),
+        Command::Report(args) => report::report(&args),
+        Command::Replay(args) => replay::replay(&args),
+        Command::Schema(args) => schema::schema(&args),
+        Command::Devices => devices::devices(),
+    };
+    words::leave(answer)
+}

@@ -1,0 +1,226 @@
+//! What may be typed.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use softdock_campaign::Campaign;
+use softdock_campaign::campaign::Backend;
+use softdock_engine::Choice;
+use std::path::{Path, PathBuf};
+
+/// Monte Carlo verification of contact tasks: thousands of runs, in space and on the HIL facility side by side.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    max_term_width = 110,
+    after_help = "\
+Exit codes: 0 every requirement verified, 1 some requirement not verified, 2 bad input, 3 campaign incomplete.
+
+Example:
+  softdock run campaigns/smoke.toml"
+)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Read a campaign and everything it names, draw its inputs, show histograms and what its runs can prove.
+    Check(CheckArgs),
+    /// Say how many runs a requirement needs, and how many failures they allow.
+    Plan(PlanArgs),
+    /// Run a campaign to its verdict; the same command resumes what was interrupted.
+    Run(RunArgs),
+    /// Say how far a campaign is, and what it has shown so far.
+    Status(StatusArgs),
+    /// Join the results folders of several workers into one, and judge them.
+    Merge(MergeArgs),
+    /// Write summary and report page of a results folder again.
+    Report(ReportArgs),
+    /// Repeat one run of a results folder in f64, compare it bit by bit and write its time history.
+    Replay(ReplayArgs),
+    /// Print the JSON Schema of campaign or scenario files, for editors.
+    Schema(SchemaArgs),
+    /// List what runs can be made on.
+    Devices,
+}
+
+/// Arguments of `check`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock check campaigns/probe_drogue.toml --runs 10000")]
+pub(crate) struct CheckArgs {
+    /// Campaign file.
+    pub(crate) campaign: PathBuf,
+    /// Number of runs to draw for the histograms.
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) runs: u64,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `plan`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock plan --probability 99% --confidence 90% --runs 20000")]
+pub(crate) struct PlanArgs {
+    /// Share of all cases that must pass: 99% or 0.99.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub(crate) probability: f64,
+    /// Confidence with which it must be shown: 90% or 0.9.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub(crate) confidence: f64,
+    /// Runs of your campaign.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub(crate) runs: Option<u64>,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `run`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  softdock run campaigns/probe_drogue.toml
+  softdock run campaigns/probe_drogue.toml --out /data/dock --shard 2/8    (the second of eight workers)")]
+pub(crate) struct RunArgs {
+    /// Campaign file.
+    pub(crate) campaign: PathBuf,
+    /// Results folder; `results/ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Where the runs are made, instead of what the campaign says.
+    #[arg(long, value_enum)]
+    pub(crate) backend: Option<BackendArg>,
+    /// Number of runs, instead of the campaign's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub(crate) runs: Option<u64>,
+    /// Seed, instead of the campaign's.
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Make only the I-th of N parts of the campaign; `merge` joins them.
+    #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
+    pub(crate) shard: Part,
+    /// Answer in JSON: the summary.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `status`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock status results/probe_drogue")]
+pub(crate) struct StatusArgs {
+    /// Results folder, or campaign file (then `results/ID`).
+    pub(crate) what: PathBuf,
+    /// Answer in JSON: the summary.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `merge`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock merge results/dock worker1/dock worker2/dock")]
+pub(crate) struct MergeArgs {
+    /// Folder that gets the whole campaign.
+    pub(crate) out: PathBuf,
+    /// Results folders of the parts.
+    #[arg(required = true, value_name = "DIR")]
+    pub(crate) parts: Vec<PathBuf>,
+}
+
+/// Arguments of `report`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock report results/probe_drogue")]
+pub(crate) struct ReportArgs {
+    /// Results folder, or campaign file (then `results/ID`).
+    pub(crate) what: PathBuf,
+    /// Results folder of the campaign file, if it is not `results/ID`.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Arguments of `replay`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit code 0: the row is the same, or was made in f32 and is shown beside f64; 1: the row differs where it must not.
+
+Example:
+  softdock replay results/smoke 17 --out run17.parquet")]
+pub(crate) struct ReplayArgs {
+    /// Results folder.
+    pub(crate) results: PathBuf,
+    /// Number of the run.
+    pub(crate) run: u64,
+    /// File of the time history; `DIR/replays/run=N.parquet` if not given.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Arguments of `schema`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock schema campaign > campaign.schema.json")]
+pub(crate) struct SchemaArgs {
+    /// Which kind of file.
+    pub(crate) kind: SchemaKind,
+}
+
+/// Kinds of files that have a schema.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SchemaKind {
+    /// What varies and what must hold.
+    Campaign,
+    /// What is simulated, and on which facility.
+    Scenario,
+}
+
+/// Backends as typed.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BackendArg {
+    /// A real GPU if there is one, else the CPU.
+    Auto,
+    /// A GPU, or a software Vulkan driver.
+    Gpu,
+    /// CPU lanes in f64.
+    Cpu,
+}
+
+/// Part `index` (from 0) of `count` of a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Which part, from 0.
+    pub(crate) index: u32,
+    /// Number of parts.
+    pub(crate) count: u32,
+}
+
+impl RunArgs {
+    /// The engine to open: the command line before the campaign.
+    pub(crate) fn choice(&self, campaign: &Campaign) -> Choice {
+        match (self.backend, campaign.execution.backend) {
+            (Some(BackendArg::Auto), _) | (None, Backend::Auto) => Choice::Auto,
+            (Some(BackendArg::Gpu), _) | (None, Backend::Gpu) => Choice::Gpu,
+            (Some(BackendArg::Cpu), _) | (None, Backend::Cpu) => Choice::Cpu,
+        }
+    }
+}
+
+/// Results folder of a campaign if none is named.
+pub(crate) fn default_results(id: &str) -> PathBuf {
+    Path::new("results").join(id)
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let (number, scale) = text.strip_suffix('%').map_or((text, 1.0), |percent| (percent, 100.0));
+    let value = number.trim().parse::<f64>().map_err(|_| "write a share as 99% or 0.99".to_owned())? / scale;
+    let possible = value > 0.0 && value <= 0.999_999;
+    possible.then_some(value).ok_or_else(|| "a share lies above 0 and is at most 99.9999%".to_owned())
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
+    match numbers {
+        Some((index, count)) if (1..=count).contains(&index) => Ok(Part { index: index - 1, count }),
+        _ => Err("write I/N with I from 1 to N: 2/8 is the second of eight parts".to_owned()),
+    }
+}

@@ -1,0 +1,95 @@
+//! `softdock check`: reads a campaign, draws its inputs, says what its runs can prove; runs nothing.
+
+use crate::args::CheckArgs;
+use crate::words::{Exit, json, say};
+use serde_json::{Value, json};
+use softdock_analysis::exact::{allowed_failures, smallest_runs};
+use softdock_analysis::number::with_unit;
+use softdock_analysis::plan::plan_line;
+use softdock_campaign::requirement::{Requirement, Side};
+use softdock_campaign::{Campaign, histograms};
+use softdock_kernels::fields::to_vec;
+
+/// Checks a campaign.
+pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
+    let campaign = softdock_campaign::load(&args.campaign)?;
+    match args.json {
+        true => say(json(&as_json(&campaign, args.runs))),
+        false => say(as_text(&campaign, args.runs)),
+    }
+    Ok(Exit::Done)
+}
+
+fn as_text(campaign: &Campaign, draws: u64) -> String {
+    let mut text = format!("{}  {}\n\n{}\n", campaign.id, campaign.title, histograms(campaign, draws));
+    let own = campaign.scenario.model.timing.own_delay();
+    text += &format!(
+        "delay\n  the frame itself delays by {}; it is part of loop_delay, which cannot be less (with sensor_delay)\n",
+        with_unit(own, "s")
+    );
+    text += "\nrequirements\n";
+    for requirement in &campaign.requirements {
+        let line = plan_line(requirement.probability, requirement.confidence, runs_per_draw(campaign));
+        text += &format!(
+            "  {}  {}\n    {} {}\n    {line}\n",
+            requirement.id,
+            requirement.text,
+            requirement.metric,
+            limit(requirement)
+        );
+    }
+    if campaign.requirements.is_empty() {
+        text += "  none\n";
+    }
+    if let Some(draws) = campaign.outer_draws {
+        text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
+    }
+    text
+}
+
+fn limit(requirement: &Requirement) -> String {
+    let side = match requirement.side {
+        Side::AtMost => "at most",
+        Side::AtLeast => "at least",
+    };
+    format!("{side} {}", with_unit(requirement.limit, requirement.unit))
+}
+
+/// What a requirement is judged by: an outer draw has only its share of the runs.
+fn runs_per_draw(campaign: &Campaign) -> u64 {
+    campaign.runs / u64::from(campaign.outer_draws.unwrap_or(1)).max(1)
+}
+
+fn as_json(campaign: &Campaign, draws: u64) -> Value {
+    let judged = runs_per_draw(campaign);
+    let requirement = |r: &Requirement| {
+        json!({
+            "id": r.id, "text": r.text, "metric": r.metric, "unit": r.unit, "limit": r.limit,
+            "side": if r.side == Side::AtMost { "at_most" } else { "at_least" },
+            "probability": r.probability, "confidence": r.confidence,
+            "allowed_failures": allowed_failures(judged, r.probability, r.confidence),
+            "smallest_runs": smallest_runs(0, r.probability, r.confidence),
+        })
+    };
+    json!({
+        "id": campaign.id, "title": campaign.title, "hash": campaign.hash, "seed": campaign.seed,
+        "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged,
+        "own_delay_s": campaign.scenario.model.timing.own_delay(),
+        "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
+        "inputs": inputs(campaign, draws.min(campaign.runs)),
+    })
+}
+
+/// Mean and ends of every dispersed and derived input over runs spread over the campaign.
+fn inputs(campaign: &Campaign, draws: u64) -> Vec<Value> {
+    let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(draws)) as u64;
+    let drawn: Vec<Vec<f64>> = (0..draws).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
+    let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, d.unit));
+    let derived = campaign.derived.iter().map(|d| (d.field, &d.name, d.unit));
+    let row = |(field, name, unit): (usize, &String, &str)| {
+        let values = drawn.iter().map(|draw| draw[field]);
+        let ends = values.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| (min.min(v), max.max(v)));
+        json!({ "name": name, "unit": unit, "draws": draws, "min": ends.0, "max": ends.1, "mean": values.sum::<f64>() / draws as f64 })
+    };
+    dispersed.chain(derived).map(row).collect()
+}

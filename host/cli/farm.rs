@@ -1,0 +1,111 @@
+//! Runs made into rows: an engine at work on one campaign, with its repairs.
+
+use crate::folder::VERSION;
+use crate::rows::Ledger;
+use crate::words::warn;
+use rayon::prelude::*;
+use softdock_campaign::Campaign;
+use softdock_engine::cpu::CpuEngine;
+use softdock_engine::{Choice, Engine, EngineError, RunInput};
+use softdock_kernels::frame::Finished;
+use softdock_kernels::metrics::flags;
+use softdock_results::runs::RunRow;
+use softdock_results::shards::Provenance;
+use std::ops::Range;
+
+/// Runs that a GPU is given at a time, so that all its lanes have work; a CPU takes shard by shard.
+const GPU_BATCH: u64 = 1 << 16;
+
+/// Told how many runs have ended since the last call; answers `false` to stop.
+pub(crate) type Watcher<'a> = &'a (dyn Fn(usize) -> bool + Sync);
+
+/// A campaign's runs, on whatever makes them.
+pub(crate) struct Farm<'a> {
+    campaign: &'a Campaign,
+    /// How runs become rows.
+    pub(crate) ledger: Ledger<'a>,
+    engine: Box<dyn Engine>,
+    may_change: bool,
+}
+
+impl<'a> Farm<'a> {
+    /// Opens the engine that was asked for.
+    pub(crate) fn open(campaign: &'a Campaign, choice: Choice) -> Result<Self, EngineError> {
+        let engine = softdock_engine::open(choice)?;
+        let ledger = Ledger::new(campaign);
+        Ok(Self { campaign, ledger, engine, may_change: choice == Choice::Auto })
+    }
+
+    /// `cpu` or `gpu`.
+    pub(crate) fn backend(&self) -> &'static str {
+        if self.engine.device().starts_with("cpu") { "cpu" } else { "gpu" }
+    }
+
+    /// The device in words.
+    pub(crate) fn device(&self) -> String {
+        self.engine.device()
+    }
+
+    /// Shards to make in one go.
+    pub(crate) fn batch_shards(&self) -> usize {
+        let runs = if self.backend() == "gpu" { GPU_BATCH } else { 1 };
+        (runs / self.campaign.execution.shard_runs).max(1) as usize
+    }
+
+    /// What the files say about where they come from.
+    pub(crate) fn provenance(&self) -> Provenance {
+        let more = [
+            ("campaign_id", self.campaign.id.clone()),
+            ("runs", self.campaign.runs.to_string()),
+            ("campaign_toml", self.campaign.text.clone()),
+            ("scenario_toml", self.campaign.scenario.text().to_owned()),
+        ];
+        Provenance {
+            campaign_hash: self.campaign.hash.clone(),
+            seed: self.campaign.seed,
+            version: VERSION.to_owned(),
+            backend: self.backend().to_owned(),
+            device: self.device(),
+            more: more.map(|(key, value)| (key.to_owned(), value)).to_vec(),
+        }
+    }
+
+    /// Makes the runs of a range. If the GPU is lost and another backend is allowed, the CPU takes over.
+    pub(crate) fn make(&mut self, runs: Range<u64>, watch: Watcher) -> Result<Vec<RunRow>, EngineError> {
+        let inputs: Vec<RunInput> =
+            runs.into_par_iter().map(|run| RunInput { run, params: self.campaign.draw(run).params }).collect();
+        match self.make_rows(&inputs, watch) {
+            Err(EngineError::DeviceLost(why)) if self.may_change => {
+                warn(format!("the GPU was lost ({why}); the CPU goes on"));
+                self.engine = Box::new(CpuEngine::new());
+                self.make_rows(&inputs, watch)
+            }
+            answer => answer,
+        }
+    }
+
+    /// Makes given runs; what the GPU could not make is repeated in f64.
+    pub(crate) fn make_rows(&mut self, inputs: &[RunInput], watch: Watcher) -> Result<Vec<RunRow>, EngineError> {
+        let mut finished = self.engine.run(&self.ledger.job, inputs, watch)?;
+        if self.backend() == "gpu" {
+            self.retry(&mut finished)?;
+        }
+        Ok(self.ledger.rows(&finished))
+    }
+
+    fn retry(&self, finished: &mut [Finished]) -> Result<(), EngineError> {
+        let invalid: Vec<RunInput> = finished
+            .iter()
+            .filter(|run| run.flags & flags::INVALID != 0)
+            .map(|run| RunInput { run: run.run, params: run.params })
+            .collect();
+        let repeated = CpuEngine::new().run(&self.ledger.job, &invalid, &|_| true)?;
+        for mut again in repeated {
+            again.flags |= flags::RETRIED;
+            if let Ok(place) = finished.binary_search_by_key(&again.run, |run| run.run) {
+                finished[place] = again;
+            }
+        }
+        Ok(())
+    }
+}

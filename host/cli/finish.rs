@@ -1,0 +1,34 @@
+//! What follows the last shard: parity, time histories, summary and page.
+
+use crate::farm::Farm;
+use crate::folder::Folder;
+use crate::page::write_page;
+use crate::parity::{ParityRuns, write_parity_of};
+use crate::traces::{Keeper, write_traces};
+use miette::IntoDiagnostic;
+use softdock_analysis::{Summary, summarise, write_summary};
+use softdock_engine::Choice;
+use softdock_results::shards::read_runs;
+
+/// Ends a whole campaign; all of it follows from the shards, so that doing it twice changes nothing.
+pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
+    let truth = Farm::open(&folder.campaign, Choice::Cpu).map_err(crate::run::unusable)?;
+    let mut parity = ParityRuns::of(folder, &folder.shards()?);
+    let mut keeper = Keeper::new(&folder.campaign);
+    for row in read_runs(&folder.path).into_diagnostic()? {
+        let row = row.into_diagnostic()?;
+        keeper.see(&row);
+        parity.see(row);
+    }
+    write_traces(folder, &truth.ledger, &truth.provenance(), keeper.kept())?;
+    write_parity_of(folder, truth, parity)?;
+    judge(folder)
+}
+
+/// Writes summary and page of what is there.
+pub(crate) fn judge(folder: &Folder) -> miette::Result<Summary> {
+    let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
+    write_summary(&folder.path, &summary).into_diagnostic()?;
+    write_page(folder, &summary)?;
+    Ok(summary)
+}

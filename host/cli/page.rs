@@ -1,0 +1,86 @@
+//! What the report page states about the campaign beside its results.
+
+use crate::folder::Folder;
+use miette::IntoDiagnostic;
+use softdock_analysis::number::with_unit;
+use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, write_report};
+use softdock_campaign::Campaign;
+use softdock_campaign::dispersion::Class;
+use softdock_campaign::distribution::Distribution;
+use softdock_results::runs::input_fields;
+
+/// Writes `report.html`.
+pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<()> {
+    let input = ReportInput {
+        campaign: folder.facts(),
+        results: &folder.path,
+        dispersions: dispersions(&folder.campaign),
+        configuration: configuration(&folder.campaign, summary),
+        commands: commands(folder),
+    };
+    write_report(&input, summary).into_diagnostic().map(drop)
+}
+
+fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {
+    let fields = input_fields();
+    let row = |field: usize, distribution: String, class: &str, source: Option<&String>| Dispersion {
+        target: fields[field].name.clone(),
+        column: format!("in_{}", fields[field].column()),
+        distribution,
+        class: class.to_owned(),
+        source: source.cloned().unwrap_or_default(),
+    };
+    let drawn = campaign.dispersions.iter().map(|dispersion| {
+        let class = match dispersion.class {
+            Class::Aleatory => "aleatory",
+            Class::Epistemic => "epistemic",
+        };
+        row(dispersion.field, in_words(&dispersion.distribution, dispersion.unit), class, dispersion.source.as_ref())
+    });
+    let derived =
+        campaign.derived.iter().map(|derived| row(derived.field, format!("= {}", derived.text), "derived", None));
+    drawn.chain(derived).collect()
+}
+
+/// A distribution with its figures.
+fn in_words(distribution: &Distribution, unit: &str) -> String {
+    let show = |value: &f64| with_unit(*value, unit);
+    match distribution {
+        Distribution::Constant { value } => format!("always {}", show(value)),
+        Distribution::Normal { mean, sigma } => format!("normal, mean {}, sigma {}", show(mean), show(sigma)),
+        Distribution::Uniform { min, max } => format!("uniform, {} to {}", show(min), show(max)),
+        Distribution::TruncatedNormal { mean, sigma, min, max } => {
+            format!("normal, mean {}, sigma {}, cut at {} and {}", show(mean), show(sigma), show(min), show(max))
+        }
+        Distribution::LogUniform { min, max } => format!("log-uniform, {} to {}", show(min), show(max)),
+        Distribution::Table { values } => format!("one of {} measured values", values.len()),
+    }
+}
+
+fn configuration(campaign: &Campaign, summary: &Summary) -> Vec<Fact> {
+    let timing = &campaign.scenario.model.timing;
+    let devices = summary.completeness.devices.iter();
+    let devices: Vec<String> = devices.map(|made| format!("{} ({} shards)", made.device, made.shards)).collect();
+    let limit = f64::from(timing.max_ticks) * timing.tick();
+    let facts = [
+        ("scenario", format!("{}: {}", campaign.scenario.id, campaign.scenario.title)),
+        ("arm", format!("{} joints", campaign.scenario.joints.len())),
+        ("tick of the simulation computer", with_unit(timing.tick(), "s")),
+        ("substep of bodies and contact", with_unit(timing.substep, "s")),
+        ("time limit of a run", with_unit(limit, "s")),
+        ("delay of the frame itself, contained in the loop delay", with_unit(timing.own_delay(), "s")),
+        ("made on", devices.join("; ")),
+        ("blake3 of campaign, scenario and models", campaign.hash.clone()),
+    ];
+    facts.map(|(name, value)| Fact { name: name.to_owned(), value }).into()
+}
+
+/// From inside the folder, so that no path of the machine stands in the page.
+fn commands(folder: &Folder) -> Vec<String> {
+    let c = &folder.campaign;
+    vec![
+        format!("softdock run campaign/{} --runs {} --seed {} --out again", folder.file, c.runs, c.seed),
+        "softdock replay . 0".to_owned(),
+        "softdock report .".to_owned(),
+    ]
+}

@@ -1,0 +1,39 @@
+//! `softdock status`: how far a campaign is.
+
+use crate::args::{StatusArgs, default_results};
+use crate::folder::Folder;
+use crate::run::tell;
+use crate::words::{Exit, refuse, say, warn};
+use miette::IntoDiagnostic;
+use softdock_analysis::summarise;
+use std::path::Path;
+
+/// Says what is there and what it shows so far.
+pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
+    let folder = folder_of(&args.what, None)?;
+    let index = folder.shards()?;
+    if !index.foreign.is_empty() {
+        for (path, reason) in &index.foreign {
+            warn(format!("unusable: {} ({reason})", path.display()));
+        }
+        say(format!("{} of {} shards; `softdock run` resumes", index.complete.len(), index.plan.shards()));
+        return Ok(Exit::Incomplete);
+    }
+    let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
+    tell(&summary, args.json);
+    Ok(Exit::of(&summary))
+}
+
+/// The results folder itself, or that of a campaign file.
+pub(crate) fn folder_of(what: &Path, out: Option<&Path>) -> miette::Result<Folder> {
+    if what.is_dir() {
+        return Folder::open(what);
+    }
+    let campaign = softdock_campaign::load(what)?;
+    let path = out.map_or_else(|| default_results(&campaign.id), Path::to_owned);
+    if path.is_dir() {
+        return Folder::open(&path);
+    }
+    let message = format!("there is no results folder `{}`", path.display());
+    Err(refuse(message, format!("run the campaign first: softdock run {}", what.display())))
+}

@@ -1,0 +1,60 @@
+//! How the command ends, and how it speaks.
+
+use miette::{Report, miette};
+use softdock_analysis::Summary;
+use std::fmt::Display;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// How a command ended; the numbers are part of the interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Every requirement is verified; for commands without a verdict, all went well.
+    Done = 0,
+    /// Some requirement is not verified; for `replay`, the row differs.
+    NotVerified = 1,
+    /// The input is at fault.
+    BadInput = 2,
+    /// The campaign is incomplete.
+    Incomplete = 3,
+}
+
+impl Exit {
+    /// The end that a summary asks for.
+    pub(crate) fn of(summary: &Summary) -> Self {
+        match summary.exit_code {
+            0 => Self::Done,
+            1 => Self::NotVerified,
+            _ => Self::Incomplete,
+        }
+    }
+}
+
+/// Prints what went wrong, if anything did, and gives the exit code.
+pub(crate) fn leave(answer: miette::Result<Exit>) -> ExitCode {
+    let exit = answer.unwrap_or_else(|report| {
+        warn(format!("{report:?}"));
+        Exit::BadInput
+    });
+    ExitCode::from(exit as u8)
+}
+
+/// Writes the answer; a reader that has seen enough (`| head`) is no error.
+pub(crate) fn say(text: impl Display) {
+    let _ = writeln!(std::io::stdout(), "{}", text.to_string().trim_end());
+}
+
+/// Writes beside the answer.
+pub(crate) fn warn(text: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{}", text.to_string().trim_end());
+}
+
+/// An error with its remedy.
+pub(crate) fn refuse(message: impl Display, remedy: impl Display) -> Report {
+    miette!(help = remedy.to_string(), "{message}")
+}
+
+/// A value as readable JSON.
+pub(crate) fn json(value: &serde_json::Value) -> String {
+    serde_json::to_string_pretty(value).expect("a value has string keys")
+}
