@@ -21,9 +21,9 @@ pub fn guide<R: Real, const N: usize>(
 ) -> Actuation<R, N> {
     let (thrust, torque) = approach(m, p.closing_speed, &k.parts, touched);
     let joint = match m.guidance.arm {
-        ArmControl::JointPd { stiffness, damping } => std::array::from_fn(|i| {
-            -(R::lit(stiffness[i]).mul_add(arm.angle[i], R::lit(damping[i]) * arm.rate[i]))
-        }),
+        ArmControl::JointPd { stiffness, damping } => {
+            std::array::from_fn(|i| -(R::lit(stiffness[i]).mul_add(arm.angle[i], R::lit(damping[i]) * arm.rate[i])))
+        }
         ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
             let (spring, brake) = (R::lit(-bandwidth * bandwidth), R::lit(-2.0 * damping_ratio * bandwidth));
             let wanted = std::array::from_fn(|i| spring.mul_add(arm.angle[i], brake * arm.rate[i]));

@@ -42,7 +42,7 @@ pub struct Model {
     pub orbit_rate: f64,
     /// Rotation from LVLH axes to the contact frame.
     pub orbit_axes: crate::vector::Quat<f64>,
-    /// Constant acceleration of every body, a test field (a block on an incline) \[m/s^2\].
+    /// Constant acceleration of the chaser alone, a test field (a block that rests on part B's incline) \[m/s^2\].
     pub field: Vec3<f64>,
     /// The facility that closes the HIL loop.
     pub facility: Facility,

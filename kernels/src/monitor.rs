@@ -43,6 +43,7 @@ bundle! {
         capture_offset: R, "m", "radial offset at capture, -1 before";
         contact_work: R, "J", "work of the contact (latch excluded) on the parts";
         absorbed: R, "J", "largest energy that the contact has held";
+        push: Wrench<R>, "1", "contact wrench of the last substep (latch excluded), for the work of the next";
         port_energy: R, "J", "energy through the port on the simulated side";
         hardware_energy: R, "J", "energy through the port on the hardware side";
         done: R, "1", "1 once the loop has ended";
@@ -55,7 +56,13 @@ bundle! {
 #[inline(always)]
 pub fn no_touch<R: Real>() -> Touch<R> {
     let (zero, none) = (R::lit(0.0), Vec3::zero());
-    Touch { wrench: Wrench { force: none, moment: none }, force: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
+    Touch {
+        wrench: Wrench { force: none, moment: none },
+        force: zero,
+        depth: R::lit(-1.0e3),
+        normal: none,
+        lever: none,
+    }
 }
 
 /// Adds one point.
@@ -74,10 +81,7 @@ pub fn gather<R: Real>(sum: Touch<R>, c: PointContact<R>) -> Touch<R> {
 /// Contact and latch together.
 #[inline(always)]
 pub fn total_wrench<R: Real>(touch: Touch<R>, latch: LatchState<R>) -> Wrench<R> {
-    Wrench {
-        force: touch.wrench.force + latch.wrench.force,
-        moment: touch.wrench.moment + latch.wrench.moment,
-    }
+    Wrench { force: touch.wrench.force + latch.wrench.force, moment: touch.wrench.moment + latch.wrench.moment }
 }
 
 /// Power of a wrench on part A (and its opposite on part B) into the relative motion.
@@ -112,6 +116,7 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         capture_offset: never,
         contact_work: zero,
         absorbed: zero,
+        push: Wrench { force: none, moment: none },
         port_energy: zero,
         hardware_energy: zero,
         done: zero,
@@ -144,7 +149,12 @@ pub fn observe<R: Real>(
     let open = touched & again.lt(R::lit(0.5));
     let force = touch.wrench.force.norm();
     let total = total_wrench(touch, latch);
-    let work = port_power(parts, touch.wrench).mul_add(dt, s.contact_work);
+    // The parts came here with this substep's velocity under the mean of the last wrench and this one.
+    let half = |old: Vec3<R>, new: Vec3<R>| (old + new) * R::lit(0.5);
+    let mean =
+        Wrench { force: half(s.push.force, touch.wrench.force), moment: half(s.push.moment, touch.wrench.moment) };
+    let step_work = port_power(parts, mean) * dt;
+    let work = s.contact_work + step_work;
     let closes = zero.lt(latch.closed) & s.closed.le(zero);
     Watch {
         touch_time: R::select(first, time, s.touch_time),
@@ -167,7 +177,8 @@ pub fn observe<R: Real>(
         capture_offset: R::select(closes, latch.offset, s.capture_offset),
         contact_work: work,
         absorbed: s.absorbed.max(-work),
-        hardware_energy: port_power(parts, total).mul_add(dt, s.hardware_energy),
+        push: touch.wrench,
+        hardware_energy: port_power(parts, latch.wrench).mul_add(dt, s.hardware_energy + step_work),
         ..s
     }
 }

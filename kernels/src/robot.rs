@@ -92,12 +92,9 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
     let chord = q.position - p.position;
     let swing = u * v * (v - u);
     // p + u chord + corrections: tangents minus chord, weighted.
-    let position = p.position
-        + (p.velocity.scale_add(bend_p, q.velocity * bend_q) + chord * (u - swing));
-    let attitude = Quat {
-        w: p.attitude.w.mul_add(v, q.attitude.w * u),
-        v: p.attitude.v.scale_add(v, q.attitude.v * u),
-    };
+    let position = p.position + (p.velocity.scale_add(bend_p, q.velocity * bend_q) + chord * (u - swing));
+    let attitude =
+        Quat { w: p.attitude.w.mul_add(v, q.attitude.w * u), v: p.attitude.v.scale_add(v, q.attitude.v * u) };
     Motion {
         position,
         attitude: attitude.normalized(),
@@ -110,10 +107,8 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
 #[inline(always)]
 pub fn robots<R: Real>(m: &Plant, p: Params<R>, s: Robots<R>, told: Parts<R>) -> Robots<R> {
     let (rail_told, rail_rate_told, told_a) = rail_share(m, told.a);
-    let (motion1, limited1) =
-        follow(m, p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero, s.robot1.motion, told_a);
-    let (motion2, limited2) =
-        follow(m, p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero, s.robot2.motion, told.b);
+    let (motion1, limited1) = follow(m, p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero, s.robot1.motion, told_a);
+    let (motion2, limited2) = follow(m, p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero, s.robot2.motion, told.b);
     let mut robot1 = Axes { motion: motion1, ..s.robot1 };
     if m.facility.rail.is_some() {
         let dt = R::lit(m.timing.substep);
@@ -158,7 +153,8 @@ fn follow<R: Real>(m: &Plant, lag: R, damping: R, zero_time: R, at: Motion<R>, t
     let turn = error.v * R::select(error.w.lt(zero), -two, two);
     let free_velocity = accelerate(told.position - at.position, at.velocity, told.velocity);
     let free_omega = accelerate(turn, at.omega, told.omega);
-    let (velocity, omega) = (free_velocity.clamp(R::lit(m.facility.max_speed)), free_omega.clamp(R::lit(m.facility.max_rate)));
+    let (velocity, omega) =
+        (free_velocity.clamp(R::lit(m.facility.max_speed)), free_omega.clamp(R::lit(m.facility.max_rate)));
     let cut = (free_velocity - velocity).dot(free_velocity - velocity) + (free_omega - omega).dot(free_omega - omega);
     let lagging = Motion {
         position: velocity.scale_add(dt, at.position),

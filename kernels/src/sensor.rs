@@ -34,8 +34,7 @@ pub fn low_pass<R: Real>(m: &Plant, p: Params<R>, s: Sensor<R>, w: Wrench<R>) ->
     let dt = R::lit(m.timing.substep);
     let (gain, none) = (dt / (dt + p.sensor_lag), p.sensor_lag.le(R::lit(0.0)));
     let pass = |old: Vec3<R>, new: Vec3<R>| Vec3::select(none, new, (new - old).scale_add(gain, old));
-    let filtered =
-        Wrench { force: pass(s.filtered.force, w.force), moment: pass(s.filtered.moment, w.moment) };
+    let filtered = Wrench { force: pass(s.filtered.force, w.force), moment: pass(s.filtered.moment, w.moment) };
     Sensor { filtered, ..s }
 }
 
@@ -54,7 +53,8 @@ pub fn sample<R: Real>(m: &Plant, p: Params<R>, s: Sensor<R>, noise: Wrench<R>) 
         force: noise.force.scale_add(p.sensor_noise_force, force),
         moment: noise.moment.scale_add(p.sensor_noise_moment, moment),
     };
-    let cut = Wrench { force: noisy.force.clamp(p.sensor_range_force), moment: noisy.moment.clamp(p.sensor_range_moment) };
+    let cut =
+        Wrench { force: noisy.force.clamp(p.sensor_range_force), moment: noisy.moment.clamp(p.sensor_range_moment) };
     let over = (p.sensor_range_force.lt(largest(noisy.force))) | (p.sensor_range_moment.lt(largest(noisy.moment)));
     Sensor {
         output: Wrench {
@@ -74,10 +74,7 @@ fn crosstalk<R: Real>(m: &Plant, force: Vec3<R>, moment: Vec3<R>) -> Wrench<R> {
         let lit = |a: usize| Vec3::lit(crate::vector::vec3(c[a], c[a + 1], c[a + 2]));
         lit(0).dot(force) + lit(3).dot(moment)
     };
-    Wrench {
-        force: crate::vector::vec3(row(0), row(1), row(2)),
-        moment: crate::vector::vec3(row(3), row(4), row(5)),
-    }
+    Wrench { force: crate::vector::vec3(row(0), row(1), row(2)), moment: crate::vector::vec3(row(3), row(4), row(5)) }
 }
 
 #[inline(always)]

@@ -6,9 +6,9 @@
 //! rounding; the base twist is solved from them after the joint rates (semi-implicit Euler), and attitudes turn by
 //! a midpoint rule. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7 and 9.
 
+use crate::aba::joint_accelerations;
 use crate::bundle;
 use crate::math::sin_cos;
-use crate::aba::joint_accelerations;
 use crate::model::Link;
 use crate::params::Params;
 use crate::plant::Plant;
@@ -167,11 +167,7 @@ fn frames<R: Real, const N: usize>(m: &Plant, base: Quat<R>, angle: [R; N]) -> F
 #[inline(always)]
 fn about_z<R: Real>(q: Quat<R>, angle: R) -> Quat<R> {
     let (s, c) = sin_cos(angle * R::lit(0.5));
-    let v = vec3(
-        q.v.x.mul_add(c, q.v.y * s),
-        q.v.y.mul_add(c, -(q.v.x * s)),
-        q.v.z.mul_add(c, q.w * s),
-    );
+    let v = vec3(q.v.x.mul_add(c, q.v.y * s), q.v.y.mul_add(c, -(q.v.x * s)), q.v.z.mul_add(c, q.w * s));
     Quat { w: q.w.mul_add(c, -(q.v.z * s)), v }
 }
 
@@ -332,7 +328,7 @@ pub fn advance<R: Real, const N: usize>(
         rate[i] = acceleration[i].mul_add(dt, rate[i]);
     }
 
-    let field = gravity(m, s.chaser.com, s.chaser.momentum * (R::lit(1.0) / k.mass));
+    let field = gravity(m, s.chaser.com, s.chaser.momentum * (R::lit(1.0) / k.mass)) + Vec3::lit(m.field);
     let push = field.scale_add(k.mass, u.thrust);
     let moment = k.base_com.cross(u.thrust) + u.torque;
     let mut chaser = s.chaser;
@@ -361,7 +357,7 @@ pub fn advance<R: Real, const N: usize>(
     }
 }
 
-/// One substep of the target; also gives the test field's force on it.
+/// One substep of the target; also gives the force of gravity on it.
 #[inline(always)]
 fn advance_target<R: Real, const N: usize>(
     m: &Plant,
@@ -391,21 +387,16 @@ fn turn<R: Real>(omega: Vec3<R>, time: R) -> Quat<R> {
     Quat::from_rotation_vector(omega * time)
 }
 
-/// Test field and Clohessy-Wiltshire relative gravity at a centre of mass \[m/s^2\].
+/// Clohessy-Wiltshire relative gravity at a centre of mass \[m/s^2\].
 #[inline(always)]
 fn gravity<R: Real>(m: &Plant, position: Vec3<R>, velocity: Vec3<R>) -> Vec3<R> {
-    let field = Vec3::lit(m.field);
     if m.orbit_rate == 0.0 {
-        return field;
+        return Vec3::zero();
     }
     let (n, axes) = (m.orbit_rate, Quat::lit(m.orbit_axes));
     let (r, v) = (axes.rotate_back(position), axes.rotate_back(velocity));
-    let a = vec3(
-        r.x.mul_add(R::lit(3.0 * n * n), v.y * R::lit(2.0 * n)),
-        v.x * R::lit(-2.0 * n),
-        r.z * R::lit(-n * n),
-    );
-    field + axes.rotate(a)
+    let a = vec3(r.x.mul_add(R::lit(3.0 * n * n), v.y * R::lit(2.0 * n)), v.x * R::lit(-2.0 * n), r.z * R::lit(-n * n));
+    axes.rotate(a)
 }
 
 /// Closes a tick: the centres of mass take over their steps.
