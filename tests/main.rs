@@ -1,3 +1,4 @@
 //! The one test binary: each module proves one part of the house.
 
 mod bad_input;
+mod oracles;

@@ -1,0 +1,12 @@
+//! Physics against closed forms: the loop, its contact laws and its bodies.
+
+mod bench;
+mod bodies;
+mod bounce;
+mod control;
+mod docking;
+mod lanes;
+mod laws;
+mod nulls;
+mod rapier;
+mod stability;

@@ -1,0 +1,95 @@
+//! The effect table: at its null value an effect changes no bit, at its scale it changes the facility and never space.
+
+use super::bench::{closing, job, numbered};
+use super::lanes::six_joints;
+use softdock_engine::Engine;
+use softdock_engine::Job;
+use softdock_engine::cpu::CpuEngine;
+use softdock_kernels::effects::{EFFECTS, EffectParameter, Null};
+use softdock_kernels::fields::{fields, from_slice, to_vec};
+use softdock_kernels::frame::Finished;
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::model::{Model, Rail};
+use softdock_kernels::params::Params;
+use softdock_kernels::vector::vec3;
+
+/// An arm that touches a plane with friction on a facility where every effect has something to act on.
+fn model() -> Model {
+    let mut model = six_joints(2.5e-4, 0.4);
+    model.timing.substeps = 4;
+    model.timing.max_ticks = 400;
+    model.facility.rail = Some(Rail { axis: vec3(1.0, 0.0, 0.0), share: 0.4 });
+    model.facility.crosstalk = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 0.0 } else { 0.5 }));
+    model
+}
+
+fn plain() -> Params<f64> {
+    Params {
+        base_mass: 400.0,
+        target_mass: 300.0,
+        drift: vec3(0.0, 0.02, 0.01),
+        target_rate: vec3(0.0, 0.02, -0.01),
+        contact_friction: 0.2,
+        bristle_stiffness: 5e3,
+        ..closing(1.0, 0.06, 1e4, 30.0)
+    }
+}
+
+/// The parameters with some fields overwritten.
+fn with(base: Params<f64>, parameters: &[EffectParameter], value: impl Fn(&EffectParameter) -> f64) -> Params<f64> {
+    let names = fields::<f64, Params<f64>>();
+    let mut values = to_vec(&base);
+    for parameter in parameters {
+        let place = names.iter().position(|field| field.name == parameter.field);
+        values[place.unwrap_or_else(|| panic!("no parameter {}", parameter.field))] = value(parameter);
+    }
+    from_slice(&values)
+}
+
+fn made(job: &Job, params: &[Params<f64>]) -> Vec<Finished> {
+    CpuEngine::new().run(job, &numbered(params), &|_| true).expect("nobody stops the batch")
+}
+
+fn bits(metrics: &Metrics<f64>) -> Vec<u64> {
+    to_vec(metrics).iter().map(|v| v.to_bits()).collect()
+}
+
+#[test]
+fn an_effect_at_its_null_value_changes_no_bit() {
+    let own = model().timing.own_delay();
+    let null = |parameter: &EffectParameter| match parameter.null {
+        Null::Value(value) => value,
+        Null::OwnDelay => own,
+    };
+    let params: Vec<_> =
+        std::iter::once(plain()).chain(EFFECTS.iter().map(|effect| with(plain(), effect.parameters, null))).collect();
+    let quiet = made(&job(model(), &params), &params);
+    // Random numbers that are drawn but weigh nothing change nothing either.
+    let noisy = made(
+        &Job {
+            batch: softdock_kernels::frame::Batch { noisy: true, ..job(model(), &params).batch },
+            ..job(model(), &params)
+        },
+        &params,
+    );
+    assert!(quiet[0].space.touch_time > 0.0 && quiet[0].hil.touch_time > 0.0);
+    for (row, id) in quiet[1..].iter().zip(EFFECTS.iter().map(|effect| effect.id)) {
+        assert!(bits(&row.space) == bits(&quiet[0].space) && bits(&row.hil) == bits(&quiet[0].hil), "{id} at null");
+    }
+    for (row, silent) in noisy.iter().zip(&quiet) {
+        assert!(bits(&row.space) == bits(&silent.space), "space, run {}", row.run);
+        assert!(bits(&row.hil) == bits(&silent.hil), "facility, run {}\n{:?}\n{:?}", row.run, row.hil, silent.hil);
+    }
+}
+
+#[test]
+fn an_effect_at_its_scale_changes_the_facility_and_never_space() {
+    let params: Vec<_> = std::iter::once(plain())
+        .chain(EFFECTS.iter().map(|effect| with(plain(), effect.parameters, |parameter| parameter.scale)))
+        .collect();
+    let rows = made(&job(model(), &params), &params);
+    for (row, effect) in rows[1..].iter().zip(EFFECTS) {
+        assert!(bits(&row.space) == bits(&rows[0].space), "{} changes space", effect.id);
+        assert!(bits(&row.hil) != bits(&rows[0].hil), "{} does nothing", effect.id);
+    }
+}
