@@ -1,7 +1,7 @@
 //! `softdock check`: reads a campaign, draws its inputs, says what its runs can prove; runs nothing.
 
 use crate::args::CheckArgs;
-use crate::words::{Exit, json, say};
+use crate::words::{Exit, explain, json, say};
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
@@ -12,7 +12,7 @@ use softdock_kernels::fields::to_vec;
 
 /// Checks a campaign.
 pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
-    let campaign = softdock_campaign::load(&args.campaign)?;
+    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
     match args.json {
         true => say(json(&as_json(&campaign, args.runs))),
         false => say(as_text(&campaign, args.runs)),

@@ -3,7 +3,7 @@
 //! `campaign.json` says which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
 //! to another machine on its own.
 
-use crate::words::{json, refuse};
+use crate::words::{explain, json, refuse};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use softdock_analysis::{CampaignFacts, InvalidRuns};
@@ -59,7 +59,7 @@ impl Folder {
         let nothing = || refuse(format!("`{}` is no results folder", path.display()), remedy);
         let manifest = read_manifest(path)?.ok_or_else(nothing)?;
         let file = manifest["campaign"].as_str().ok_or_else(nothing)?.to_owned();
-        let mut campaign = softdock_campaign::load(&path.join("campaign").join(&file))?;
+        let mut campaign = softdock_campaign::load(&path.join("campaign").join(&file)).map_err(explain)?;
         campaign.seed = manifest["seed"].as_u64().ok_or_else(nothing)?;
         campaign.runs = manifest["runs"].as_u64().ok_or_else(nothing)?;
         let folder = Self { path: path.to_owned(), campaign, file };

@@ -5,7 +5,7 @@ use crate::farm::Farm;
 use crate::finish::finish;
 use crate::folder::Folder;
 use crate::progress::{Progress, listen, stopped};
-use crate::words::{Exit, json, refuse, say, warn};
+use crate::words::{Exit, explain, json, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Summary, summarise, verdict_text};
 use softdock_campaign::Campaign;
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
 
 /// The campaign with what the command line says otherwise.
 fn campaign(args: &RunArgs) -> miette::Result<Campaign> {
-    let mut campaign = softdock_campaign::load(&args.campaign)?;
+    let mut campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
     campaign.runs = args.runs.unwrap_or(campaign.runs);
     campaign.seed = args.seed.unwrap_or(campaign.seed);
     match campaign.outer_draws {

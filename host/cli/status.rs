@@ -3,7 +3,7 @@
 use crate::args::{StatusArgs, default_results};
 use crate::folder::Folder;
 use crate::run::tell;
-use crate::words::{Exit, refuse, say, warn};
+use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::summarise;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub(crate) fn folder_of(what: &Path, out: Option<&Path>) -> miette::Result<Folde
     if what.is_dir() {
         return Folder::open(what);
     }
-    let campaign = softdock_campaign::load(what)?;
+    let campaign = softdock_campaign::load(what).map_err(explain)?;
     let path = out.map_or_else(|| default_results(&campaign.id), Path::to_owned);
     if path.is_dir() {
         return Folder::open(&path);

@@ -2,6 +2,7 @@
 
 use miette::{Report, miette};
 use softdock_analysis::Summary;
+use softdock_campaign::Problems;
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
@@ -52,6 +53,14 @@ pub(crate) fn warn(text: impl Display) {
 /// An error with its remedy.
 pub(crate) fn refuse(message: impl Display, remedy: impl Display) -> Report {
     miette!(help = remedy.to_string(), "{message}")
+}
+
+/// All that is wrong with a campaign's files, each with its place; the last one ends the command.
+pub(crate) fn explain(problems: Problems) -> Report {
+    let mut reports: Vec<Report> = problems.into_iter().map(Report::new).collect();
+    let last = reports.pop().unwrap_or_else(|| miette!("the file cannot be used"));
+    reports.into_iter().for_each(|report| warn(format!("{report:?}")));
+    last
 }
 
 /// A value as readable JSON.

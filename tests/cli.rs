@@ -1,0 +1,231 @@
+//! The command from outside: exit codes, equal bytes, resume, parts, replay, answers for programs.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A folder of its own with the smoke campaign, cut into shards of eight runs.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
+        fs::create_dir_all(bench.path("c/scenarios")).expect("a folder");
+        fs::copy(shipped.join("scenarios/smoke.toml"), bench.path("c/scenarios/smoke.toml")).expect("the scenario");
+        let text = fs::read_to_string(shipped.join("smoke.toml")).expect("the smoke campaign");
+        assert!(text.contains("shard_runs = 32"));
+        fs::write(bench.path("c/smoke.toml"), text.replace("shard_runs = 32", "shard_runs = 8")).expect("a campaign");
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Rewrites a part of the campaign file.
+    fn edit(&self, old: &str, new: &str) {
+        let text = fs::read_to_string(self.path("c/smoke.toml")).expect("the campaign");
+        assert!(text.contains(old), "`{old}`");
+        fs::write(self.path("c/smoke.toml"), text.replace(old, new)).expect("the campaign");
+    }
+
+    fn command(&self, words: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+        command.current_dir(self.folder.path()).args(words.split(' ')).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs a command to its end.
+    fn softdock(&self, words: &str) -> Output {
+        self.command(words).output().expect("softdock starts")
+    }
+
+    /// Runs a command that must end with this exit code; returns what it said.
+    fn expect(&self, code: i32, words: &str) -> String {
+        let output = self.softdock(words);
+        let said = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(code), "softdock {words}\n{said}\n{}", text(&output.stderr));
+        said
+    }
+
+    /// Runs in the background; waits until the first shard is written.
+    fn until_first_shard(&self, words: &str, results: &str) -> Child {
+        let child = self.command(words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
+        let begin = Instant::now();
+        while !self.path(results).join("runs/shard=00000.parquet").is_file() {
+            assert!(begin.elapsed() < Duration::from_secs(120), "no shard after two minutes");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        child
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Every file of a results folder with its bytes; what a killed writer leaves is no file of the results.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            match path.extension() {
+                _ if path.is_dir() => open.push(path),
+                Some(extension) if extension == "tmp" => {}
+                _ => {
+                    let bytes = fs::read(&path).expect("a file");
+                    all.insert(path.strip_prefix(folder).expect("below it").to_owned(), bytes);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Asserts that two folders hold the same files with the same bytes.
+fn assert_same(one: &Path, two: &Path) {
+    let (one, two) = (files(one), files(two));
+    assert_eq!(one.keys().collect::<Vec<_>>(), two.keys().collect::<Vec<_>>());
+    let different: Vec<_> = one.iter().filter(|(name, bytes)| two[*name] != **bytes).map(|(name, _)| name).collect();
+    assert!(different.is_empty(), "{different:?}");
+}
+
+#[test]
+fn the_exit_code_tells_how_it_ended() {
+    let bench = Bench::new();
+    bench.expect(0, "run c/smoke.toml --backend cpu --out verified");
+    bench.expect(0, "status verified");
+    bench.expect(3, "run c/smoke.toml --backend cpu --out part --shard 2/3");
+    bench.expect(3, "status part");
+    bench.expect(2, "run c/smoke.toml --backend cpu --out verified --seed 2");
+    bench.expect(2, "run c/smoke.toml --backend cpu --runs 2");
+    bench.expect(2, "replay verified 64");
+    bench.expect(2, "status c");
+    bench.expect(2, "run");
+    bench.edit("at_most = \"400 N\"", "at_most = \"1 N\"");
+    bench.expect(1, "run c/smoke.toml --backend cpu --out failed --runs 16");
+    bench.expect(2, "run c/smoke.toml --backend cpu --out verified");
+}
+
+#[test]
+fn a_bad_file_says_where_and_leaves_nothing() {
+    let bench = Bench::new();
+    bench.edit("runs = 64", "runs = 0");
+    let before = files(bench.folder.path());
+    let output = bench.softdock("run c/smoke.toml --backend cpu");
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    for part in ["smoke.toml:7", "runs", "out of range", "help"] {
+        assert!(said.contains(part), "`{part}` in\n{said}");
+    }
+    assert_eq!(files(bench.folder.path()), before);
+}
+
+#[test]
+fn the_same_campaign_gives_the_same_bytes() {
+    let bench = Bench::new();
+    bench.expect(0, "run c/smoke.toml --backend cpu --out one");
+    let mut alone = bench.command("run c/smoke.toml --backend cpu --out two");
+    assert!(alone.env("RAYON_NUM_THREADS", "1").output().expect("softdock starts").status.success());
+    assert_same(&bench.path("one"), &bench.path("two"));
+    // Once more over what is there.
+    bench.expect(0, "run c/smoke.toml --backend cpu --out two");
+    bench.expect(0, "report two");
+    assert_same(&bench.path("one"), &bench.path("two"));
+}
+
+#[test]
+fn a_killed_campaign_resumes_to_the_files_of_an_undisturbed_one() {
+    let bench = Bench::new();
+    let words = "run c/smoke.toml --backend cpu --runs 256 --out";
+    let code = bench.softdock(&format!("{words} whole")).status.code();
+    let mut child = bench.until_first_shard(&format!("{words} killed"), "killed");
+    child.kill().expect("kill -9");
+    child.wait().expect("its end");
+    assert!(files(&bench.path("killed/runs")).len() < 32, "killed too late to prove anything");
+    // A damaged shard is made again too.
+    fs::write(bench.path("killed/runs/shard=00000.parquet"), "PAR1 not quite").expect("damage");
+    bench.expect(3, "status killed");
+    assert_eq!(bench.softdock(&format!("{words} killed")).status.code(), code);
+    assert_same(&bench.path("whole"), &bench.path("killed"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_in_order() {
+    let bench = Bench::new();
+    let child = bench.until_first_shard("run c/smoke.toml --backend cpu --runs 256 --out stopped", "stopped");
+    let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    assert!(interrupt.expect("a shell").success());
+    let output = child.wait_with_output().expect("its end");
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the same command resumes"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn parts_merge_to_the_whole() {
+    let bench = Bench::new();
+    bench.expect(0, "run c/smoke.toml --backend cpu --out whole");
+    bench.expect(3, "run c/smoke.toml --backend cpu --out one --shard 1/3");
+    bench.expect(3, "run c/smoke.toml --backend cpu --out two --shard 2/3");
+    bench.expect(3, "merge merged one two");
+    assert!(!bench.path("merged").exists(), "nothing is written while a part is missing");
+    bench.expect(3, "run c/smoke.toml --backend cpu --out three --shard 3/3");
+    bench.expect(0, "merge merged one two three");
+    assert_same(&bench.path("whole"), &bench.path("merged"));
+    // Parts that share a folder need no merge.
+    for part in ["1/2", "2/2"] {
+        bench.softdock(&format!("run c/smoke.toml --backend cpu --out shared --shard {part}"));
+    }
+    assert_same(&bench.path("whole"), &bench.path("shared"));
+    bench.softdock("run c/smoke.toml --backend cpu --out other --seed 9");
+    bench.expect(2, "merge mixed one other");
+}
+
+#[test]
+fn replay_gives_the_row_bit_for_bit() {
+    let bench = Bench::new();
+    bench.expect(0, "run c/smoke.toml --backend cpu --out first");
+    // The folder needs nothing but itself.
+    fs::remove_dir_all(bench.path("c")).expect("the campaign is gone");
+    fs::rename(bench.path("first"), bench.path("moved")).expect("the folder moves");
+    for run in [0, 17, 63] {
+        let said = bench.expect(0, &format!("replay moved {run} --out {run}.parquet"));
+        assert!(said.contains("equal, bit for bit"), "{said}");
+        assert!(fs::read(bench.path(&format!("{run}.parquet"))).expect("the trace").starts_with(b"PAR1"));
+    }
+}
+
+#[test]
+fn answers_for_programs_are_json() {
+    let bench = Bench::new();
+    let answer = |code: i32, words: &str| -> serde_json::Value {
+        serde_json::from_str(&bench.expect(code, words)).unwrap_or_else(|error| panic!("softdock {words}: {error}"))
+    };
+    assert_eq!(answer(0, "run c/smoke.toml --backend cpu --out r --json")["exit_code"], 0);
+    assert_eq!(answer(0, "status r --json")["completeness"]["runs_done"], 64);
+    assert_eq!(answer(0, "check c/smoke.toml --json")["requirements"][1]["id"], "SMOKE-020");
+    assert_eq!(answer(0, "plan --probability 99% --confidence 0.9 --json")["needed"][0]["runs"], 230);
+    for kind in ["campaign", "scenario"] {
+        assert!(answer(0, &format!("schema {kind}"))["properties"].is_object());
+    }
+}
+
+#[test]
+fn every_command_explains_itself_with_an_example() {
+    let bench = Bench::new();
+    for command in ["check", "plan", "run", "status", "merge", "report", "replay", "schema"] {
+        let said = bench.expect(0, &format!("{command} --help"));
+        assert!(said.contains("Example") && said.contains(&format!("softdock {command} ")), "{said}");
+    }
+    let said = bench.expect(0, "check c/smoke.toml --runs 100");
+    assert!(said.contains("loop_delay") && said.contains("SMOKE-010"), "{said}");
+    assert!(bench.expect(0, "devices").contains("cpu f64"));
+}

@@ -1,0 +1,105 @@
+//! The rules of the house: which crate may know which, how files begin, what names may not collide.
+
+use cargo_metadata::{DependencyKind, MetadataCommand};
+use softdock_kernels::fields::{Field, fields};
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::params::Params;
+use softdock_results::runs::RunsSchema;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What each crate of the house depends on, tests left out.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata = MetadataCommand::new().manifest_path(root().join("Cargo.toml")).no_deps().exec().expect("cargo");
+    let crates = metadata.packages.into_iter().map(|package| {
+        let used = package.dependencies.into_iter().filter(|dependency| dependency.kind != DependencyKind::Development);
+        (package.name.to_string(), used.map(|dependency| dependency.name).collect())
+    });
+    crates.collect()
+}
+
+#[test]
+fn arrows_between_crates_point_one_way() {
+    let house = dependencies();
+    let own = |name: &str| house[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect();
+    let allowed: [(&str, &[&str]); 4] = [
+        ("softdock-engine", &["softdock-kernels"]),
+        ("softdock-campaign", &["softdock-kernels"]),
+        ("softdock-results", &["softdock-kernels"]),
+        ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
+    ];
+    for (name, allowed) in allowed {
+        let known: Vec<&str> = own(name);
+        assert!(known.iter().all(|used| allowed.contains(used)), "{name} knows {known:?}");
+    }
+    assert!(house["softdock-kernels"].is_empty(), "the kernels depend on {:?}", house["softdock-kernels"]);
+    assert_eq!(house.len(), allowed.len() + 2, "a new crate needs its arrows here: {:?}", house.keys());
+}
+
+#[test]
+fn heavy_libraries_have_one_owner() {
+    for (library, owner) in
+        [("wgpu", "softdock-engine"), ("arrow", "softdock-results"), ("parquet", "softdock-results")]
+    {
+        for (name, used) in dependencies() {
+            let names = used.iter().any(|used| used.split('-').next() == Some(library));
+            assert_eq!(names, name == owner, "{library} in {name}");
+        }
+    }
+}
+
+/// All Rust files of the house.
+fn sources() -> Vec<PathBuf> {
+    let mut open: Vec<PathBuf> = ["kernels", "host", "tests"].map(|folder| root().join(folder)).into();
+    let mut files = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn every_source_file_says_what_it_is() {
+    let files = sources();
+    assert!(files.len() > 50, "{} files", files.len());
+    for file in files {
+        let text = fs::read_to_string(&file).expect("a text");
+        assert!(text.starts_with("//! "), "{} does not open with a sentence", file.display());
+    }
+}
+
+#[test]
+fn names_are_unique() {
+    let unique = |names: Vec<String>| {
+        let set: BTreeSet<&String> = names.iter().collect();
+        assert_eq!(set.len(), names.len(), "{names:?}");
+    };
+    let names = |fields: Vec<Field>| fields.into_iter().map(|field| field.name).collect();
+    unique(names(fields::<f64, Params<f64>>()));
+    unique(names(fields::<f64, Metrics<f64>>()));
+    unique(RunsSchema::new(Vec::new()).table(&[]).columns.into_iter().map(|column| column.name).collect());
+}
+
+#[test]
+fn the_map_in_the_readme_shows_what_is_there() {
+    let readme = fs::read_to_string(root().join("README.md")).expect("README.md");
+    let map = readme.split("## Map").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a map in a code block");
+    let paths: Vec<&str> =
+        map.lines().filter_map(|line| line.split_whitespace().next()).filter(|w| *w != "text").collect();
+    assert!(paths.len() > 10, "{paths:?}");
+    for path in paths {
+        assert!(root().join(path).exists(), "README.md names {path}");
+    }
+}

@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# Everything that must hold before a change is taken: format, lints, documentation, tests, and a campaign from file
+# to verdict that foreign readers can read. Installs on Debian what is missing; what cannot be had stops it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+target=${CARGO_TARGET_DIR:-target}
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+step() { printf '\n== %s\n' "$*"; }
+
+fail() {
+    printf 'tests/run.sh: %s\n' "$*" >&2
+    exit 1
+}
+
+# Installs Debian packages, as root or with sudo.
+install() {
+    command -v apt-get >/dev/null || fail "needs $* and there is no apt-get: install them by hand"
+    local root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || fail "needs $*: run 'apt-get install $*' as root"
+        root=(sudo)
+    fi
+    "${root[@]}" apt-get update -qq
+    "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+}
+
+has_vulkan_loader() { find /usr/lib /lib /usr/local/lib -name 'libvulkan.so.1' 2>/dev/null | grep -q .; }
+has_lavapipe() { find /usr/share/vulkan/icd.d /etc/vulkan/icd.d -name 'lvp_icd*.json' 2>/dev/null | grep -q .; }
+has_venv() { command -v python3 >/dev/null && python3 -c 'import ensurepip, venv' 2>/dev/null; }
+
+step "what the tests need"
+command -v cargo >/dev/null || fail "needs Rust: https://rustup.rs"
+missing=()
+command -v cc >/dev/null || missing+=(gcc libc6-dev)
+has_vulkan_loader || missing+=(libvulkan1)
+has_lavapipe || missing+=(mesa-vulkan-drivers)
+has_venv || missing+=(python3 python3-venv)
+if [ "${#missing[@]}" -gt 0 ]; then
+    echo "installing ${missing[*]}"
+    install "${missing[@]}"
+fi
+has_vulkan_loader && has_lavapipe || fail "no Vulkan loader or no lavapipe after installing them"
+
+python="$target/venv/bin/python3"
+if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null; then
+    python3 -m venv "$target/venv"
+    "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb
+fi
+"$python" -c 'import duckdb, pyarrow; print("duckdb", duckdb.__version__, " pyarrow", pyarrow.__version__)'
+
+# The software driver writes nothing outside the scratch folder.
+export MESA_SHADER_CACHE_DISABLE=true
+if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
+    export XDG_RUNTIME_DIR="$scratch/runtime"
+    mkdir -m 700 "$XDG_RUNTIME_DIR"
+fi
+
+step "format"
+cargo fmt --all --check
+
+step "lints"
+cargo clippy --release --workspace --all-targets -- -D warnings
+
+step "documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --quiet
+
+step "tests"
+cargo test --release --workspace
+
+step "a campaign, from its file to its verdict"
+"$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"
+
+step "the same results, read by others"
+"$python" tests/read_results.py "$scratch/smoke"
+
+printf '\nall is well\n'
