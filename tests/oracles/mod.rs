@@ -9,4 +9,5 @@ mod lanes;
 mod laws;
 mod nulls;
 mod rapier;
+mod shapes;
 mod stability;
