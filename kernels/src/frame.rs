@@ -177,7 +177,13 @@ fn choose<L: Lane, B: Bundle<L>>(mask: L::Mask, then: &B, other: &B) -> B {
 
 /// All contact points of a pair of parts, and the bristles they move.
 #[inline(always)]
-fn touch_points<L: Lane>(m: &Plant, pair: Pair<L>, parts: Parts<L>, bristles: &mut [Vec3<L>], live: L::Mask) -> Touch<L> {
+fn touch_points<L: Lane>(
+    m: &Plant,
+    pair: Pair<L>,
+    parts: Parts<L>,
+    bristles: &mut [Vec3<L>],
+    live: L::Mask,
+) -> Touch<L> {
     let mut sum = monitor::no_touch();
     for (point, bristle) in m.contact.points.iter().zip(bristles) {
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
@@ -387,7 +393,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let touch = touch_points(m, self.hil.pair, parts, &mut self.hil.bristles, live);
             let latch = latch(m, self.params, parts, seen.closed);
             seen = observe(m, seen, time, parts, simulated, touch, latch);
-            sensed = low_pass(m, self.params, sensed, crate::sensor::to_sensor(parts.a, monitor::total_wrench(touch, latch)));
+            sensed = low_pass(
+                m,
+                self.params,
+                sensed,
+                crate::sensor::to_sensor(parts.a, monitor::total_wrench(touch, latch)),
+            );
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
                 sensed = sample(m, self.params, sensed, self.sensor_noise());
             }
@@ -418,8 +429,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
         let at = |more: f64| {
-            let slots: Vec<usize> =
-                (0..L::WIDTH).map(|lane| (self.step + self.slots - (whole.lane(lane) + more) as usize) % self.slots).collect();
+            let slots: Vec<usize> = (0..L::WIDTH)
+                .map(|lane| (self.step + self.slots - (whole.lane(lane) + more) as usize) % self.slots)
+                .collect();
             self.wrenches.get::<L>(&slots)
         };
         let held = crate::sensor::blend(at(0.0), at(1.0), age - whole);
@@ -427,7 +439,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let half = L::lit(0.5 * m.timing.substep);
         let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
         let correction = (power(self.held) - power(held)) * half;
-        self.hil.watch.port_energy = L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
+        self.hil.watch.port_energy =
+            L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
         self.held = choose(live, &held, &self.held);
     }
 
@@ -453,13 +466,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Four uniforms of a channel for this tick, per lane.
     #[inline(always)]
     fn uniforms(&self, channel: u32) -> [L; 4] {
-        let mut words = [[0.0; 64]; 4];
-        for lane in 0..L::WIDTH {
+        let mut draws = [[0.0; 4]; 64];
+        for (lane, draw) in draws.iter_mut().enumerate().take(L::WIDTH) {
             let run = self.runs[lane].unwrap_or(0);
-            let u = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
-            (0..4).for_each(|i| words[i][lane] = u[i]);
+            *draw = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
         }
-        std::array::from_fn(|i| L::gather(|lane| words[i][lane]))
+        std::array::from_fn(|i| L::gather(|lane| draws[lane][i]))
     }
 
     /// Six normal deviates for a sample of the sensor.

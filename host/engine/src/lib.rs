@@ -43,10 +43,14 @@ pub struct RunInput {
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// There is nothing to run on.
-    #[error("no GPU adapter found{0}; use `--backend cpu`, or install a Vulkan driver (Mesa's lavapipe runs without a GPU)")]
+    #[error(
+        "no GPU adapter found{0}; use `--backend cpu`, or install a Vulkan driver (Mesa's lavapipe runs without a GPU)"
+    )]
     NoAdapter(String),
     /// The device went away or ran out of memory in mid-batch; nothing of the batch is kept.
-    #[error("the GPU was lost in mid-batch ({0}); finished shards are safe: run the same command again, or add `--backend cpu`")]
+    #[error(
+        "the GPU was lost in mid-batch ({0}); finished shards are safe: run the same command again, or add `--backend cpu`"
+    )]
     DeviceLost(String),
     /// The kernel did not build.
     #[error("the kernel does not compile for this device: {0}")]
