@@ -275,7 +275,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.commands.put::<L>((self.step + self.slots - age) % self.slots, &past, fresh);
             self.wrenches.put::<L>((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
-        let at = carry_on(m, told, -(self.transport(m) + L::lit(1.0)));
+        let at = carry_on(m, told, -(crate::robot::transport(m, self.params) + L::lit(1.0)));
         self.robots = choose(fresh, &crate::robot::robots_at(m, at), &self.robots);
         let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
         self.sensor = choose(fresh, &sensor, &self.sensor);
@@ -283,13 +283,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
         self.tick = L::select(fresh, zero, self.tick);
-    }
-
-    /// Command transport delay in ticks: the loop's dead time less the sensor's and the frame's own.
-    #[inline(always)]
-    fn transport(&self, m: &Plant) -> L {
-        let own = L::lit(m.timing.own_delay());
-        ((self.params.loop_delay - self.params.sensor_delay - own) * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0))
     }
 
     /// One tick of both loops: the facility catches up to now, then the simulation goes on from its answer.
@@ -371,7 +364,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     fn tick_facility(&mut self, m: &Plant, simulated: Parts<L>, now: L, jitter: L, live: L::Mask) {
         let substeps = f64::from(m.timing.substeps);
-        let delay = (self.transport(m) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
+        let delay = (crate::robot::transport(m, self.params) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let recalled = self.recall_commands(oldest);

@@ -26,7 +26,7 @@ bundle! {
     }
 }
 
-/// Flag bits of a run; a set bit in [`INVALID`] makes the run invalid, the others are findings.
+/// Flag bits of a run; a set bit in [`flags::INVALID`] makes the run invalid, the others are findings.
 pub mod flags {
     /// A non-finite number in the space loop.
     pub const SPACE_NON_FINITE: u32 = 1;

@@ -1,7 +1,7 @@
 //! The constants of one scenario: bodies, arm, parts, rates, controllers, facility, task; plain f64 in SI.
 //!
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
-//! What may vary from run to run is not here but in [`Params`](crate::params::Params).
+//! What may vary from run to run is not here but in [`Params`].
 
 use crate::params::Params;
 use crate::vector::{Pose, Sym3, Vec3};

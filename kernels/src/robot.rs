@@ -49,6 +49,13 @@ pub fn command<R: Real>(m: &Plant, parts: Parts<R>) -> Parts<R> {
     }
 }
 
+/// Command transport delay in ticks: the loop's dead time less the sensor's and the frame's own.
+#[inline(always)]
+pub fn transport<R: Real>(m: &Plant, p: Params<R>) -> R {
+    let own = R::lit(m.timing.own_delay());
+    ((p.loop_delay - p.sensor_delay - own) * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0))
+}
+
 /// A command carried on along its twist for `periods` command periods (backwards if negative).
 #[inline(always)]
 pub fn carry_on<R: Real>(m: &Plant, parts: Parts<R>, periods: R) -> Parts<R> {

@@ -28,7 +28,12 @@ pub struct Function {
 
 impl Struct {
     /// The declaration, one member a line with unit and meaning.
+    ///
+    /// A bare scalar needs none: it is an `f32`.
     pub fn declaration(&self) -> String {
+        if self.is_scalar() {
+            return String::new();
+        }
         let mut out = format!("struct {} {{\n", self.name);
         for field in &self.fields {
             let _ = writeln!(out, "    {}: f32, // [{}] {}", self.member(field), field.unit, field.meaning);
@@ -36,9 +41,19 @@ impl Struct {
         out + "}\n"
     }
 
-    /// A member's WGSL name; a bundle that is a bare scalar has one member, `value`.
+    /// A member's WGSL name.
     pub fn member<'a>(&self, field: &'a Field) -> &'a str {
-        if field.name.is_empty() { "value" } else { &field.name }
+        &field.name
+    }
+
+    /// Whether the bundle is a bare scalar.
+    pub fn is_scalar(&self) -> bool {
+        self.name == "f32"
+    }
+
+    /// Member `field` of the variable `owner`.
+    pub fn access(&self, owner: &str, field: &Field) -> String {
+        if self.is_scalar() { owner.to_owned() } else { format!("{owner}.{}", field.name) }
     }
 }
 
@@ -79,11 +94,8 @@ struct Printer<'a> {
 impl<'a> Printer<'a> {
     fn new(function: &'a Function) -> Self {
         let graph = &function.graph;
-        let inputs = function
-            .arguments
-            .iter()
-            .flat_map(|(name, s)| s.fields.iter().map(move |f| format!("{name}.{}", s.member(f))))
-            .collect();
+        let inputs =
+            function.arguments.iter().flat_map(|(name, s)| s.fields.iter().map(move |f| s.access(name, f))).collect();
         let live = graph.live();
         let mut uses = vec![0; graph.ops.len()];
         for (op, _) in graph.ops.iter().zip(&live).filter(|(_, live)| **live) {
@@ -121,6 +133,10 @@ impl<'a> Printer<'a> {
             if self.live[index] && !silent && !self.fused[index] {
                 let _ = writeln!(out, "    let t{index} = {};", self.expression(*op));
             }
+        }
+        if self.function.result.is_scalar() {
+            let _ = writeln!(out, "    return {};", self.name(graph.results[0]));
+            return;
         }
         let _ = writeln!(out, "    return {}(", self.function.result.name);
         for (node, field) in graph.results.iter().zip(&self.function.result.fields) {

@@ -23,7 +23,7 @@ pub struct Requirement {
     pub id: String,
     /// The requirement's text.
     pub text: String,
-    /// Field name of [`Metrics`](softdock_kernels::metrics::Metrics) (`peak_force`).
+    /// Field name of [`softdock_kernels::metrics::Metrics`] (`peak_force`).
     pub metric: String,
     /// Unit of the metric and its limit (SI).
     pub unit: &'static str,

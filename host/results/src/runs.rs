@@ -96,7 +96,7 @@ pub struct RunRow {
     pub agreement: Agreement,
     /// Flag bits ([`softdock_kernels::metrics::flags`]).
     pub flags: u32,
-    /// The applied parameters, in the order of the field table of [`Params`].
+    /// The applied parameters, in the order of the field table of `Params`.
     pub inputs: Vec<f64>,
     /// Effective mass along the contact normal at first touch, kg.
     pub effective_mass: Option<f64>,

@@ -1,0 +1,170 @@
+//! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
+
+use crate::fields::Field;
+use crate::noise::{LINK, SENSOR};
+use crate::plant::Plant;
+use crate::stages::{functions, structures};
+use crate::wgsl::{Function, Struct};
+use std::fmt::Write;
+
+/// The hand-written parts.
+const FRAME: &str = concat!(
+    include_str!("../wgsl/math.wgsl"),
+    "\n",
+    include_str!("../wgsl/philox.wgsl"),
+    "\n",
+    include_str!("../wgsl/frame.wgsl")
+);
+
+/// Private variables that live across slices, with their structs.
+const STATE: [(&str, &str); 8] = [
+    ("space", "Bodies"),
+    ("space_watch", "Watch"),
+    ("hil", "Bodies"),
+    ("hil_watch", "Watch"),
+    ("robot", "Robots"),
+    ("sensed", "Sensor"),
+    ("held", "Wrench"),
+    ("link", "Vec3"),
+];
+
+/// What a finished run leaves besides parameters and metrics, as `member of a variable`.
+const EXTRAS: [&str; 13] = [
+    "space_watch.unstable",
+    "space_watch.contact_work",
+    "space_watch.absorbed",
+    "hil_watch.unstable",
+    "sensed.saturated",
+    "robot.limited",
+    "link.y",
+    "space_watch.normal_x",
+    "space_watch.normal_y",
+    "space_watch.normal_z",
+    "space_watch.lever_x",
+    "space_watch.lever_y",
+    "space_watch.lever_z",
+];
+
+/// A scenario's kernel: its text and the sizes of its buffers, in numbers per lane.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    /// The WGSL module.
+    pub text: String,
+    /// Structs made from the field tables.
+    pub structs: Vec<Struct>,
+    /// Traced stage functions.
+    pub functions: Vec<Function>,
+    /// f32 per lane in the state buffer.
+    pub state: usize,
+    /// f32 per lane in the delay lines.
+    pub lines: usize,
+    /// f32 per lane in the outcome buffer.
+    pub outcome: usize,
+}
+
+/// The kernel of a plant.
+pub fn kernel(plant: &Plant) -> Kernel {
+    match plant.joints() {
+        0 => build::<0>(plant),
+        1 => build::<1>(plant),
+        2 => build::<2>(plant),
+        3 => build::<3>(plant),
+        4 => build::<4>(plant),
+        5 => build::<5>(plant),
+        6 => build::<6>(plant),
+        7 => build::<7>(plant),
+        more => unreachable!("the loader refuses {more} joints"),
+    }
+}
+
+fn build<const N: usize>(plant: &Plant) -> Kernel {
+    let structs = structures::<N>();
+    let functions = functions::<N>(plant);
+    let fields = |name: &str| -> &[Field] {
+        &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
+    };
+    let slots = crate::frame::line_slots(plant);
+    let mut text = constants(plant, slots);
+    structs.iter().for_each(|s| text.push_str(&s.declaration()));
+    text.push_str(FRAME);
+
+    let (load, state) =
+        access(STATE.iter().map(|(variable, name)| (*variable, fields(name))), Direction::Load("states"));
+    let (store, _) = access(STATE.iter().map(|(variable, name)| (*variable, fields(name))), Direction::Store("states"));
+    let (params, inputs) = access([("p", fields("Params"))].into_iter(), Direction::Load("inputs"));
+    let (mut outcome, mut size) = access(
+        [("p", fields("Params")), ("in_space", fields("Metrics")), ("on_facility", fields("Metrics"))].into_iter(),
+        Direction::Store("outcomes"),
+    );
+    for extra in EXTRAS {
+        let _ = writeln!(outcome, "    outcomes[{size}u * batch.lanes + lane] = {extra};");
+        size += 1;
+    }
+    let _ = write!(
+        text,
+        "\nfn load_params() {{\n{params}}}\n\nfn load_state() {{\n{load}}}\n\nfn store_state() {{\n{store}}}\n\n\
+         fn store_outcome(in_space: Metrics, on_facility: Metrics) {{\n{outcome}}}\n"
+    );
+    let (commands, wrenches) = (fields("Parts").len(), fields("Wrench").len());
+    text.push_str(&line("command", "Parts", fields("Parts"), 0));
+    text.push_str(&line("wrench", "Wrench", fields("Wrench"), slots * commands));
+    functions.iter().for_each(|f| {
+        text.push('\n');
+        text.push_str(&f.listing());
+    });
+    debug_assert_eq!(inputs, fields("Params").len());
+    let lines = slots * (commands + wrenches);
+    Kernel { text, functions, state, lines, outcome: size, structs }
+}
+
+/// The scenario's numbers that the frame needs.
+fn constants(plant: &Plant, slots: usize) -> String {
+    let t = &plant.timing;
+    format!(
+        "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\nconst POINTS = {}u;\n\
+         const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\n",
+        t.substep as f32,
+        t.substeps,
+        t.max_ticks,
+        plant.contact.points.len(),
+        plant.facility.sensor_substeps.min(t.substeps),
+        SENSOR[0],
+        SENSOR[1],
+    )
+}
+
+#[derive(Clone, Copy)]
+enum Direction {
+    Load(&'static str),
+    Store(&'static str),
+}
+
+/// One statement per scalar between variables and a buffer laid out field by field; and the number of scalars.
+fn access<'a>(variables: impl Iterator<Item = (&'a str, &'a [Field])>, direction: Direction) -> (String, usize) {
+    let (mut out, mut index) = (String::new(), 0);
+    for (variable, fields) in variables {
+        for field in fields {
+            let name = &field.name;
+            let _ = match direction {
+                Direction::Load(b) => writeln!(out, "    {variable}.{name} = {b}[{index}u * batch.lanes + lane];"),
+                Direction::Store(b) => writeln!(out, "    {b}[{index}u * batch.lanes + lane] = {variable}.{name};"),
+            };
+            index += 1;
+        }
+    }
+    (out, index)
+}
+
+/// Access functions of one delay line that begins `offset` numbers into a lane's share.
+fn line(name: &str, ty: &str, fields: &[Field], offset: usize) -> String {
+    let at = |index: usize| format!("lines[({offset}u + slot * {}u + {index}u) * batch.lanes + lane]", fields.len());
+    let mut out = format!("\nfn put_{name}(slot: u32, value: {ty}) {{\n");
+    for (index, field) in fields.iter().enumerate() {
+        let _ = writeln!(out, "    {} = value.{};", at(index), field.name);
+    }
+    let _ = write!(out, "}}\n\nfn get_{name}(slot: u32) -> {ty} {{\n    return {ty}(\n");
+    for index in 0..fields.len() {
+        let _ = writeln!(out, "        {},", at(index));
+    }
+    out + "    );\n}\n"
+}

@@ -1,0 +1,247 @@
+// The frame: ticks, substeps, contact points, delay lines and random numbers around the traced stage functions.
+// The twin of `frame.rs`, function for function; one run per invocation, its state in private variables for a slice.
+
+const IDLE = 0u;
+const FRESH = 1u;
+const RUNNING = 2u;
+const FINISHED = 3u;
+
+struct Batch {
+    lanes: u32,
+    ticks: u32,
+    key: vec2u,
+    noisy: u32,
+}
+
+struct Control {
+    run: vec2u,
+    status: u32,
+    tick: u32,
+}
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<storage, read_write> controls: array<Control>;
+@group(0) @binding(2) var<storage, read> inputs: array<f32>;
+@group(0) @binding(3) var<storage, read_write> states: array<f32>;
+@group(0) @binding(4) var<storage, read_write> lines: array<f32>;
+@group(0) @binding(5) var<storage, read_write> bristles: array<f32>;
+@group(0) @binding(6) var<storage, read_write> outcomes: array<f32>;
+@group(0) @binding(7) var<storage, read> points: array<vec4f>;
+
+var<private> lane: u32;
+var<private> run: vec2u;
+var<private> tick: u32;
+var<private> p: Params;
+var<private> space: Bodies;
+var<private> space_watch: Watch;
+var<private> hil: Bodies;
+var<private> hil_watch: Watch;
+var<private> robot: Robots;
+var<private> sensed: Sensor;
+var<private> held: Wrench;
+var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
+
+fn zero_wrench() -> Wrench {
+    return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+}
+
+// All contact points of a pair of parts, and the bristles they move; `side` 0 is space, 1 the facility.
+fn touch_points(pair: Pair, parts: Parts, side: u32) -> Touch {
+    var sum = no_touch();
+    for (var index = 0u; index < POINTS; index++) {
+        let at = ((side * POINTS + index) * 3u) * batch.lanes + lane;
+        let old = Vec3(bristles[at], bristles[at + batch.lanes], bristles[at + 2u * batch.lanes]);
+        let point = points[index];
+        let c = contact_point(pair, parts, Point(point.x, point.y, point.z, point.w), old);
+        bristles[at] = c.bristle_x;
+        bristles[at + batch.lanes] = c.bristle_y;
+        bristles[at + 2u * batch.lanes] = c.bristle_z;
+        sum = gather(sum, c);
+    }
+    return sum;
+}
+
+// The ideal twin: contact and space closed directly, every substep.
+fn tick_space(now: f32, last: f32) {
+    let masses = space_masses(p);
+    let pair = space_pair(p);
+    var u: Actuation;
+    for (var substep = 0u; substep < SUBSTEPS; substep++) {
+        let k = kinematics(masses, space);
+        let parts = parts_of(k);
+        if (substep == 0u) {
+            space_watch = finish(space_watch, now, parts, last);
+            if (space_watch.done > 0.0) {
+                return;
+            }
+            u = guide(p, masses, space, k, space_watch);
+        }
+        let touch = touch_points(pair, parts, 0u);
+        let hold = latch(p, parts, space_watch.closed);
+        space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
+        space = advance(masses, space, k, u, total_wrench(touch, hold));
+    }
+    space = settle(space);
+}
+
+// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
+fn tick_hil(now: f32, last: f32) {
+    let masses = hil_masses(p);
+    let k = kinematics(masses, hil);
+    let parts = parts_of(k);
+    hil_watch = finish(hil_watch, now, parts, last);
+    if (hil_watch.done > 0.0) {
+        return;
+    }
+    let jitter = send_command(parts);
+    tick_facility(parts, now, jitter);
+    receive_wrench(parts);
+    tick_simulation(masses, k);
+}
+
+// Sends the command of this tick, or loses it; gives the jitter of its packet [s].
+fn send_command(parts: Parts) -> f32 {
+    let sent = command(parts);
+    if (batch.noisy == 0u) {
+        put_command(tick % SLOTS, sent);
+        return 0.0;
+    }
+    let draws = uniforms(run, tick, LINK);
+    if (draws.z < p.drop_probability && tick > 0u) {
+        put_command(tick % SLOTS, substitute(get_command((tick + SLOTS - 1u) % SLOTS), link.x));
+        link = Vec3(link.x + 1.0, 1.0, 0.0);
+    } else {
+        put_command(tick % SLOTS, sent);
+        link.x = 0.0;
+    }
+    return normals(draws.x, draws.y).first * p.delay_jitter;
+}
+
+// Robots, contact and sensor over the tick that ends now.
+fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
+    let pair = hil_pair(p);
+    let delay = max(transport(p) + jitter * (1.0 / (SUBSTEP * f32(SUBSTEPS))), 0.0);
+    let oldest = max(floor(1.0 / f32(SUBSTEPS) - delay), 3.0 - f32(SLOTS));
+    for (var substep = 1u; substep <= SUBSTEPS; substep++) {
+        let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
+        let later = place >= 1.0 && oldest < 0.0;
+        let back = i32(1.0 - oldest) - i32(later);
+        let before = get_command((tick + SLOTS - u32(max(back, 0))) % SLOTS);
+        let after = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
+        robot = robots(p, robot, interpolate(before, after, select(place, place - 1.0, later)));
+        let parts = mounted_parts(robot);
+        let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
+        let touch = touch_points(pair, parts, 1u);
+        let hold = latch(p, parts, hil_watch.closed);
+        hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
+        sensed = low_pass(p, sensed, to_sensor(parts, total_wrench(touch, hold)));
+        if (substep % SENSOR_SUBSTEPS == 0u) {
+            sensed = sample(p, sensed, sensor_noise());
+        }
+    }
+}
+
+// The measured wrench as it arrives: delayed, between two samples.
+fn receive_wrench(parts: Parts) {
+    put_wrench(tick % SLOTS, output_of(sensed));
+    let age = p.sensor_delay * (1.0 / (SUBSTEP * f32(SUBSTEPS)));
+    let whole = floor(age);
+    let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
+    let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);
+    let next = blend(newer, older, age - whole);
+    let change = port_power(parts, feed_back(parts, held)) - port_power(parts, feed_back(parts, next));
+    hil_watch.port_energy += change * (0.5 * SUBSTEP);
+    held = next;
+}
+
+// The simulation computer's tick: guidance, then the bodies under the held wrench.
+fn tick_simulation(masses: Masses, first: Kinematics) {
+    let u = guide(p, masses, hil, first, hil_watch);
+    var k = first;
+    for (var substep = 0u; substep < SUBSTEPS; substep++) {
+        if (substep > 0u) {
+            k = kinematics(masses, hil);
+        }
+        let parts = parts_of(k);
+        let fed = feed_back(parts, held);
+        hil_watch.port_energy = fma(port_power(parts, fed), SUBSTEP, hil_watch.port_energy);
+        hil = advance(masses, hil, k, u, fed);
+    }
+    hil = settle(hil);
+}
+
+// Six normal deviates for a sample of the sensor.
+fn sensor_noise() -> Wrench {
+    if (batch.noisy == 0u) {
+        return zero_wrench();
+    }
+    let a = uniforms(run, tick, SENSOR_A);
+    let b = uniforms(run, tick, SENSOR_B);
+    let x = normals(a.x, a.y);
+    let y = normals(a.z, a.w);
+    let z = normals(b.x, b.y);
+    return Wrench(x.first, x.second, y.first, y.second, z.first, z.second);
+}
+
+// Starts a run: bodies at their dispersed poses, the lines full of the start carried backwards.
+fn reset() {
+    space = start(p, space_masses(p));
+    hil = start(p, hil_masses(p));
+    space_watch = new_watch();
+    hil_watch = new_watch();
+    for (var index = 0u; index < 6u * POINTS; index++) {
+        bristles[index * batch.lanes + lane] = 0.0;
+    }
+    let told = command(parts_of(kinematics(hil_masses(p), hil)));
+    for (var age = 1u; age < SLOTS; age++) {
+        put_command(SLOTS - age, carry_on(told, -f32(age)));
+        put_wrench(SLOTS - age, zero_wrench());
+    }
+    robot = robots_at(carry_on(told, -(transport(p) + 1.0)));
+    sensed = Sensor();
+    held = zero_wrench();
+    link = Vec3();
+    tick = 0u;
+}
+
+// A slice of one run per invocation.
+@compute @workgroup_size(64)
+fn slice(@builtin(global_invocation_id) id: vec3u) {
+    lane = id.x;
+    if (lane >= batch.lanes) {
+        return;
+    }
+    let control = controls[lane];
+    if (control.status != FRESH && control.status != RUNNING) {
+        return;
+    }
+    run = control.run;
+    tick = control.tick;
+    load_params();
+    if (control.status == FRESH) {
+        reset();
+    } else {
+        load_state();
+    }
+    var status = RUNNING;
+    for (var count = 0u; count < batch.ticks; count++) {
+        let now = f32(tick) * (SUBSTEP * f32(SUBSTEPS));
+        let last = select(0.0, 1.0, tick >= MAX_TICKS);
+        if (space_watch.done <= 0.0) {
+            tick_space(now, last);
+        }
+        if (hil_watch.done <= 0.0) {
+            tick_hil(now, last);
+        }
+        tick++;
+        if (space_watch.done > 0.0 && hil_watch.done > 0.0) {
+            status = FINISHED;
+            break;
+        }
+    }
+    store_state();
+    if (status == FINISHED) {
+        store_outcome(metrics(space_watch, space, 0.0), metrics(hil_watch, hil, 1.0));
+    }
+    controls[lane] = Control(run, status, tick);
+}
