@@ -2,5 +2,7 @@
 
 mod bad_input;
 mod cli;
+mod gpu;
 mod house;
+mod kernel;
 mod oracles;

@@ -42,8 +42,18 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Print the JSON Schema of campaign or scenario files, for editors.
     Schema(SchemaArgs),
+    /// Print the GPU kernel that a scenario becomes.
+    Kernel(KernelArgs),
     /// List what runs can be made on.
     Devices,
+}
+
+/// Arguments of `kernel`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock kernel campaigns/scenarios/smoke.toml")]
+pub(crate) struct KernelArgs {
+    /// Scenario file.
+    pub(crate) scenario: PathBuf,
 }
 
 /// Arguments of `check`.

@@ -6,6 +6,7 @@ mod devices;
 mod farm;
 mod finish;
 mod folder;
+mod kernel;
 mod merge;
 mod page;
 mod parity;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),
+        Command::Kernel(args) => kernel::kernel_listing(&args),
         Command::Devices => devices::devices(),
     };
     words::leave(answer)

@@ -1,0 +1,126 @@
+//! The tracer and the emitted WGSL: field tables against reflection, random expressions against their trace.
+
+use proptest::prelude::*;
+use softdock_kernels::kernel::kernel;
+use softdock_kernels::lanes::{Lane, plain};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::real::Real;
+use softdock_kernels::trace::{Graph, Op, Sym, trace};
+use std::path::Path;
+
+fn shipped(scenario: &str) -> Plant {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/scenarios").join(scenario);
+    Plant::new(softdock_campaign::load_scenario(&path).expect("a shipped scenario loads").model)
+}
+
+#[test]
+fn the_emitted_structs_are_the_field_tables() {
+    for scenario in ["smoke.toml", "plate_impact.toml", "probe_drogue.toml"] {
+        let kernel = kernel(&shipped(scenario));
+        let module = naga::front::wgsl::parse_str(&kernel.text).expect("the kernel is WGSL");
+        for table in &kernel.structs {
+            let (_, ty) = module
+                .types
+                .iter()
+                .find(|(_, ty)| ty.name.as_deref() == Some(table.name.as_str()))
+                .unwrap_or_else(|| panic!("{scenario}: struct {} is not in the module", table.name));
+            let naga::TypeInner::Struct { members, .. } = &ty.inner else { panic!("{} is no struct", table.name) };
+            assert_eq!(members.len(), table.fields.len(), "{}", table.name);
+            for (index, (member, field)) in members.iter().zip(&table.fields).enumerate() {
+                assert_eq!(member.name.as_deref(), Some(field.name.as_str()), "{}", table.name);
+                assert_eq!(member.offset as usize, 4 * index, "{}.{}", table.name, field.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stage_is_short_enough_to_read_and_to_compile() {
+    let kernel = kernel(&shipped("probe_drogue.toml"));
+    for function in &kernel.functions {
+        assert!(function.operations() <= 5000, "{}: {} operations", function.name, function.operations());
+    }
+}
+
+/// One step of a random program: an operation on earlier values.
+type Step = (u8, usize, usize, usize);
+
+/// Runs a random program on any scalar.
+fn program<R: Real>(steps: &[Step], inputs: [R; 3]) -> R {
+    let mut pool = vec![inputs[0], inputs[1], inputs[2], R::lit(0.0), R::lit(1.0), R::lit(-1.0), R::lit(0.37)];
+    for &(operation, a, b, c) in steps {
+        let pick = |i: usize| pool[i % pool.len()];
+        let (a, b, c) = (pick(a), pick(b), pick(c));
+        pool.push(match operation % 11 {
+            0 => a + b,
+            1 => a - b,
+            2 => a * b,
+            3 => a / (b * b + R::lit(1.0)),
+            4 => -a,
+            5 => a.mul_add(b, c),
+            6 => a.abs().sqrt(),
+            7 => a.min(b),
+            8 => a.max(b),
+            9 => R::select(a.lt(b) & !b.le(c), a, c),
+            _ => a.floor(),
+        });
+    }
+    pool[pool.len() - 1]
+}
+
+/// Carries out a trace.
+fn interpret(graph: &Graph, inputs: &[f64]) -> f64 {
+    let mut values = vec![0.0_f64; graph.ops.len()];
+    for index in 0..graph.ops.len() {
+        let v = |node: u32| values[node as usize];
+        let truth = |value: bool| f64::from(u8::from(value));
+        values[index] = match graph.ops[index] {
+            Op::Input(i) => inputs[i as usize],
+            Op::Const(bits) => f64::from_bits(bits),
+            Op::Add(a, b) => v(a) + v(b),
+            Op::Sub(a, b) => v(a) - v(b),
+            Op::Mul(a, b) => v(a) * v(b),
+            Op::Div(a, b) => v(a) / v(b),
+            Op::Neg(a) => -v(a),
+            Op::Fma(a, b, c) => v(a).mul_add(v(b), v(c)),
+            Op::Sqrt(a) => v(a).sqrt(),
+            Op::Abs(a) => v(a).abs(),
+            Op::Floor(a) => v(a).floor(),
+            Op::Min(a, b) => Real::min(v(a), v(b)),
+            Op::Max(a, b) => Real::max(v(a), v(b)),
+            Op::Mantissa(a) => v(a).frexp().0,
+            Op::Exponent(a) => v(a).frexp().1,
+            Op::Exp2(a) => v(a).exp2_whole(),
+            Op::Known(value) => truth(value),
+            Op::Less(a, b) => truth(v(a) < v(b)),
+            Op::LessEqual(a, b) => truth(v(a) <= v(b)),
+            Op::And(a, b) => v(a) * v(b),
+            Op::Or(a, b) => v(a).max(v(b)),
+            Op::Not(a) => 1.0 - v(a),
+            Op::Select(mask, then, other) => {
+                if v(mask) > 0.5 {
+                    v(then)
+                } else {
+                    v(other)
+                }
+            }
+        };
+    }
+    values[graph.results[0] as usize]
+}
+
+proptest! {
+    #[test]
+    fn random_programs_give_the_same_as_f64_lanes_and_trace(
+        steps in prop::collection::vec((any::<u8>(), any::<usize>(), any::<usize>(), any::<usize>()), 1..40),
+        x in -3.0..3.0_f64, y in -3.0..3.0_f64, z in -3.0..3.0_f64,
+    ) {
+        let scalar = program(&steps, [x, y, z]);
+        prop_assume!(scalar.is_finite() && scalar.abs() < 1e30);
+        let lanes = program(&steps, [x, y, z].map(|value| plain::Lanes::gather(|_| value)));
+        (0..plain::Lanes::WIDTH).for_each(|lane| assert_eq!(lanes.lane(lane).to_bits(), scalar.to_bits()));
+        let graph = trace(3, |inputs: &[Sym]| vec![program(&steps, [inputs[0], inputs[1], inputs[2]])]);
+        // Folding changes signs of zeros and no other bit (-0 + 0 and 0 * -x).
+        prop_assert_eq!(interpret(&graph, &[x, y, z]), scalar);
+    }
+}
