@@ -6,6 +6,14 @@
 use crate::real::Real;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+/// A stage call that waits to be carried out; its method is always inlined.
+pub trait Stage {
+    /// What the stage gives.
+    type Output;
+    /// Carries the stage out.
+    fn run(self) -> Self::Output;
+}
+
 /// A scalar made of `WIDTH` independent lanes; f64 itself has one.
 pub trait Lane: Real + Send + Sync {
     /// Number of lanes.
@@ -18,7 +26,7 @@ pub trait Lane: Real + Send + Sync {
     fn holds(mask: Self::Mask, index: usize) -> bool;
     /// Runs a stage as a function of its own, compiled for this type's instruction set: one frame that contains
     /// every stage would take the compiler minutes and overflow the instruction cache.
-    fn stage<T>(stage: impl FnOnce() -> T) -> T;
+    fn stage<S: Stage>(stage: S) -> S::Output;
 }
 
 impl Lane for f64 {
@@ -36,20 +44,20 @@ impl Lane for f64 {
         mask
     }
     #[inline(always)]
-    fn stage<T>(stage: impl FnOnce() -> T) -> T {
+    fn stage<S: Stage>(stage: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,fma")]
             #[inline(never)]
-            fn fused<T>(stage: impl FnOnce() -> T) -> T {
-                stage()
+            fn fused<S: Stage>(stage: S) -> S::Output {
+                stage.run()
             }
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 // SAFETY: checked just above.
                 return unsafe { fused(stage) };
             }
         }
-        stage()
+        stage.run()
     }
 }
 
@@ -57,11 +65,11 @@ impl Lane for f64 {
 macro_rules! stage_with {
     ($features:literal) => {
         #[inline(always)]
-        fn stage<T>(stage: impl FnOnce() -> T) -> T {
+        fn stage<S: Stage>(stage: S) -> S::Output {
             #[target_feature(enable = $features)]
             #[inline(never)]
-            fn compiled<T>(stage: impl FnOnce() -> T) -> T {
-                stage()
+            fn compiled<S: Stage>(stage: S) -> S::Output {
+                stage.run()
             }
             // SAFETY: lanes of this type exist only inside entry points that have checked the instruction set.
             unsafe { compiled(stage) }
@@ -69,8 +77,8 @@ macro_rules! stage_with {
     };
     () => {
         #[inline(always)]
-        fn stage<T>(stage: impl FnOnce() -> T) -> T {
-            stage()
+        fn stage<S: Stage>(stage: S) -> S::Output {
+            stage.run()
         }
     };
 }

@@ -1,7 +1,7 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
 use crate::contact::{LatchState, Pair, Point, PointContact};
-use crate::lanes::Lane;
+use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
@@ -11,16 +11,35 @@ use crate::robot::{Reference, Robots};
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::vector::{Quat, Vec3};
+use std::marker::PhantomData;
 
-/// Wraps stage functions of the same name.
+/// Wraps stage functions of the same name; `m` is the plant, for those that read it.
+///
+/// A stage call is a struct with an always-inlined method, not a closure: the compiler need not inline a closure into
+/// the function that carries the instruction set, and what is left outside has no vectors.
 macro_rules! staged {
-    ($($(#[$doc:meta])* $module:ident::$name:ident $(<$n:ident>)? ($($argument:ident: $ty:ty),*) -> $result:ty;)*) => {
+    ($(
+        $(#[$doc:meta])*
+        $module:ident::$name:ident $(<$n:ident>)? ($($m:ident)?; $($argument:ident: $ty:ty),*) -> $result:ty;
+    )*) => {
         $(
             $(#[$doc])*
             #[inline(always)]
             #[allow(clippy::too_many_arguments, reason = "a stage names all that it reads")]
-            pub fn $name<L: Lane $(, const $n: usize)?>($($argument: $ty),*) -> $result {
-                L::stage(|| crate::$module::$name($($argument),*))
+            pub fn $name<L: Lane $(, const $n: usize)?>($($m: &Plant,)? $($argument: $ty),*) -> $result {
+                struct Call<'a, L: Lane $(, const $n: usize)?> {
+                    $($m: &'a Plant,)?
+                    $($argument: $ty,)*
+                    lifetime: PhantomData<&'a L>,
+                }
+                impl<L: Lane $(, const $n: usize)?> Stage for Call<'_, L $(, $n)?> {
+                    type Output = $result;
+                    #[inline(always)]
+                    fn run(self) -> $result {
+                        crate::$module::$name($(self.$m,)? $(self.$argument),*)
+                    }
+                }
+                L::stage(Call { $($m,)? $($argument,)* lifetime: PhantomData })
             }
         )*
     };
@@ -28,41 +47,41 @@ macro_rules! staged {
 
 staged! {
     /// [`crate::start::start`]
-    start::start<N>(m: &Plant, p: Params<L>, masses: Masses<L>) -> Bodies<L, N>;
+    start::start<N>(m; p: Params<L>, masses: Masses<L>) -> Bodies<L, N>;
     /// [`crate::space::kinematics`]
-    space::kinematics<N>(m: &Plant, masses: Masses<L>, s: Bodies<L, N>) -> Kinematics<L, N>;
+    space::kinematics<N>(m; masses: Masses<L>, s: Bodies<L, N>) -> Kinematics<L, N>;
     /// [`crate::space::advance`]
-    space::advance<N>(m: &Plant, masses: Masses<L>, s: Bodies<L, N>, k: Kinematics<L, N>, u: Actuation<L, N>, w: Wrench<L>) -> Bodies<L, N>;
+    space::advance<N>(m; masses: Masses<L>, s: Bodies<L, N>, k: Kinematics<L, N>, u: Actuation<L, N>, w: Wrench<L>) -> Bodies<L, N>;
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m: &Plant, p: Params<L>, masses: Masses<L>, arm: Arm<L, N>, base: Quat<L>, k: Kinematics<L, N>, touched: L) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: Params<L>, masses: Masses<L>, arm: Arm<L, N>, base: Quat<L>, k: Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
-    contact::contact_point(m: &Plant, pair: Pair<L>, parts: Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
+    contact::contact_point(m; pair: Pair<L>, parts: Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
-    contact::latch(m: &Plant, p: Params<L>, parts: Parts<L>, closed: L) -> LatchState<L>;
+    contact::latch(m; p: Params<L>, parts: Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
-    robot::command(m: &Plant, parts: Parts<L>) -> Parts<L>;
+    robot::command(m; parts: Parts<L>) -> Parts<L>;
     /// [`crate::robot::carry_on`]
-    robot::carry_on(m: &Plant, parts: Parts<L>, periods: L) -> Parts<L>;
+    robot::carry_on(m; parts: Parts<L>, periods: L) -> Parts<L>;
     /// [`crate::robot::substitute`]
-    robot::substitute(m: &Plant, last: Parts<L>, lost_before: L) -> Parts<L>;
+    robot::substitute(m; last: Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
-    robot::interpolate(m: &Plant, r: Reference<L>) -> Parts<L>;
+    robot::interpolate(m; r: Reference<L>) -> Parts<L>;
     /// [`crate::robot::robots`]
-    robot::robots(m: &Plant, p: Params<L>, s: Robots<L>, told: Parts<L>) -> Robots<L>;
+    robot::robots(m; p: Params<L>, s: Robots<L>, told: Parts<L>) -> Robots<L>;
     /// [`crate::sensor::feed_back`]
-    sensor::feed_back(a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
+    sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::low_pass`]
-    sensor::low_pass(m: &Plant, p: Params<L>, s: Sensor<L>, w: Wrench<L>) -> Sensor<L>;
+    sensor::low_pass(m; p: Params<L>, s: Sensor<L>, w: Wrench<L>) -> Sensor<L>;
     /// [`crate::sensor::sample`]
-    sensor::sample(m: &Plant, p: Params<L>, s: Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
+    sensor::sample(m; p: Params<L>, s: Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
     /// [`crate::noise::normals`]
-    noise::normals(u: L, v: L) -> Normals<L>;
+    noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::gather`]
-    monitor::gather(sum: Touch<L>, c: PointContact<L>) -> Touch<L>;
+    monitor::gather(; sum: Touch<L>, c: PointContact<L>) -> Touch<L>;
     /// [`crate::monitor::observe`]
-    monitor::observe(m: &Plant, s: Watch<L>, time: L, parts: Parts<L>, simulated: Parts<L>, touch: Touch<L>, latch: LatchState<L>) -> Watch<L>;
+    monitor::observe(m; s: Watch<L>, time: L, parts: Parts<L>, simulated: Parts<L>, touch: Touch<L>, latch: LatchState<L>) -> Watch<L>;
     /// [`crate::monitor::finish`]
-    monitor::finish(m: &Plant, s: Watch<L>, time: L, simulated: Parts<L>, last: L) -> Watch<L>;
+    monitor::finish(m; s: Watch<L>, time: L, simulated: Parts<L>, last: L) -> Watch<L>;
     /// [`crate::monitor::metrics`]
-    monitor::metrics<N>(m: &Plant, s: Watch<L>, bodies: Bodies<L, N>, created: L) -> Metrics<L>;
+    monitor::metrics<N>(m; s: Watch<L>, bodies: Bodies<L, N>, created: L) -> Metrics<L>;
 }
