@@ -6,8 +6,8 @@ use softdock_campaign::requirement::Requirement;
 use softdock_engine::effective_mass::effective_mass;
 use softdock_engine::{Job, is_noisy};
 use softdock_kernels::fields::to_vec;
-use softdock_kernels::frame::Finished;
 use softdock_kernels::metrics::{Metrics, flags};
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::plant::Plant;
 use softdock_results::runs::{Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status};
 

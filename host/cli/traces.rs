@@ -9,7 +9,7 @@ use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Keep;
 use softdock_engine::{RunInput, cpu};
 use softdock_kernels::fields::from_slice;
-use softdock_kernels::frame::{Finished, Signals};
+use softdock_kernels::outcome::{Finished, Signals};
 use softdock_results::runs::{RunRow, Status};
 use softdock_results::shards::Provenance;
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};

@@ -4,11 +4,13 @@
 //! what a lane computes depends on its own run alone.
 
 use crate::contact::{Pair, Point, hil_pair, space_pair};
-use crate::fields::{Bundle, fields};
+use crate::delay_line::{Line, line_slots};
+use crate::fields::Bundle;
 use crate::lanes::Lane;
-use crate::metrics::{Metrics, flags};
+use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
+use crate::outcome::{Finished, RunEnd, Signals, run_flags};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::{Reference, Robots};
@@ -20,14 +22,6 @@ use crate::staged::{
 };
 use crate::vector::Vec3;
 
-/// The longest dead time that the delay lines hold \[s\].
-pub const LINE_SPAN: f64 = 0.128;
-
-/// Slots of a delay line: the span in ticks, and what interpolation and the newest entry need.
-pub fn line_slots(plant: &Plant) -> usize {
-    (LINE_SPAN / plant.timing.tick()).ceil() as usize + 4
-}
-
 /// What a batch has in common besides the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batch {
@@ -35,54 +29,6 @@ pub struct Batch {
     pub key: [u32; 2],
     /// Whether any run has noise, jitter or drops; if not, no random numbers are made in the loop.
     pub noisy: bool,
-}
-
-/// A ring of bundles, one value per lane, that each lane may read at its own age.
-struct Line<B> {
-    values: Vec<f64>,
-    width: usize,
-    bundle: std::marker::PhantomData<B>,
-}
-
-impl<B> Line<B> {
-    fn new<L: Lane>(slots: usize) -> Self
-    where
-        B: Bundle<L>,
-    {
-        let width = fields::<L, B>().len();
-        Self { values: vec![0.0; slots * width * L::WIDTH], width, bundle: std::marker::PhantomData }
-    }
-
-    /// Writes slot `slot` where the mask holds.
-    #[inline(always)]
-    fn put<L: Lane>(&mut self, slot: usize, value: &B, mask: L::Mask)
-    where
-        B: Bundle<L>,
-    {
-        let mut index = slot * self.width * L::WIDTH;
-        value.write(&mut |scalar: L| {
-            for lane in 0..L::WIDTH {
-                if L::holds(mask, lane) {
-                    self.values[index + lane] = scalar.lane(lane);
-                }
-            }
-            index += L::WIDTH;
-        });
-    }
-
-    /// Reads each lane's own slot.
-    #[inline(always)]
-    fn get<L: Lane>(&self, slot: &[usize]) -> B
-    where
-        B: Bundle<L>,
-    {
-        let mut field = 0;
-        B::read(&mut || {
-            let value = L::gather(|lane| self.values[(slot[lane] * self.width + field) * L::WIDTH + lane]);
-            field += 1;
-            value
-        })
-    }
 }
 
 /// One loop of the pair: bodies, what they are taken to weigh, what touches, what was seen.
@@ -112,36 +58,6 @@ pub struct Tile<L: Lane, const N: usize> {
     dropped: L,
     commands: Line<Parts<L>>,
     wrenches: Line<Wrench<L>>,
-}
-
-/// What a finished run leaves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finished {
-    /// The run's number.
-    pub run: u64,
-    /// Parameters as they were applied.
-    pub params: Params<f64>,
-    /// Metrics of the loop in space.
-    pub space: Metrics<f64>,
-    /// Metrics of the loop on the facility.
-    pub hil: Metrics<f64>,
-    /// Flag bits ([`flags`]).
-    pub flags: u32,
-    /// Normal of the first touch in space (inertial axes) and its point from part A's origin; zero without a touch.
-    pub touch: [Vec3<f64>; 2],
-}
-
-/// The signals of a trace, at the end of each tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Signals {
-    /// Time \[s\].
-    pub time: f64,
-    /// Simulated parts in space and on the facility.
-    pub parts: [Parts<f64>; 2],
-    /// Contact wrench in space, on the hardware, and as fed back (part A's origin, inertial axes; the last in part A's axes).
-    pub wrench: [Wrench<f64>; 3],
-    /// Latch closed, space and facility.
-    pub closed: [f64; 2],
 }
 
 #[inline(always)]
@@ -352,7 +268,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         let draws = self.uniforms(LINK);
         let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
-        let before = self.commands.get::<L>(&vec![(self.step + self.slots - 1) % self.slots; L::WIDTH]);
+        let before = self.commands.recall::<L>(self.step, |_| 1);
         let command = choose(lost, &substitute(m, before, self.lost), &sent);
         self.commands.put::<L>(self.step, &command, live);
         self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
@@ -405,13 +321,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     fn recall_commands(&self, oldest: L) -> [Parts<L>; 3] {
         std::array::from_fn(|offset| {
-            let slots: Vec<usize> = (0..L::WIDTH)
-                .map(|lane| {
-                    let back = (1.0 - oldest.lane(lane) - offset as f64).max(0.0) as usize;
-                    (self.step + self.slots - back) % self.slots
-                })
-                .collect();
-            self.commands.get::<L>(&slots)
+            let back = |lane| (1.0 - oldest.lane(lane) - offset as f64).max(0.0) as usize;
+            self.commands.recall::<L>(self.step, back)
         })
     }
 
@@ -421,13 +332,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.wrenches.put::<L>(self.step, &self.sensor.output, live);
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
-        let at = |more: f64| {
-            let slots: Vec<usize> = (0..L::WIDTH)
-                .map(|lane| (self.step + self.slots - (whole.lane(lane) + more) as usize) % self.slots)
-                .collect();
-            self.wrenches.get::<L>(&slots)
-        };
-        let held = crate::sensor::blend(at(0.0), at(1.0), age - whole);
+        let at = |more: usize| self.wrenches.recall::<L>(self.step, |lane| whole.lane(lane) as usize + more);
+        let held = crate::sensor::blend(at(0), at(1), age - whole);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);
         let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
@@ -540,44 +446,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             closed: [self.space.watch.closed.lane(lane), self.hil.watch.closed.lane(lane)],
         }
     }
-}
-
-/// What the flags of a run are made of.
-#[derive(Clone, Copy, Debug)]
-pub struct RunEnd {
-    /// Metrics in space.
-    pub space: Metrics<f64>,
-    /// Metrics on the facility.
-    pub hil: Metrics<f64>,
-    /// Divergence, contact work and largest absorbed energy of the loop in space.
-    pub space_watch: (bool, f64, f64),
-    /// The HIL loop met its divergence bound.
-    pub hil_unstable: bool,
-    /// The sensor saturated.
-    pub saturated: bool,
-    /// A robot met a speed limit.
-    pub limited: bool,
-    /// A command was lost.
-    pub dropped: bool,
-}
-
-/// Flag bits of a finished run.
-pub fn run_flags(m: &Plant, end: RunEnd) -> u32 {
-    let broken = |metrics: &Metrics<f64>| crate::fields::to_vec(metrics).iter().any(|v| !v.is_finite());
-    let (space_unstable, work, absorbed) = end.space_watch;
-    // A passive contact returns no more than it took; 5 % and a microjoule are for the step.
-    let jump = work > 0.05 * absorbed + 1e-6;
-    let bits = [
-        (broken(&end.space) || space_unstable, flags::SPACE_NON_FINITE),
-        (broken(&end.hil) && !end.hil_unstable, flags::HIL_NON_FINITE),
-        (jump, flags::SPACE_ENERGY_JUMP),
-        (end.space.peak_depth > m.task.max_depth, flags::SPACE_PENETRATION),
-        (end.hil_unstable, flags::HIL_UNSTABLE),
-        (end.saturated, flags::SENSOR_SATURATED),
-        (end.limited, flags::ROBOT_SPEED_LIMIT),
-        (end.dropped, flags::PACKET_DROPPED),
-    ];
-    bits.into_iter().filter(|(set, _)| *set).fold(0, |word, (_, bit)| word | bit)
 }
 
 /// One lane of a bundle.

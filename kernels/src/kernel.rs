@@ -64,17 +64,7 @@ pub struct Kernel {
 
 /// The kernel of a plant.
 pub fn kernel(plant: &Plant) -> Kernel {
-    match plant.joints() {
-        0 => build::<0>(plant),
-        1 => build::<1>(plant),
-        2 => build::<2>(plant),
-        3 => build::<3>(plant),
-        4 => build::<4>(plant),
-        5 => build::<5>(plant),
-        6 => build::<6>(plant),
-        7 => build::<7>(plant),
-        more => unreachable!("the loader refuses {more} joints"),
-    }
+    crate::with_joints!(plant.joints(), build(plant))
 }
 
 fn build<const N: usize>(plant: &Plant) -> Kernel {
@@ -83,7 +73,7 @@ fn build<const N: usize>(plant: &Plant) -> Kernel {
     let fields = |name: &str| -> &[Field] {
         &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
     };
-    let slots = crate::frame::line_slots(plant);
+    let slots = crate::delay_line::line_slots(plant);
     let mut text = constants(plant, slots);
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);

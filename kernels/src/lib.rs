@@ -6,6 +6,7 @@
 
 mod aba;
 pub mod contact;
+pub mod delay_line;
 pub mod effects;
 pub mod fields;
 pub mod frame;
@@ -17,6 +18,7 @@ pub mod metrics;
 pub mod model;
 pub mod monitor;
 pub mod noise;
+pub mod outcome;
 pub mod params;
 pub mod philox;
 pub mod plant;

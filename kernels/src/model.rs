@@ -9,6 +9,23 @@ use crate::vector::{Pose, Sym3, Vec3};
 /// The most arm joints that a scenario may have.
 pub const MAX_JOINTS: usize = 7;
 
+/// Calls a function that is generic in the joint count with the plant's own.
+#[macro_export]
+macro_rules! with_joints {
+    ($count:expr, $function:ident($($argument:expr),*)) => {
+        match $count {
+            0 => $function::<0>($($argument),*),
+            1 => $function::<1>($($argument),*),
+            2 => $function::<2>($($argument),*),
+            3 => $function::<3>($($argument),*),
+            4 => $function::<4>($($argument),*),
+            5 => $function::<5>($($argument),*),
+            6 => $function::<6>($($argument),*),
+            7 => $function::<7>($($argument),*),
+            more => unreachable!("the loader refuses {more} joints"),
+        }
+    };
+}
 /// Everything that the kernels need to know of a scenario.
 ///
 /// The *contact frame* has its origin at the nominal contact point and is inertial; `+x` is the

@@ -2,8 +2,8 @@
 
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::{Engine, Job, RunInput, is_noisy};
-use softdock_kernels::frame::Finished;
 use softdock_kernels::model::*;
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};

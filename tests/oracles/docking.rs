@@ -15,7 +15,7 @@ fn the_docking_campaign_touches_captures_and_stays_valid() {
     let job = Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, noisy);
     let rows = CpuEngine::new().run(&job, &runs, &|_| true).expect("nobody stops the batch");
     let count =
-        |holds: &dyn Fn(&softdock_kernels::frame::Finished) -> bool| rows.iter().filter(|row| holds(row)).count();
+        |holds: &dyn Fn(&softdock_kernels::outcome::Finished) -> bool| rows.iter().filter(|row| holds(row)).count();
 
     assert_eq!(count(&|row| row.flags & flags::INVALID != 0), 0, "invalid runs");
     // Loose bounds on purpose: they catch a broken start, cone or latch, not a change of the campaign.

@@ -4,8 +4,8 @@ use super::bench::{at, closing, inertia, job, numbered, two_bodies};
 use softdock_engine::cpu::{CpuEngine, InstructionSet};
 use softdock_engine::{Engine, Job, RunInput};
 use softdock_kernels::fields::to_vec;
-use softdock_kernels::frame::Finished;
 use softdock_kernels::model::{ArmControl, Link, MAX_JOINTS, Model};
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::{Quat, Vec3, vec3};
 

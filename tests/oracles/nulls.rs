@@ -7,9 +7,9 @@ use softdock_engine::Job;
 use softdock_engine::cpu::CpuEngine;
 use softdock_kernels::effects::{EFFECTS, EffectParameter, Null};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
-use softdock_kernels::frame::Finished;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::{Model, Rail};
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::vec3;
 

@@ -4,8 +4,8 @@ use super::bench::{at, closing, inertia, job, two_bodies};
 use rapier3d::prelude::*;
 use softdock_engine::RunInput;
 use softdock_engine::cpu::replay;
-use softdock_kernels::frame::Signals;
 use softdock_kernels::model::{ContactPoint, Model, Shape, Solid};
+use softdock_kernels::outcome::Signals;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::{Vec3, vec3};
 

@@ -2,9 +2,11 @@
 
 use crate::{Engine, EngineError, Job, RunInput};
 use rayon::prelude::*;
-use softdock_kernels::frame::{Finished, Signals, Tile};
+use softdock_kernels::frame::Tile;
 use softdock_kernels::lanes::Lane;
+use softdock_kernels::outcome::{Finished, Signals};
 use softdock_kernels::params::Params;
+use softdock_kernels::with_joints;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Ticks between two looks for finished lanes: short against a run, long against the look.
@@ -200,24 +202,6 @@ fn dispatch<const N: usize>(instructions: InstructionSet, job: &Job, queue: &Que
         _ => work::<f64, N>(job, queue),
     }
 }
-
-/// Calls a function that is generic in the joint count with the plant's own.
-macro_rules! with_joints {
-    ($count:expr, $function:ident($($argument:expr),*)) => {
-        match $count {
-            0 => $function::<0>($($argument),*),
-            1 => $function::<1>($($argument),*),
-            2 => $function::<2>($($argument),*),
-            3 => $function::<3>($($argument),*),
-            4 => $function::<4>($($argument),*),
-            5 => $function::<5>($($argument),*),
-            6 => $function::<6>($($argument),*),
-            7 => $function::<7>($($argument),*),
-            more => unreachable!("the loader refuses {more} joints"),
-        }
-    };
-}
-pub(crate) use with_joints;
 
 fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
     with_joints!(job.plant.joints(), dispatch(instructions, job, queue))

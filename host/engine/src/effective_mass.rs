@@ -1,11 +1,11 @@
 //! Effective mass along a contact normal: what a push there has to move, joints free.
 
-use crate::cpu::with_joints;
-use softdock_kernels::frame::Finished;
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Actuation, Kinematics, Wrench, space_masses};
 use softdock_kernels::staged::{advance, kinematics, start};
 use softdock_kernels::vector::Vec3;
+use softdock_kernels::with_joints;
 
 /// Effective mass \[kg\] along the normal of the first touch in space, at the start posture; `None` without a touch.
 ///

@@ -2,9 +2,9 @@
 
 use crate::{Engine, EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
-use softdock_kernels::frame::{Finished, RunEnd, run_flags};
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
+use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::vec3;

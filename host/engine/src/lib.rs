@@ -4,7 +4,8 @@ pub mod cpu;
 pub mod effective_mass;
 pub mod gpu;
 
-use softdock_kernels::frame::{Batch, Finished};
+use softdock_kernels::frame::Batch;
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
