@@ -1,6 +1,7 @@
-//! The GPU farm: wgpu on any adapter, bounded dispatches, finished lanes refilled with the next run.
+//! One batch on the device: bounded slices, finished lanes refilled with the next run.
 
-use crate::{Engine, EngineError, Job, RunInput};
+use super::{GpuEngine, WORKGROUP};
+use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
@@ -8,25 +9,7 @@ use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::vec3;
-use std::sync::{Arc, Mutex};
-use std::time::Instant;
 use wgpu::util::DeviceExt;
-
-/// Invocations in a workgroup; the frame's `@workgroup_size`.
-const WORKGROUP: usize = 64;
-/// Lanes at once on a real GPU: what the delay lines leave of WebGPU's 128 MiB binding.
-const MOST_LANES: usize = 4096;
-/// A dispatch should take about this long \[s\]: far below every driver's watchdog, far above its overhead.
-const SLICE_SECONDS: f64 = 0.15;
-
-/// Which adapters are welcome.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Adapters {
-    /// Real GPUs only.
-    Hardware,
-    /// Software drivers such as lavapipe too.
-    Any,
-}
 
 /// Status of a lane, as the frame has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,93 +42,8 @@ struct Batch {
     padding: [u32; 3],
 }
 
-/// The GPU engine.
-#[derive(Debug)]
-pub struct GpuEngine {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    info: wgpu::AdapterInfo,
-    trouble: Arc<Mutex<Option<String>>>,
-}
-
-impl GpuEngine {
-    /// Opens the first suitable adapter, real GPUs first.
-    ///
-    /// # Errors
-    /// [`EngineError::NoAdapter`] if there is none, or none that gives a device.
-    pub fn new(adapters: Adapters) -> Result<Self, EngineError> {
-        let instance = wgpu::Instance::default();
-        let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-        found.sort_by_key(|a| match a.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        });
-        let welcome =
-            |a: &wgpu::Adapter| adapters == Adapters::Any || a.get_info().device_type != wgpu::DeviceType::Cpu;
-        let adapter = found.into_iter().find(welcome).ok_or_else(|| EngineError::NoAdapter(String::new()))?;
-        let descriptor = wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| EngineError::NoAdapter(format!(" that gives a device ({error})")))?;
-        let trouble = Arc::new(Mutex::new(None));
-        let note = Arc::clone(&trouble);
-        device.set_device_lost_callback(move |reason, text| record(&note, format!("{reason:?}: {text}")));
-        let note = Arc::clone(&trouble);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
-        Ok(Self { device, queue, info: adapter.get_info(), trouble })
-    }
-
-    /// What went wrong since the last look, if anything.
-    fn check(&self) -> Result<(), EngineError> {
-        match self.trouble.lock().expect("no holder panics").take() {
-            Some(text) => Err(EngineError::DeviceLost(text)),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Keeps the first cause.
-fn record(trouble: &Mutex<Option<String>>, text: String) {
-    trouble.lock().expect("no holder panics").get_or_insert(text);
-}
-
-impl Engine for GpuEngine {
-    fn device(&self) -> String {
-        let i = &self.info;
-        format!("{} ({:?}, {} {})", i.name, i.backend, i.driver, i.driver_info)
-    }
-
-    fn run(
-        &mut self,
-        job: &Job,
-        runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
-    ) -> Result<Vec<Finished>, EngineError> {
-        let most = if self.info.device_type == wgpu::DeviceType::Cpu { 1024 } else { MOST_LANES };
-        let lanes = runs.len().clamp(1, most).next_multiple_of(WORKGROUP);
-        let mut farm = Farm::new(self, job, lanes)?;
-        let mut waiting = runs.iter();
-        let mut out = Vec::with_capacity(runs.len());
-        let mut ticks = 32;
-        while farm.fill(&mut waiting) {
-            let started = Instant::now();
-            let ended = farm.slice(ticks, &mut out)?;
-            // The slice's length changes no result: state goes through memory unrounded.
-            let ratio = (SLICE_SECONDS / started.elapsed().as_secs_f64().max(1e-6)).clamp(0.5, 2.0);
-            ticks = ((f64::from(ticks) * ratio) as u32).clamp(1, 1024);
-            if ended > 0 && !progress(ended) {
-                return Err(EngineError::Stopped);
-            }
-        }
-        out.sort_by_key(|row| row.run);
-        Ok(out)
-    }
-}
-
 /// One batch on the device: buffers, pipeline, and who is in which lane.
-struct Farm<'a> {
+pub(super) struct Farm<'a> {
     engine: &'a GpuEngine,
     plant: &'a Plant,
     kernel: Kernel,
@@ -162,9 +60,9 @@ struct Farm<'a> {
 }
 
 impl<'a> Farm<'a> {
-    fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
+    pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
         let kernel = kernel(&job.plant);
-        let pipeline = compile(engine, &kernel)?;
+        let pipeline = engine.compile(&kernel.text, "slice")?;
         let words = |count: usize| (count.max(1) * lanes * 4) as u64;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let buffer = |label, size, usage| {
@@ -231,7 +129,7 @@ impl<'a> Farm<'a> {
     }
 
     /// Puts waiting runs into idle lanes; `false` when no lane has work.
-    fn fill(&mut self, waiting: &mut std::slice::Iter<RunInput>) -> bool {
+    pub(super) fn fill(&mut self, waiting: &mut std::slice::Iter<RunInput>) -> bool {
         let count = self.lanes.len();
         let mut entered = false;
         for lane in 0..count {
@@ -254,23 +152,18 @@ impl<'a> Farm<'a> {
     }
 
     /// Steps every lane by up to `ticks` ticks and takes out what has finished; gives their number.
-    fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<usize, EngineError> {
+    pub(super) fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<usize, EngineError> {
         self.batch.ticks = ticks;
         self.engine.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.batch));
-        let mut encoder = self.engine.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &self.bindings, &[]);
-            pass.dispatch_workgroups((self.lanes.len() / WORKGROUP) as u32, 1, 1);
-        }
-        self.engine.queue.submit([encoder.finish()]);
-        let controls: Vec<Control> = self.read(&self.controls, self.lanes.len() * size_of::<Control>())?;
+        self.engine.dispatch(&self.pipeline, &self.bindings, (self.lanes.len() / WORKGROUP) as u32);
+        let controls: Vec<Control> =
+            self.engine.read(&self.controls, &self.landing, self.lanes.len() * size_of::<Control>())?;
         self.lanes = controls;
         let ended: Vec<usize> =
             (0..self.lanes.len()).filter(|l| self.lanes[*l].status == Status::Finished as u32).collect();
         if !ended.is_empty() {
-            let outcomes: Vec<f32> = self.read(&self.outcomes, self.lanes.len() * self.kernel.outcome * 4)?;
+            let outcomes: Vec<f32> =
+                self.engine.read(&self.outcomes, &self.landing, self.lanes.len() * self.kernel.outcome * 4)?;
             for lane in &ended {
                 out.push(self.finished(&outcomes, *lane));
                 self.lanes[*lane].status = Status::Idle as u32;
@@ -307,32 +200,6 @@ impl<'a> Farm<'a> {
             touch: [vec3(extra[7], extra[8], extra[9]), vec3(extra[10], extra[11], extra[12])],
         }
     }
-
-    /// Copies the beginning of a buffer to the host.
-    fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, bytes: usize) -> Result<Vec<T>, EngineError> {
-        let lost = |error: &dyn std::fmt::Display| EngineError::DeviceLost(error.to_string());
-        let bytes = bytes as u64;
-        let mut encoder = self.engine.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &self.landing, 0, bytes);
-        self.engine.queue.submit([encoder.finish()]);
-        let mapped = Arc::new(Mutex::new(None));
-        let answer = Arc::clone(&mapped);
-        self.landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
-            *answer.lock().expect("no holder panics") = Some(result);
-        });
-        self.engine.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-        self.engine.check()?;
-        match mapped.lock().expect("no holder panics").take() {
-            Some(Ok(())) => {}
-            Some(Err(error)) => return Err(lost(&error)),
-            None => return Err(EngineError::DeviceLost("the device did not answer".to_owned())),
-        }
-        let view = self.landing.get_mapped_range(0..bytes).map_err(|e| lost(&e))?;
-        let values = bytemuck::pod_collect_to_vec(&view[..]);
-        drop(view);
-        self.landing.unmap();
-        Ok(values)
-    }
 }
 
 /// Part A's points as the frame reads them: centre and radius.
@@ -345,25 +212,4 @@ fn prepared_points(plant: &Plant) -> Vec<[f32; 4]> {
         points.push([0.0; 4]);
     }
     points
-}
-
-/// Compiles the kernel; a fault in it is our own, and is said with the driver's words.
-fn compile(engine: &GpuEngine, kernel: &Kernel) -> Result<wgpu::ComputePipeline, EngineError> {
-    let scope = engine.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = engine.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("softdock"),
-        source: wgpu::ShaderSource::Wgsl(kernel.text.as_str().into()),
-    });
-    let pipeline = engine.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("slice"),
-        layout: None,
-        module: &module,
-        entry_point: Some("slice"),
-        compilation_options: Default::default(),
-        cache: None,
-    });
-    match pollster::block_on(scope.pop()) {
-        Some(error) => Err(EngineError::Kernel(error.to_string())),
-        None => Ok(pipeline),
-    }
 }

@@ -1,0 +1,118 @@
+//! Pipelines, dispatches and read-back: what the farm does slice by slice, and tests and benchmarks once.
+
+use super::GpuEngine;
+use crate::EngineError;
+use std::sync::{Arc, Mutex};
+use wgpu::util::DeviceExt;
+
+impl GpuEngine {
+    /// Runs one entry point of a WGSL module once and gives back its buffers, as words.
+    ///
+    /// `buffers[i]` is storage binding `i` of group 0, read and written; every one must be used by the entry point.
+    ///
+    /// # Errors
+    /// [`EngineError::Kernel`] if the module does not compile, [`EngineError::DeviceLost`] if the device goes away.
+    pub fn compute(
+        &self,
+        text: &str,
+        entry: &str,
+        workgroups: u32,
+        buffers: &[Vec<u32>],
+    ) -> Result<Vec<Vec<u32>>, EngineError> {
+        let pipeline = self.compile(text, entry)?;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let on_device: Vec<_> = buffers
+            .iter()
+            .map(|words| {
+                let contents = bytemuck::cast_slice(words);
+                self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+            })
+            .collect();
+        let entries: Vec<_> = (0..)
+            .zip(&on_device)
+            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+            .collect();
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        self.dispatch(&pipeline, &bindings, workgroups);
+        on_device
+            .iter()
+            .map(|buffer| {
+                let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: None,
+                    size: buffer.size(),
+                    usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                self.read(buffer, &landing, buffer.size() as usize)
+            })
+            .collect()
+    }
+
+    /// Compiles a module; a fault in it is our own, and is said with the driver's words.
+    pub(super) fn compile(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, EngineError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("softdock"),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: None,
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(EngineError::Kernel(error.to_string())),
+            None => Ok(pipeline),
+        }
+    }
+
+    /// Hands one dispatch to the device.
+    pub(super) fn dispatch(&self, pipeline: &wgpu::ComputePipeline, bindings: &wgpu::BindGroup, workgroups: u32) {
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bindings, &[]);
+            pass.dispatch_workgroups(workgroups, 1, 1);
+        }
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Copies the beginning of a buffer to the host, through a mappable buffer at least as large.
+    pub(super) fn read<T: bytemuck::Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        landing: &wgpu::Buffer,
+        bytes: usize,
+    ) -> Result<Vec<T>, EngineError> {
+        let lost = |error: &dyn std::fmt::Display| EngineError::DeviceLost(error.to_string());
+        let bytes = bytes as u64;
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, landing, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        let mapped = Arc::new(Mutex::new(None));
+        let answer = Arc::clone(&mapped);
+        landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
+            *answer.lock().expect("no holder panics") = Some(result);
+        });
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
+        self.check()?;
+        match mapped.lock().expect("no holder panics").take() {
+            Some(Ok(())) => {}
+            Some(Err(error)) => return Err(lost(&error)),
+            None => return Err(EngineError::DeviceLost("the device did not answer".to_owned())),
+        }
+        let view = landing.get_mapped_range(0..bytes).map_err(|e| lost(&e))?;
+        let values = bytemuck::pod_collect_to_vec(&view[..]);
+        drop(view);
+        landing.unmap();
+        Ok(values)
+    }
+}
