@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Schema(SchemaArgs),
     /// Print the GPU kernel that a scenario becomes.
     Kernel(KernelArgs),
+    /// Measure steps and ticks per second of every backend at hand, and the share of the machine's own peak.
+    Bench(BenchArgs),
     /// List what runs can be made on.
     Devices,
 }
@@ -54,6 +56,18 @@ pub(crate) enum Command {
 pub(crate) struct KernelArgs {
     /// Scenario file.
     pub(crate) scenario: PathBuf,
+}
+
+/// Arguments of `bench`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  softdock bench --quick")]
+pub(crate) struct BenchArgs {
+    /// Short windows: seconds instead of a minute, and figures that scatter more.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Arguments of `check`.

@@ -1,6 +1,7 @@
 //! The `softdock` command: from a campaign file to a verdict.
 
 mod args;
+mod bench;
 mod check;
 mod devices;
 mod farm;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),
         Command::Kernel(args) => kernel::kernel_listing(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Devices => devices::devices(),
     };
     words::leave(answer)

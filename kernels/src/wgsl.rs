@@ -65,6 +65,13 @@ impl Function {
         self.graph.ops.iter().zip(live).filter(|(op, live)| *live && counted(op)).count()
     }
 
+    /// Floating-point operations: two for a fused multiply-add, one for every other that is printed.
+    pub fn flops(&self) -> usize {
+        let live = self.graph.live();
+        let fused = |op: &Op| matches!(op, Op::Fma(..));
+        self.operations() + self.graph.ops.iter().zip(live).filter(|(op, live)| *live && fused(op)).count()
+    }
+
     /// The function as straight-line WGSL.
     pub fn listing(&self) -> String {
         let printer = Printer::new(self);

@@ -11,6 +11,7 @@ struct Batch {
     ticks: u32,
     key: vec2u,
     noisy: u32,
+    space_only: u32,
 }
 
 struct Control {
@@ -189,6 +190,7 @@ fn reset() {
     hil = start(p, hil_masses(p));
     space_watch = new_watch();
     hil_watch = new_watch();
+    hil_watch.done = f32(batch.space_only);
     for (var index = 0u; index < 6u * POINTS; index++) {
         bristles[index * batch.lanes + lane] = 0.0;
     }

@@ -1,10 +1,11 @@
 //! Runs a batch of HIL loops: on CPU lanes, or on a GPU; the only crate that names wgpu.
 
+pub mod bench;
 pub mod cpu;
 pub mod effective_mass;
 pub mod gpu;
 
-use softdock_kernels::frame::Batch;
+use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
@@ -22,7 +23,7 @@ pub struct Job {
 impl Job {
     /// A job; `noisy` says whether any run has noise, jitter or drops.
     pub fn new(plant: Plant, seed: u64, noisy: bool) -> Self {
-        Self { plant, batch: Batch { key: philox::key(seed), noisy } }
+        Self { plant, batch: Batch { key: philox::key(seed), noisy, loops: Loops::Both } }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::GpuEngine;
 use crate::EngineError;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 use wgpu::util::DeviceExt;
 
 impl GpuEngine {
@@ -19,6 +20,17 @@ impl GpuEngine {
         workgroups: u32,
         buffers: &[Vec<u32>],
     ) -> Result<Vec<Vec<u32>>, EngineError> {
+        Ok(self.compute_timed(text, entry, workgroups, buffers)?.0)
+    }
+
+    /// As [`compute`](Self::compute), with the seconds from the dispatch to its end (the driver may compile within them).
+    pub(crate) fn compute_timed(
+        &self,
+        text: &str,
+        entry: &str,
+        workgroups: u32,
+        buffers: &[Vec<u32>],
+    ) -> Result<(Vec<Vec<u32>>, f64), EngineError> {
         let pipeline = self.compile(text, entry)?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let on_device: Vec<_> = buffers
@@ -37,8 +49,12 @@ impl GpuEngine {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
+        self.wait()?;
+        let began = Instant::now();
         self.dispatch(&pipeline, &bindings, workgroups);
-        on_device
+        self.wait()?;
+        let seconds = began.elapsed().as_secs_f64();
+        let read: Result<Vec<_>, _> = on_device
             .iter()
             .map(|buffer| {
                 let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -49,7 +65,8 @@ impl GpuEngine {
                 });
                 self.read(buffer, &landing, buffer.size() as usize)
             })
-            .collect()
+            .collect();
+        Ok((read?, seconds))
     }
 
     /// Compiles a module; a fault in it is our own, and is said with the driver's words.
@@ -85,6 +102,13 @@ impl GpuEngine {
         self.queue.submit([encoder.finish()]);
     }
 
+    /// Waits until the device has done all that it was given.
+    fn wait(&self) -> Result<(), EngineError> {
+        let lost = |error: wgpu::PollError| EngineError::DeviceLost(error.to_string());
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
+        self.check()
+    }
+
     /// Copies the beginning of a buffer to the host, through a mappable buffer at least as large.
     pub(super) fn read<T: bytemuck::Pod>(
         &self,
@@ -102,8 +126,7 @@ impl GpuEngine {
         landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
             *answer.lock().expect("no holder panics") = Some(result);
         });
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-        self.check()?;
+        self.wait()?;
         match mapped.lock().expect("no holder panics").take() {
             Some(Ok(())) => {}
             Some(Err(error)) => return Err(lost(&error)),

@@ -3,6 +3,7 @@
 use super::{GpuEngine, WORKGROUP};
 use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
+use softdock_kernels::frame::Loops;
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
@@ -39,7 +40,8 @@ struct Batch {
     ticks: u32,
     key: [u32; 2],
     noisy: u32,
-    padding: [u32; 3],
+    space_only: u32,
+    padding: [u32; 2],
 }
 
 /// One batch on the device: buffers, pipeline, and who is in which lane.
@@ -108,7 +110,8 @@ impl<'a> Farm<'a> {
             ticks: 0,
             key: job.batch.key,
             noisy: u32::from(job.batch.noisy),
-            padding: [0; 3],
+            space_only: u32::from(job.batch.loops == Loops::SpaceOnly),
+            padding: [0; 2],
         };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
         Ok(Self {

@@ -63,6 +63,11 @@ impl GpuEngine {
         Ok(Self { device, queue, info: adapter.get_info(), trouble })
     }
 
+    /// Whether the adapter is a software driver on this machine's own cores.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// What went wrong since the last look, if anything.
     fn check(&self) -> Result<(), EngineError> {
         match self.trouble.lock().expect("no holder panics").take() {
@@ -89,7 +94,7 @@ impl Engine for GpuEngine {
         runs: &[RunInput],
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
-        let most = if self.info.device_type == wgpu::DeviceType::Cpu { 1024 } else { MOST_LANES };
+        let most = if self.is_software() { 1024 } else { MOST_LANES };
         let lanes = runs.len().clamp(1, most).next_multiple_of(WORKGROUP);
         let mut farm = Farm::new(self, job, lanes)?;
         let mut waiting = runs.iter();

@@ -1,0 +1,156 @@
+//! `softdock bench`: what this machine makes of the loops, in one run, beside its own peak.
+
+use crate::args::BenchArgs;
+use crate::words::{Exit, say};
+use miette::IntoDiagnostic;
+use serde_json::{Value, json};
+use softdock_engine::bench::{Scene, cpu_peak, device_peak, ticks_per_second};
+use softdock_engine::cpu::{CpuEngine, InstructionSet};
+use softdock_engine::gpu::{Adapters, GpuEngine};
+use softdock_engine::{Engine, EngineError};
+
+/// Runs that fill every backend.
+const MANY: u64 = 4096;
+
+/// One line of the table.
+struct Row {
+    backend: String,
+    threads: usize,
+    ideal_steps: f64,
+    ideal_ticks: f64,
+    hil_ticks: f64,
+    peak: f64,
+}
+
+/// Measures every backend at hand and prints the tables.
+pub(crate) fn bench(args: &BenchArgs) -> miette::Result<Exit> {
+    let length = if args.quick { Length { seconds: 0.1, repeats: 1 } } else { Length { seconds: 1.0, repeats: 3 } };
+    let rows = backends(length)?;
+    let growth = growth(length).into_diagnostic()?;
+    say(if args.json { in_json(&rows, &growth).to_string() } else { in_words(&rows, &growth) });
+    Ok(Exit::Done)
+}
+
+/// How long is measured.
+#[derive(Clone, Copy)]
+struct Length {
+    seconds: f64,
+    repeats: usize,
+}
+
+fn backends(length: Length) -> miette::Result<Vec<Row>> {
+    let widest = InstructionSet::detect();
+    let mut rows = Vec::new();
+    for threads in thread_counts() {
+        let name = format!("cpu f64 {widest:?}");
+        rows.push(on_threads(name, widest, threads, length)?);
+    }
+    if widest != InstructionSet::OneLane {
+        rows.push(on_threads("cpu f64 one lane".to_owned(), InstructionSet::OneLane, 1, length)?);
+    }
+    match GpuEngine::new(Adapters::Any) {
+        Ok(engine) => rows.push(on_device(engine, length).into_diagnostic()?),
+        Err(EngineError::NoAdapter(_)) => {}
+        Err(error) => return Err(error).into_diagnostic(),
+    }
+    Ok(rows)
+}
+
+/// 1, 2, 4, ... and all threads of this machine.
+fn thread_counts() -> Vec<usize> {
+    let all = rayon::current_num_threads();
+    let mut counts: Vec<usize> = (0..).map(|power| 1 << power).take_while(|count| *count < all).collect();
+    counts.push(all);
+    counts
+}
+
+fn on_threads(backend: String, set: InstructionSet, threads: usize, length: Length) -> miette::Result<Row> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().into_diagnostic()?;
+    pool.install(|| row(backend, threads, &mut CpuEngine::with(set), cpu_peak(set, length.seconds), length))
+        .into_diagnostic()
+}
+
+fn on_device(mut engine: GpuEngine, length: Length) -> Result<Row, EngineError> {
+    // A software driver shares the cores' multipliers: f32 makes twice the f64 peak in the same registers.
+    let cores = if engine.is_software() { 2.0 * cpu_peak(InstructionSet::detect(), length.seconds) } else { 0.0 };
+    let peak = device_peak(&engine)?.max(cores);
+    let threads = if engine.is_software() { rayon::current_num_threads() } else { 0 };
+    row(engine.device(), threads, &mut engine, peak, length)
+}
+
+fn row(
+    backend: String,
+    threads: usize,
+    engine: &mut dyn Engine,
+    peak: f64,
+    length: Length,
+) -> Result<Row, EngineError> {
+    let mut rate = |scene| ticks_per_second(engine, scene, MANY, length.seconds, length.repeats);
+    Ok(Row {
+        ideal_steps: rate(Scene::IdealStep)?,
+        ideal_ticks: rate(Scene::IdealLoop)?,
+        hil_ticks: rate(Scene::HilLoop)?,
+        backend,
+        threads,
+        peak,
+    })
+}
+
+/// Cost against the number of runs: HIL ticks per second on all cores.
+fn growth(length: Length) -> Result<Vec<(u64, f64)>, EngineError> {
+    let mut engine = CpuEngine::new();
+    [1, 8, 64, 512, 4096]
+        .into_iter()
+        .map(|runs| Ok((runs, ticks_per_second(&mut engine, Scene::HilLoop, runs, length.seconds, length.repeats)?)))
+        .collect()
+}
+
+impl Row {
+    /// Share of the peak that the ideal steps reach.
+    fn share(&self) -> f64 {
+        self.ideal_steps * Scene::IdealStep.flops() as f64 / self.peak
+    }
+}
+
+fn in_words(rows: &[Row], growth: &[(u64, f64)]) -> String {
+    let flops = Scene::IdealStep.flops();
+    let mut out = format!(
+        "Scene: free base, 7 joints, free target, sphere in a cone with friction; {flops} flop per ideal step of 1 ms.\n\
+         Loops: tick 1 ms in 4 substeps; HIL = both loops, delay 8 ms, lagging robots, noisy sensor. {MANY} runs at once.\n\n\
+         {:<44} {:>7} {:>12} {:>12} {:>12} {:>10} {:>6}\n",
+        "backend", "threads", "ideal step/s", "ideal tick/s", "HIL tick/s", "peak Gflop", "share"
+    );
+    for row in rows {
+        let name: String = row.backend.chars().take(44).collect();
+        let threads = if row.threads == 0 { "-".to_owned() } else { row.threads.to_string() };
+        out += &format!(
+            "{name:<44} {threads:>7} {:>12.0} {:>12.0} {:>12.0} {:>10.1} {:>5.1}%\n",
+            row.ideal_steps,
+            row.ideal_ticks,
+            row.hil_ticks,
+            row.peak / 1e9,
+            100.0 * row.share()
+        );
+    }
+    out += "\nCost against the number of runs (HIL loop, CPU lanes, all threads):\n";
+    for (runs, rate) in growth {
+        out += &format!("{runs:>6} runs {rate:>12.0} tick/s   {:>9.2} us per tick and run\n", 1e6 / rate);
+    }
+    out.trim_end().to_owned()
+}
+
+fn in_json(rows: &[Row], growth: &[(u64, f64)]) -> Value {
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "backend": row.backend, "threads": row.threads, "ideal_steps_per_s": row.ideal_steps,
+                "ideal_ticks_per_s": row.ideal_ticks, "hil_ticks_per_s": row.hil_ticks,
+                "peak_flop_per_s": row.peak, "share_of_peak": row.share(),
+            })
+        })
+        .collect();
+    let growth: Vec<Value> =
+        growth.iter().map(|(runs, rate)| json!({ "runs": runs, "hil_ticks_per_s": rate })).collect();
+    json!({ "flop_per_ideal_step": Scene::IdealStep.flops(), "runs": MANY, "backends": rows, "growth": growth })
+}

@@ -1,0 +1,75 @@
+//! Measures the engines in one run: steps and ticks per second, and the share of the machine's own peak.
+
+mod peak;
+mod scene;
+
+use crate::{Engine, EngineError, Job, RunInput};
+pub use peak::{cpu_peak, device_peak};
+pub use scene::{ideal_step_flops, scene};
+use softdock_kernels::frame::Loops;
+use std::time::Instant;
+
+/// What is stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scene {
+    /// The ideal twin in steps of 1 ms, one per tick: the machine's bare speed.
+    IdealStep,
+    /// The ideal twin with a tick of 1 ms in four substeps.
+    IdealLoop,
+    /// Both loops of a run, with delay, lagging robots and a noisy sensor; a tick of 1 ms in four substeps.
+    HilLoop,
+}
+
+impl Scene {
+    fn job(self, ticks: u32) -> Job {
+        let plant = match self {
+            Self::IdealStep => scene(1e-3, 1, ticks),
+            Self::IdealLoop | Self::HilLoop => scene(2.5e-4, 4, ticks),
+        };
+        let mut job = Job::new(plant, 1, self == Self::HilLoop);
+        job.batch.loops = if self == Self::HilLoop { Loops::Both } else { Loops::SpaceOnly };
+        job
+    }
+
+    /// Flop per tick, where they can be counted (the ideal twin).
+    pub fn flops(self) -> usize {
+        let plant = self.job(1).plant;
+        ideal_step_flops(&plant) * plant.timing.substeps as usize
+    }
+}
+
+/// Ticks per second over all runs together: the median of `repeats` windows of about `seconds` each.
+///
+/// # Errors
+/// What the engine says.
+pub fn ticks_per_second(
+    engine: &mut dyn Engine,
+    scene: Scene,
+    runs: u64,
+    seconds: f64,
+    repeats: usize,
+) -> Result<f64, EngineError> {
+    let mut ticks = 64;
+    // The first batch also compiles and warms up.
+    measure(engine, scene, runs, ticks)?;
+    let mut rate = measure(engine, scene, runs, ticks)?;
+    while (runs as f64) * f64::from(ticks) / rate < 0.5 * seconds && ticks < 1 << 20 {
+        ticks = (seconds * rate / runs as f64).clamp(f64::from(ticks) * 2.0, 1.1e6) as u32;
+        rate = measure(engine, scene, runs, ticks)?;
+    }
+    let mut rates = vec![rate];
+    for _ in 1..repeats {
+        rates.push(measure(engine, scene, runs, ticks)?);
+    }
+    rates.sort_by(f64::total_cmp);
+    Ok(rates[rates.len() / 2])
+}
+
+fn measure(engine: &mut dyn Engine, scene: Scene, runs: u64, ticks: u32) -> Result<f64, EngineError> {
+    let job = scene.job(ticks);
+    let inputs: Vec<RunInput> = (0..runs).map(|run| RunInput { run, params: job.plant.nominal }).collect();
+    let began = Instant::now();
+    let rows = engine.run(&job, &inputs, &|_| true)?;
+    let seconds = began.elapsed().as_secs_f64();
+    Ok(rows.len() as f64 * f64::from(ticks) / seconds)
+}

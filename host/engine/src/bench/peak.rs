@@ -1,0 +1,95 @@
+//! The machine's own peak: how many fused multiply-adds per second its lanes make, and a device's.
+
+use crate::EngineError;
+use crate::cpu::InstructionSet;
+use crate::gpu::{GpuEngine, WORKGROUP};
+use softdock_kernels::lanes::{Lane, Stage};
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Independent chains: latency times pipes of current cores, and still in registers.
+const CHAINS: usize = 12;
+
+struct Chains<L: Lane> {
+    start: [L; CHAINS],
+    factor: L,
+    rounds: u32,
+}
+
+impl<L: Lane> Stage for Chains<L> {
+    type Output = [L; CHAINS];
+    #[inline(always)]
+    fn run(self) -> [L; CHAINS] {
+        let mut chains = self.start;
+        for _ in 0..self.rounds {
+            for chain in &mut chains {
+                *chain = chain.mul_add(self.factor, self.factor);
+            }
+        }
+        chains
+    }
+}
+
+/// Multiply-adds of one thread, as flop/s.
+fn thread_peak<L: Lane>(seconds: f64) -> f64 {
+    const ROUNDS: u32 = 100_000;
+    let (factor, start) = (black_box(0.5), black_box(1.0));
+    let (began, mut flops) = (Instant::now(), 0.0);
+    while began.elapsed().as_secs_f64() < seconds {
+        let ended = L::stage(Chains { start: [L::lit(start); CHAINS], factor: L::lit(factor), rounds: ROUNDS });
+        black_box(ended[CHAINS - 1].lane(0));
+        flops += 2.0 * f64::from(ROUNDS) * (CHAINS * L::WIDTH) as f64;
+    }
+    flops / began.elapsed().as_secs_f64()
+}
+
+/// Peak of all threads of the current pool in f64 \[flop/s\]; f32 makes twice as many in the same registers.
+pub fn cpu_peak(instructions: InstructionSet, seconds: f64) -> f64 {
+    let one = move || match instructions {
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => thread_peak::<softdock_kernels::lanes::avx512::Lanes>(seconds),
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => thread_peak::<softdock_kernels::lanes::avx2::Lanes>(seconds),
+        #[cfg(not(target_arch = "x86_64"))]
+        InstructionSet::Plain => thread_peak::<softdock_kernels::lanes::plain::Lanes>(seconds),
+        _ => thread_peak::<f64>(seconds),
+    };
+    rayon::broadcast(|_| one()).into_iter().sum()
+}
+
+/// Multiply-adds of a device in f32 \[flop/s\]: chains in registers, one dispatch of about half a second.
+///
+/// # Errors
+/// See [`EngineError`].
+pub fn device_peak(engine: &GpuEngine) -> Result<f64, EngineError> {
+    let text = format!(
+        "@group(0) @binding(0) var<storage, read_write> data: array<f32>;\n\
+         @compute @workgroup_size({WORKGROUP})\n\
+         fn chains(@builtin(global_invocation_id) id: vec3u) {{\n\
+             let factor = vec4f(data[0]);\n\
+             let rounds = bitcast<u32>(data[1]);\n\
+             var a = vec4f(data[2]); var b = a + 1.0; var c = a + 2.0; var d = a + 3.0;\n\
+             for (var i = 0u; i < rounds; i++) {{\n\
+                 a = fma(a, factor, factor); b = fma(b, factor, factor);\n\
+                 c = fma(c, factor, factor); d = fma(d, factor, factor);\n\
+             }}\n\
+             data[3u + id.x] = dot(a + b + c + d, vec4f(1.0));\n\
+         }}\n"
+    );
+    let groups: u32 = if engine.is_software() { 64 } else { 16_384 };
+    let mut data = vec![0u32; 3 + groups as usize * WORKGROUP];
+    (data[0], data[2]) = (0.5f32.to_bits(), 1.0f32.to_bits());
+    let mut seconds = |rounds: u32| {
+        data[1] = rounds;
+        engine.compute_timed(&text, "chains", groups, std::slice::from_ref(&data)).map(|answer| answer.1)
+    };
+    // What the driver compiles at the first dispatch falls out of the difference of two lengths.
+    let (few, mut rounds) = (seconds(1)?, 64u32);
+    loop {
+        let took = seconds(rounds)? - few;
+        if took > 0.1 || rounds > 1 << 26 {
+            return Ok(32.0 * f64::from(rounds - 1) * f64::from(groups) * WORKGROUP as f64 / took);
+        }
+        rounds *= 4;
+    }
+}

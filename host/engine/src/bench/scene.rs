@@ -1,0 +1,129 @@
+//! The scenes that are measured: an arm of seven joints on a free base, a sphere in a drogue, a free target.
+
+use softdock_kernels::kernel::kernel;
+use softdock_kernels::model::*;
+use softdock_kernels::params::{Params, UNLIMITED};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
+
+/// Ticks per run before the bench scales them.
+const ENDLESS: f64 = f64::INFINITY;
+
+/// The scene with a tick of `substeps` steps of `substep` seconds, ended after `ticks`.
+///
+/// A 1,600 kg chaser whose arm holds a sphere inside the drogue of a 900 kg target: in contact from the start, so
+/// that no lane idles, though the kernels are free of branches anyway.
+pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
+    let link = |turn: Quat<f64>, length: f64| Link {
+        origin: Pose { position: vec3(length, 0.0, 0.0), attitude: turn },
+        mass: 12.0,
+        com: vec3(0.2, 0.01, -0.01),
+        inertia: Sym3::diagonal(vec3(0.05, 0.4, 0.4)),
+    };
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let (up, down) = (Quat { w: half, v: vec3(half, 0.0, 0.0) }, Quat { w: half, v: vec3(-half, 0.0, 0.0) });
+    let links: Vec<Link> =
+        (0..MAX_JOINTS).map(|i| link(if i % 2 == 0 { up } else { down }, if i == 0 { 1.0 } else { 0.4 })).collect();
+    let start_angles = vec![0.1, -0.2, 0.3, 0.2, -0.1, 0.2, -0.3];
+    let chain = Model {
+        timing: Timing { substep, substeps, max_ticks: ticks },
+        base_inertia: Sym3::diagonal(vec3(900.0, 1100.0, 1000.0)),
+        base_pose: Pose::identity(),
+        links,
+        tool: Pose { position: vec3(0.3, 0.0, 0.0), attitude: Quat::identity() },
+        start_angles,
+        target_inertia: Sym3::diagonal(vec3(300.0, 350.0, 400.0)),
+        target_pose: Pose { position: vec3(1.2, 0.0, 0.0), attitude: Quat::identity() },
+        seat: Pose { position: vec3(-1.0, 0.0, 0.0), attitude: Quat::identity() },
+        contact: drogue(),
+        guidance: Guidance {
+            thrust: Thrust::Off,
+            arm: ArmControl::JointPd { stiffness: [40.0; MAX_JOINTS], damping: [15.0; MAX_JOINTS] },
+        },
+        orbit_rate: 0.0,
+        orbit_axes: Quat::identity(),
+        field: Vec3::zero(),
+        facility: facility(),
+        task: unending(),
+        nominal: nominal(),
+    };
+    // The tool at the contact frame's origin, whatever the posture.
+    let reach = Plant::new(chain.clone()).tool_start.position;
+    Plant::new(Model { base_pose: Pose { position: -reach, attitude: Quat::identity() }, ..chain })
+}
+
+/// Parameters of every run of the scene: soft contact with friction, delay, lagging robots, a noisy sensor.
+fn nominal() -> Params<f64> {
+    Params {
+        closing_speed: 0.02,
+        base_mass: 1600.0,
+        target_mass: 900.0,
+        contact_stiffness: 5000.0,
+        contact_damping: 100.0,
+        contact_friction: 0.2,
+        bristle_stiffness: 5000.0,
+        bristle_damping: 50.0,
+        loop_delay: 0.008,
+        robot1_lag: 0.01,
+        robot2_lag: 0.01,
+        sensor_delay: 0.001,
+        sensor_lag: 0.0005,
+        sensor_noise_force: 0.1,
+        sensor_noise_moment: 0.01,
+        sensor_range_force: UNLIMITED,
+        sensor_range_moment: UNLIMITED,
+        ..Params::null()
+    }
+}
+
+/// A sphere of 5 cm inside a cone, touching its wall.
+fn drogue() -> Contact {
+    Contact {
+        points: vec![ContactPoint { position: Vec3::zero(), radius: 0.05 }],
+        solids: vec![Solid {
+            frame: Pose { position: vec3(-0.12, 0.0, 0.0), attitude: Quat::identity() },
+            shape: Shape::Cone { mouth: 0.15, bottom: 0.05, depth: 0.2 },
+        }],
+        law: NormalLaw::Linear,
+        bilateral: false,
+        latch: None,
+    }
+}
+
+fn facility() -> Facility {
+    Facility {
+        robot1_share: 0.5,
+        rail: None,
+        max_speed: 2.0,
+        max_rate: 2.0,
+        drop_hold_ticks: 3,
+        sensor_substeps: 1,
+        crosstalk: [[0.0; 6]; 6],
+        unstable_speed: 1e6,
+    }
+}
+
+/// Nothing ends a run before its last tick.
+fn unending() -> Task {
+    Task {
+        capture: false,
+        touch: false,
+        max_force: ENDLESS,
+        max_time: ENDLESS,
+        max_restitution: ENDLESS,
+        end_after_separation: ENDLESS,
+        end_after_capture: ENDLESS,
+        max_depth: 1e6,
+    }
+}
+
+/// Floating-point operations of one ideal step, counted in the traced stages (fma = 2, all others 1).
+pub fn ideal_step_flops(plant: &Plant) -> usize {
+    let kernel = kernel(plant);
+    let of = |name: &str| kernel.functions.iter().find(|f| f.name == name).map_or(0, |f| f.flops());
+    let per_step = ["kinematics", "latch", "total_wrench", "observe", "advance"];
+    let per_point = of("contact_point") + of("gather");
+    let per_tick: usize = ["finish", "guide", "settle"].into_iter().map(of).sum();
+    let steps: usize = per_step.into_iter().map(of).sum();
+    steps + per_point * plant.contact.points.len() + per_tick / plant.timing.substeps as usize
+}
