@@ -98,22 +98,14 @@ impl<R: Real> Articulated<R> {
     #[inline(always)]
     fn released(&self, u: Spatial<R>, inverse_d: R) -> Self {
         let s = Spatial { angular: u.angular * -inverse_d, linear: u.linear * -inverse_d };
-        let outer = |m: Sym3<R>, a: Vec3<R>, b: Vec3<R>| Sym3 {
-            xx: a.x.mul_add(b.x, m.xx),
-            yy: a.y.mul_add(b.y, m.yy),
-            zz: a.z.mul_add(b.z, m.zz),
-            xy: a.x.mul_add(b.y, m.xy),
-            xz: a.x.mul_add(b.z, m.xz),
-            yz: a.y.mul_add(b.z, m.yz),
-        };
         Self {
-            rotation: outer(self.rotation, s.angular, u.angular),
+            rotation: self.rotation.plus_outer(s.angular, u.angular),
             coupling: Mat3 {
                 x: s.angular.scale_add(u.linear.x, self.coupling.x),
                 y: s.angular.scale_add(u.linear.y, self.coupling.y),
                 z: s.angular.scale_add(u.linear.z, self.coupling.z),
             },
-            translation: outer(self.translation, s.linear, u.linear),
+            translation: self.translation.plus_outer(s.linear, u.linear),
         }
     }
 
@@ -153,7 +145,10 @@ pub(crate) fn joint_accelerations<R: Real, const N: usize>(
         return rate;
     }
     let zero = R::lit(0.0);
-    let axes: [Spatial<R>; N] = std::array::from_fn(|i| joint_axis(k, i));
+    let mut axes = [Spatial::zero(); N];
+    for i in 0..N {
+        axes[i] = joint_axis(k, i);
+    }
     let mut twist = Spatial { angular: k.omega, linear: k.velocity };
     let mut base = Articulated::rigid(base_mass, k.base_com, k.base_inertia);
     let mut base_force = twist.cross_force(base.times(twist));

@@ -3,6 +3,7 @@
 use crate::fields::{Bundle, fields};
 use crate::lanes::Lane;
 use crate::plant::Plant;
+use std::marker::PhantomData;
 
 /// More lanes than any lane type has.
 const MOST_LANES: usize = 64;
@@ -16,53 +17,47 @@ pub fn line_slots(plant: &Plant) -> usize {
 }
 
 /// A ring of bundles, one value per lane, that each lane may read at its own age.
-pub(crate) struct Line<B> {
-    values: Vec<f64>,
+pub(crate) struct Line<L, B> {
+    values: Vec<L>,
     slots: usize,
     width: usize,
-    bundle: std::marker::PhantomData<B>,
+    bundle: PhantomData<B>,
 }
 
-impl<B> Line<B> {
+impl<L: Lane, B: Bundle<L>> Line<L, B> {
     /// An empty ring.
-    pub(crate) fn new<L: Lane>(slots: usize) -> Self
-    where
-        B: Bundle<L>,
-    {
+    pub(crate) fn new(slots: usize) -> Self {
         let width = fields::<L, B>().len();
-        Self { values: vec![0.0; slots * width * L::WIDTH], slots, width, bundle: std::marker::PhantomData }
+        Self { values: vec![L::lit(0.0); slots * width], slots, width, bundle: PhantomData }
     }
 
     /// Writes slot `slot` where the mask holds.
     #[inline(always)]
-    pub(crate) fn put<L: Lane>(&mut self, slot: usize, value: &B, mask: L::Mask)
-    where
-        B: Bundle<L>,
-    {
-        let mut index = slot * self.width * L::WIDTH;
+    pub(crate) fn put(&mut self, slot: usize, value: &B, mask: L::Mask) {
+        let mut place = self.values[slot * self.width..].iter_mut();
         value.write(&mut |scalar: L| {
-            for lane in 0..L::WIDTH {
-                if L::holds(mask, lane) {
-                    self.values[index + lane] = scalar.lane(lane);
-                }
-            }
-            index += L::WIDTH;
+            let place = place.next().expect("a slot as wide as the bundle");
+            *place = L::select(mask, scalar, *place);
         });
     }
 
     /// Reads for each lane the slot that is `back(lane)` slots before slot `newest`.
     #[inline(always)]
-    pub(crate) fn recall<L: Lane>(&self, newest: usize, back: impl Fn(usize) -> usize) -> B
-    where
-        B: Bundle<L>,
-    {
-        let mut starts = [0; MOST_LANES];
-        for (lane, start) in starts.iter_mut().enumerate().take(L::WIDTH) {
-            *start = (newest + self.slots - back(lane)) % self.slots * self.width;
+    pub(crate) fn recall(&self, newest: usize, back: impl Fn(usize) -> usize) -> B {
+        let mut slots = [0; MOST_LANES];
+        for (lane, slot) in slots.iter_mut().enumerate().take(L::WIDTH) {
+            *slot = (newest + self.slots - back(lane)) % self.slots;
         }
+        let first = slots[0];
         let mut field = 0;
+        if slots[..L::WIDTH].iter().all(|slot| *slot == first) {
+            return B::read(&mut || {
+                field += 1;
+                self.values[first * self.width + field - 1]
+            });
+        }
         B::read(&mut || {
-            let value = L::gather(|lane| self.values[(starts[lane] + field) * L::WIDTH + lane]);
+            let value = L::gather(|lane| self.values[slots[lane] * self.width + field].lane(lane));
             field += 1;
             value
         })

@@ -59,6 +59,8 @@ pub trait Bundle<R>: Sized {
     fn read(source: &mut impl FnMut() -> R) -> Self;
     /// Gives out the scalars.
     fn write(&self, sink: &mut impl FnMut(R));
+    /// Joins two values scalar by scalar.
+    fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self;
 }
 
 /// The rows of a bundle's field table.
@@ -105,6 +107,12 @@ macro_rules! leaf {
             fn write(&self, sink: &mut impl FnMut(R)) {
                 $(sink(self.$($part).+);)*
             }
+            #[inline(always)]
+            fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
+                let mut value = *self;
+                $(value.$($part).+ = join(self.$($part).+, other.$($part).+);)*
+                value
+            }
         }
     };
 }
@@ -121,13 +129,28 @@ impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
     }
     #[inline(always)]
     fn read(source: &mut impl FnMut() -> R) -> Self {
-        std::array::from_fn(|_| T::read(source))
+        if N == 0 {
+            return std::array::from_fn(|_| unreachable!("no element"));
+        }
+        let mut value = [T::read(source); N];
+        for element in value.iter_mut().skip(1) {
+            *element = T::read(source);
+        }
+        value
     }
     #[inline(always)]
     fn write(&self, sink: &mut impl FnMut(R)) {
         for value in self {
             value.write(sink);
         }
+    }
+    #[inline(always)]
+    fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
+        let mut value = *self;
+        for i in 0..N {
+            value[i] = self[i].combine(&other[i], join);
+        }
+        value
     }
 }
 
@@ -147,6 +170,10 @@ macro_rules! scalar_bundle {
             #[inline(always)]
             fn write(&self, sink: &mut impl FnMut($ty)) {
                 sink(*self);
+            }
+            #[inline(always)]
+            fn combine(&self, other: &Self, join: &mut impl FnMut($ty, $ty) -> $ty) -> Self {
+                join(*self, *other)
             }
         }
     };
@@ -181,6 +208,10 @@ macro_rules! bundle {
             #[inline(always)]
             fn write(&self, sink: &mut impl FnMut(R)) {
                 $($crate::fields::Bundle::<R>::write(&self.$field, sink);)*
+            }
+            #[inline(always)]
+            fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
+                Self { $($field: $crate::fields::Bundle::<R>::combine(&self.$field, &other.$field, join),)* }
             }
         }
     };

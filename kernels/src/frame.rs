@@ -13,7 +13,7 @@ use crate::noise::{LINK, SENSOR, uniforms};
 use crate::outcome::{Finished, RunEnd, Signals, run_flags};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::{Reference, Robots};
+use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
@@ -67,8 +67,8 @@ pub struct Tile<L: Lane, const N: usize> {
     held: Wrench<L>,
     lost: L,
     dropped: L,
-    commands: Line<Parts<L>>,
-    wrenches: Line<Wrench<L>>,
+    commands: Line<L, Parts<L>>,
+    wrenches: Line<L, Wrench<L>>,
 }
 
 #[inline(always)]
@@ -81,25 +81,10 @@ fn zero_wrench<L: Lane>() -> Wrench<L> {
     Wrench { force: Vec3::zero(), moment: Vec3::zero() }
 }
 
-/// `then` where the mask holds, `other` elsewhere, for any bundle of up to 256 scalars.
+/// `then` where the mask holds, `other` elsewhere.
 #[inline(always)]
 fn choose<L: Lane, B: Bundle<L>>(mask: L::Mask, then: &B, other: &B) -> B {
-    let mut scalars = [L::lit(0.0); 256];
-    let mut count = 0;
-    then.write(&mut |scalar| {
-        scalars[count] = scalar;
-        count += 1;
-    });
-    let mut index = 0;
-    other.write(&mut |scalar| {
-        scalars[index] = L::select(mask, scalars[index], scalar);
-        index += 1;
-    });
-    let mut index = 0;
-    B::read(&mut || {
-        index += 1;
-        scalars[index - 1]
-    })
+    then.combine(other, &mut |a, b| L::select(mask, a, b))
 }
 
 /// All contact points of a pair of parts, and the bristles they move.
@@ -107,7 +92,7 @@ fn choose<L: Lane, B: Bundle<L>>(mask: L::Mask, then: &B, other: &B) -> B {
 fn touch_points<L: Lane>(
     m: &Plant,
     pair: Pair<L>,
-    parts: Parts<L>,
+    parts: &Parts<L>,
     bristles: &mut [Vec3<L>],
     live: L::Mask,
 ) -> Touch<L> {
@@ -116,7 +101,7 @@ fn touch_points<L: Lane>(
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
         let c = contact_point(m, pair, parts, point, *bristle);
         *bristle = Vec3::select(live, c.bristle, *bristle);
-        sum = gather(sum, c);
+        sum = gather(&sum, &c);
     }
     sum
 }
@@ -130,15 +115,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             move || L::lit(nominal.next().expect("one value per field"))
         });
         let zero = L::lit(0.0);
-        let masses = space_masses(params);
+        let masses = space_masses(&params);
         let space = Loop {
             masses,
-            pair: space_pair(params),
-            bodies: start(m, params, masses),
+            pair: space_pair(&params),
+            bodies: start(m, &params, masses),
             watch: monitor::new_watch(),
             bristles: vec![Vec3::zero(); m.contact.points.len()],
         };
-        let parts = kinematics(m, masses, space.bodies).parts;
+        let parts = kinematics(m, masses, &space.bodies).parts;
         Self {
             batch,
             runs: vec![None; L::WIDTH],
@@ -148,7 +133,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             slots: line_slots(m),
             hil: space.clone(),
             space,
-            robots: crate::robot::robots_at(m, command(m, parts)),
+            robots: crate::robot::robots_at(m, &command(m, &parts)),
             sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
             held: zero_wrench(),
             lost: zero,
@@ -186,7 +171,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Starts the runs of the lanes in the mask.
     #[inline(never)]
     fn reset(&mut self, m: &Plant, fresh: L::Mask) {
-        let (p, zero) = (self.params, L::lit(0.0));
+        let (p, zero) = (&self.params, L::lit(0.0));
         let pairs = [(space_masses(p), space_pair(p)), (hil_masses(p), hil_pair(p))];
         for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(pairs) {
             side.masses = choose(fresh, &masses, &side.masses);
@@ -198,15 +183,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if self.batch.loops == Loops::SpaceOnly {
             self.hil.watch.done = L::lit(1.0);
         }
-        let told = command(m, kinematics(m, self.hil.masses, self.hil.bodies).parts);
+        let told = command(m, &kinematics(m, self.hil.masses, &self.hil.bodies).parts);
         // The line is full of the start carried backwards; the newest entry is one tick old.
         for age in 1..self.slots {
-            let past = carry_on(m, told, L::lit(-(age as f64)));
-            self.commands.put::<L>((self.step + self.slots - age) % self.slots, &past, fresh);
-            self.wrenches.put::<L>((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
+            let past = carry_on(m, &told, L::lit(-(age as f64)));
+            self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
+            self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
-        let at = carry_on(m, told, -(crate::robot::transport(m, self.params) + L::lit(1.0)));
-        self.robots = choose(fresh, &crate::robot::robots_at(m, at), &self.robots);
+        let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
+        self.robots = choose(fresh, &crate::robot::robots_at(m, &at), &self.robots);
         let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
         self.sensor = choose(fresh, &sensor, &self.sensor);
         self.held = choose(fresh, &zero_wrench(), &self.held);
@@ -236,18 +221,18 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let (mut bodies, mut seen, mut u) = (s.bodies, s.watch, still());
         let mut live = s.watch.done.le(L::lit(0.0));
         for substep in 0..m.timing.substeps {
-            let k = kinematics(m, s.masses, bodies);
+            let k = kinematics(m, s.masses, &bodies);
             if substep == 0 {
-                s.watch = finish(m, s.watch, now, k.parts, last);
+                s.watch = finish(m, &s.watch, now, &k.parts, last);
                 live = s.watch.done.le(L::lit(0.0));
                 seen = s.watch;
-                u = guide(m, self.params, s.masses, bodies.arm, bodies.chaser.attitude, k, touched(&seen));
+                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, &k, monitor::touched(&seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
-            let touch = touch_points(m, s.pair, k.parts, &mut s.bristles, live);
-            let latch = latch(m, self.params, k.parts, seen.closed);
-            seen = observe(m, seen, time, k.parts, k.parts, touch, latch);
-            bodies = advance(m, s.masses, bodies, k, u, monitor::total_wrench(touch, latch));
+            let touch = touch_points(m, s.pair, &k.parts, &mut s.bristles, live);
+            let latch = latch(m, &self.params, &k.parts, seen.closed);
+            seen = observe(m, &seen, time, &k.parts, &k.parts, &touch, &latch);
+            bodies = advance(m, s.masses, &bodies, &k, &u, monitor::total_wrench(&touch, &latch));
         }
         s.watch = choose(live, &seen, &s.watch);
         s.bodies = choose(live, &settle(bodies), &s.bodies);
@@ -259,32 +244,32 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !any::<L>(self.hil.watch.done.le(L::lit(0.0))) {
             return;
         }
-        let k = kinematics(m, self.hil.masses, self.hil.bodies);
-        self.hil.watch = finish(m, self.hil.watch, now, k.parts, last);
+        let k = kinematics(m, self.hil.masses, &self.hil.bodies);
+        self.hil.watch = finish(m, &self.hil.watch, now, &k.parts, last);
         let live = self.hil.watch.done.le(L::lit(0.0));
         if !any::<L>(live) {
             return;
         }
-        let jitter = self.send_command(m, k.parts, live);
-        self.tick_facility(m, k.parts, now, jitter, live);
-        self.receive_wrench(m, k.parts, live);
-        self.tick_simulation(m, k, live);
+        let jitter = self.send_command(m, &k.parts, live);
+        self.tick_facility(m, &k.parts, now, jitter, live);
+        self.receive_wrench(m, &k.parts, live);
+        self.tick_simulation(m, &k, live);
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
-    fn send_command(&mut self, m: &Plant, parts: Parts<L>, live: L::Mask) -> L {
+    fn send_command(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) -> L {
         let zero = L::lit(0.0);
         let sent = command(m, parts);
         if !self.batch.noisy {
-            self.commands.put::<L>(self.step, &sent, live);
+            self.commands.put(self.step, &sent, live);
             return zero;
         }
         let draws = self.uniforms(LINK);
         let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
-        let before = self.commands.recall::<L>(self.step, |_| 1);
-        let command = choose(lost, &substitute(m, before, self.lost), &sent);
-        self.commands.put::<L>(self.step, &command, live);
+        let before = self.commands.recall(self.step, |_| 1);
+        let command = choose(lost, &substitute(m, &before, self.lost), &sent);
+        self.commands.put(self.step, &command, live);
         self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
         self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
         normals(draws[0], draws[1]).first * self.params.delay_jitter
@@ -292,9 +277,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// Robots, contact and sensor over the tick that ends now.
     #[inline(always)]
-    fn tick_facility(&mut self, m: &Plant, simulated: Parts<L>, now: L, jitter: L, live: L::Mask) {
+    fn tick_facility(&mut self, m: &Plant, simulated: &Parts<L>, now: L, jitter: L, live: L::Mask) {
         let substeps = f64::from(m.timing.substeps);
-        let delay = (crate::robot::transport(m, self.params) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
+        let delay =
+            (crate::robot::transport(m, &self.params) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let recalled = self.recall_commands(oldest);
@@ -304,26 +290,24 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let later = L::lit(1.0).le(place) & oldest.lt(L::lit(0.0));
             let told = interpolate(
                 m,
-                Reference {
-                    before: choose(later, &recalled[1], &recalled[0]),
-                    after: choose(later, &recalled[2], &recalled[1]),
-                    fraction: L::select(later, place - L::lit(1.0), place),
-                },
+                &choose(later, &recalled[1], &recalled[0]),
+                &choose(later, &recalled[2], &recalled[1]),
+                L::select(later, place - L::lit(1.0), place),
             );
-            robots = follow_commands(m, self.params, robots, told);
-            let parts = crate::robot::mounted_parts(m, robots);
+            robots = follow_commands(m, &self.params, &robots, &told);
+            let parts = crate::robot::mounted_parts(m, &robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
-            let touch = touch_points(m, self.hil.pair, parts, &mut self.hil.bristles, live);
-            let latch = latch(m, self.params, parts, seen.closed);
-            seen = observe(m, seen, time, parts, simulated, touch, latch);
+            let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
+            let latch = latch(m, &self.params, &parts, seen.closed);
+            seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
             sensed = low_pass(
                 m,
-                self.params,
-                sensed,
-                crate::sensor::to_sensor(parts.a, monitor::total_wrench(touch, latch)),
+                &self.params,
+                &sensed,
+                crate::sensor::to_sensor(parts.a, monitor::total_wrench(&touch, &latch)),
             );
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
-                sensed = sample(m, self.params, sensed, self.sensor_noise());
+                sensed = sample(m, &self.params, &sensed, self.sensor_noise());
             }
         }
         self.hil.watch = choose(live, &seen, &self.hil.watch);
@@ -336,17 +320,17 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     fn recall_commands(&self, oldest: L) -> [Parts<L>; 3] {
         std::array::from_fn(|offset| {
             let back = |lane| (1.0 - oldest.lane(lane) - offset as f64).max(0.0) as usize;
-            self.commands.recall::<L>(self.step, back)
+            self.commands.recall(self.step, back)
         })
     }
 
     /// The measured wrench as it arrives: delayed, between two samples.
     #[inline(always)]
-    fn receive_wrench(&mut self, m: &Plant, parts: Parts<L>, live: L::Mask) {
-        self.wrenches.put::<L>(self.step, &self.sensor.output, live);
+    fn receive_wrench(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) {
+        self.wrenches.put(self.step, &self.sensor.output, live);
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
-        let at = |more: usize| self.wrenches.recall::<L>(self.step, |lane| whole.lane(lane) as usize + more);
+        let at = |more: usize| self.wrenches.recall(self.step, |lane| whole.lane(lane) as usize + more);
         let held = crate::sensor::blend(at(0), at(1), age - whole);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);
@@ -359,18 +343,22 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// The simulation computer's tick: guidance, then the bodies under the held wrench.
     #[inline(always)]
-    fn tick_simulation(&mut self, m: &Plant, first: Kinematics<L, N>, live: L::Mask) {
+    fn tick_simulation(&mut self, m: &Plant, first: &Kinematics<L, N>, live: L::Mask) {
         let s = &mut self.hil;
-        let (mut k, mut bodies, mut energy) = (first, s.bodies, s.watch.port_energy);
-        let u: Actuation<L, N> =
-            guide(m, self.params, s.masses, bodies.arm, bodies.chaser.attitude, k, touched(&s.watch));
+        let (mut bodies, mut energy) = (s.bodies, s.watch.port_energy);
+        let touched = monitor::touched(&s.watch);
+        let u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, first, touched);
         for substep in 0..m.timing.substeps {
-            if substep > 0 {
-                k = kinematics(m, s.masses, bodies);
-            }
+            let moved;
+            let k = if substep == 0 {
+                first
+            } else {
+                moved = kinematics(m, s.masses, &bodies);
+                &moved
+            };
             let fed = feed_back(k.parts.a, self.held);
-            energy = monitor::port_power(k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
-            bodies = advance(m, s.masses, bodies, k, u, fed);
+            energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
+            bodies = advance(m, s.masses, &bodies, k, &u, fed);
         }
         s.bodies = choose(live, &settle(bodies), &s.bodies);
         s.watch.port_energy = L::select(live, energy, s.watch.port_energy);
@@ -409,8 +397,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if ended.is_empty() {
             return;
         }
-        let space = metrics(m, self.space.watch, self.space.bodies, L::lit(0.0));
-        let hil = metrics(m, self.hil.watch, self.hil.bodies, L::lit(1.0));
+        let space = metrics(m, &self.space.watch, &self.space.bodies, L::lit(0.0));
+        let hil = metrics(m, &self.hil.watch, &self.hil.bodies, L::lit(1.0));
         for lane in ended {
             let (space, hil) = (one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane));
             out.push(Finished {
@@ -443,17 +431,17 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// The signals of one lane.
     pub fn signals(&self, m: &Plant, lane: usize) -> Signals {
-        let simulated = |s: &Loop<L, N>| kinematics(m, s.masses, s.bodies).parts;
+        let simulated = |s: &Loop<L, N>| kinematics(m, s.masses, &s.bodies).parts;
         let (space, hil) = (simulated(&self.space), simulated(&self.hil));
         let mut bristles = self.space.bristles.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
-        let touch = touch_points(m, self.space.pair, space, &mut bristles, nobody);
-        let latched = latch(m, self.params, space, self.space.watch.closed);
+        let touch = touch_points(m, self.space.pair, &space, &mut bristles, nobody);
+        let latched = latch(m, &self.params, &space, self.space.watch.closed);
         Signals {
             time: self.tick.lane(lane) * m.timing.tick(),
             parts: [one(&space, lane), one(&hil, lane)],
             wrench: [
-                one(&monitor::total_wrench(touch, latched), lane),
+                one(&monitor::total_wrench(&touch, &latched), lane),
                 one(&self.sensor.filtered, lane),
                 one(&self.held, lane),
             ],
@@ -472,10 +460,4 @@ fn one<L: Lane, B: Bundle<L>, S: Bundle<f64>>(bundle: &B, lane: usize) -> S {
 #[inline(always)]
 fn any<L: Lane>(mask: L::Mask) -> bool {
     (0..L::WIDTH).any(|lane| L::holds(mask, lane))
-}
-
-/// 1 after the first touch.
-#[inline(always)]
-fn touched<L: Lane>(watch: &Watch<L>) -> L {
-    L::select(L::lit(0.0).le(watch.touch_time), L::lit(1.0), L::lit(0.0))
 }

@@ -12,24 +12,31 @@ use crate::vector::{Quat, Sym3, Vec3, vec3};
 #[inline(always)]
 pub fn guide<R: Real, const N: usize>(
     m: &Plant,
-    p: Params<R>,
+    p: &Params<R>,
     masses: Masses<R>,
-    arm: Arm<R, N>,
+    arm: &Arm<R, N>,
     base: Quat<R>,
-    k: Kinematics<R, N>,
+    k: &Kinematics<R, N>,
     touched: R,
 ) -> Actuation<R, N> {
     let (thrust, torque) = approach(m, p.closing_speed, &k.parts, touched);
     let joint = match m.guidance.arm {
         ArmControl::JointPd { stiffness, damping } => {
-            std::array::from_fn(|i| -(R::lit(stiffness[i]).mul_add(arm.angle[i], R::lit(damping[i]) * arm.rate[i])))
+            let mut torque = [R::lit(0.0); N];
+            for i in 0..N {
+                torque[i] = -(R::lit(stiffness[i]).mul_add(arm.angle[i], R::lit(damping[i]) * arm.rate[i]));
+            }
+            torque
         }
         ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
             let (spring, brake) = (R::lit(-bandwidth * bandwidth), R::lit(-2.0 * damping_ratio * bandwidth));
-            let wanted = std::array::from_fn(|i| spring.mul_add(arm.angle[i], brake * arm.rate[i]));
-            inverse_dynamics(m, masses, arm.rate, &k, thrust, torque, wanted)
+            let mut wanted = [R::lit(0.0); N];
+            for i in 0..N {
+                wanted[i] = spring.mul_add(arm.angle[i], brake * arm.rate[i]);
+            }
+            inverse_dynamics(m, masses, arm.rate, k, thrust, torque, wanted)
         }
-        ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, &arm, base, &k),
+        ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, arm, base, k),
     };
     Actuation { thrust, torque, joint }
 }
@@ -76,19 +83,15 @@ fn inverse_dynamics<R: Real, const N: usize>(
 ) -> [R; N] {
     let mut twist = Spatial { angular: k.omega, linear: k.velocity };
     let mut acceleration = Spatial::zero();
-    let body = |mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spatial<R>| {
-        let linear = (v.linear + v.angular.cross(com)) * mass;
-        Spatial { angular: inertia.times(v.angular) + com.cross(linear), linear }
-    };
-    let base = |v| body(masses.base_mass, k.base_com, k.base_inertia, v);
-    let mut total = twist.cross_force(base(twist));
+    let mut total = twist.cross_force(momentum(masses.base_mass, k.base_com, k.base_inertia, twist));
     let mut force = [Spatial::zero(); N];
     for i in 0..N {
         let axis = joint_axis(k, i);
-        let link = |v| body(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, v);
+        let (mass, link) = (R::lit(m.links[i].mass), &k.links[i]);
         acceleration = axis.scale_add(wanted[i], twist.cross_motion(axis).scale_add(rate[i], acceleration));
         twist = axis.scale_add(rate[i], twist);
-        force[i] = link(acceleration).plus(twist.cross_force(link(twist)));
+        let inertial = momentum(mass, link.com, link.inertia, acceleration);
+        force[i] = inertial.plus(twist.cross_force(momentum(mass, link.com, link.inertia, twist)));
         total = total.plus(force[i]);
     }
     let reaction = Spatial {
@@ -98,11 +101,18 @@ fn inverse_dynamics<R: Real, const N: usize>(
     let mut joint = [R::lit(0.0); N];
     let mut passed = Spatial::zero();
     for i in (0..N).rev() {
-        let own = body(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, reaction);
+        let own = momentum(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, reaction);
         passed = passed.plus(force[i]).plus(own);
         joint[i] = joint_axis(k, i).dot(passed);
     }
     joint
+}
+
+/// A body's inertia times a motion at O: its momentum for a twist, the inertial force for an acceleration.
+#[inline(always)]
+fn momentum<R: Real>(mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spatial<R>) -> Spatial<R> {
+    let linear = (v.linear + v.angular.cross(com)) * mass;
+    Spatial { angular: inertia.times(v.angular) + com.cross(linear), linear }
 }
 
 /// Spring and damper between the end-effector and its start pose on the base, through the transposed Jacobian.
@@ -134,5 +144,9 @@ fn cartesian_impedance<R: Real, const N: usize>(
     let force = (velocity + omega.cross(tool)).scale_add(R::lit(-damping), error * R::lit(stiffness));
     let moment = omega.scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
     let wrench = Spatial { angular: moment + tool.cross(force), linear: force };
-    std::array::from_fn(|i| arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench)))
+    let mut torque = [R::lit(0.0); N];
+    for i in 0..N {
+        torque[i] = arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench));
+    }
+    torque
 }

@@ -52,6 +52,12 @@ bundle! {
     }
 }
 
+/// 1 after the first touch.
+#[inline(always)]
+pub fn touched<R: Real>(watch: &Watch<R>) -> R {
+    R::select(R::lit(0.0).le(watch.touch_time), R::lit(1.0), R::lit(0.0))
+}
+
 /// Nothing touches.
 #[inline(always)]
 pub fn no_touch<R: Real>() -> Touch<R> {
@@ -67,7 +73,7 @@ pub fn no_touch<R: Real>() -> Touch<R> {
 
 /// Adds one point.
 #[inline(always)]
-pub fn gather<R: Real>(sum: Touch<R>, c: PointContact<R>) -> Touch<R> {
+pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
     let more = sum.force.abs().lt(c.force.abs());
     Touch {
         wrench: Wrench { force: sum.wrench.force + c.wrench.force, moment: sum.wrench.moment + c.wrench.moment },
@@ -80,13 +86,13 @@ pub fn gather<R: Real>(sum: Touch<R>, c: PointContact<R>) -> Touch<R> {
 
 /// Contact and latch together.
 #[inline(always)]
-pub fn total_wrench<R: Real>(touch: Touch<R>, latch: LatchState<R>) -> Wrench<R> {
+pub fn total_wrench<R: Real>(touch: &Touch<R>, latch: &LatchState<R>) -> Wrench<R> {
     Wrench { force: touch.wrench.force + latch.wrench.force, moment: touch.wrench.moment + latch.wrench.moment }
 }
 
 /// Power of a wrench on part A (and its opposite on part B) into the relative motion.
 #[inline(always)]
-pub fn port_power<R: Real>(parts: Parts<R>, w: Wrench<R>) -> R {
+pub fn port_power<R: Real>(parts: &Parts<R>, w: Wrench<R>) -> R {
     let slide = sliding_velocity(&parts.a, &parts.b, Vec3::zero());
     w.force.dot(slide) + w.moment.dot(parts.a.omega - parts.b.omega)
 }
@@ -129,12 +135,12 @@ pub fn new_watch<R: Real>() -> Watch<R> {
 #[inline(always)]
 pub fn observe<R: Real>(
     m: &Plant,
-    s: Watch<R>,
+    s: &Watch<R>,
     time: R,
-    parts: Parts<R>,
-    simulated: Parts<R>,
-    touch: Touch<R>,
-    latch: LatchState<R>,
+    parts: &Parts<R>,
+    simulated: &Parts<R>,
+    touch: &Touch<R>,
+    latch: &LatchState<R>,
 ) -> Watch<R> {
     let (zero, one, dt) = (R::lit(0.0), R::lit(1.0), R::lit(m.timing.substep));
     let on = zero.lt(touch.force.abs());
@@ -179,13 +185,13 @@ pub fn observe<R: Real>(
         absorbed: s.absorbed.max(-work),
         push: touch.wrench,
         hardware_energy: port_power(parts, latch.wrench).mul_add(dt, s.hardware_energy + step_work),
-        ..s
+        ..*s
     }
 }
 
 /// Whether the loop is over, once per tick; `last` is 1 in the last tick.
 #[inline(always)]
-pub fn finish<R: Real>(m: &Plant, s: Watch<R>, time: R, simulated: Parts<R>, last: R) -> Watch<R> {
+pub fn finish<R: Real>(m: &Plant, s: &Watch<R>, time: R, simulated: &Parts<R>, last: R) -> Watch<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let since = |event: R| time - event;
     let apart = zero.lt(s.bounces) & s.touching.le(zero);
@@ -200,7 +206,7 @@ pub fn finish<R: Real>(m: &Plant, s: Watch<R>, time: R, simulated: Parts<R>, las
         done: R::select(over, one, s.done),
         unstable: R::select(ends & !calm, one, s.unstable),
         end_time: R::select(ends, time, s.end_time),
-        ..s
+        ..*s
     }
 }
 
@@ -211,13 +217,13 @@ fn finite(limit: f64) -> f64 {
 
 /// Metrics of a finished loop; `created` is 1 on the facility, where the ports may differ.
 #[inline(always)]
-pub fn metrics<R: Real, const N: usize>(m: &Plant, s: Watch<R>, bodies: Bodies<R, N>, created: R) -> Metrics<R> {
+pub fn metrics<R: Real, const N: usize>(m: &Plant, s: &Watch<R>, bodies: &Bodies<R, N>, created: R) -> Metrics<R> {
     let (zero, one, never) = (R::lit(0.0), R::lit(1.0), R::lit(-1.0));
     let bounced = zero.lt(s.bounces) & zero.lt(s.approach_speed);
     let restitution = s.best_separation / R::select(bounced, s.approach_speed, one);
     let restitution = R::select(bounced, restitution, never);
     let (linear, angular) = momentum_errors(bodies);
-    let success = succeeds(m, &s, restitution);
+    let success = succeeds(m, s, restitution);
     Metrics {
         success: R::select(success, one, zero),
         touch_time: s.touch_time,
@@ -240,7 +246,7 @@ pub fn metrics<R: Real, const N: usize>(m: &Plant, s: Watch<R>, bodies: Bodies<R
 
 /// Total momenta against the account of start and external impulses.
 #[inline(always)]
-fn momentum_errors<R: Real, const N: usize>(b: Bodies<R, N>) -> (R, R) {
+fn momentum_errors<R: Real, const N: usize>(b: &Bodies<R, N>) -> (R, R) {
     let place = |body: &crate::space::Body<R>| body.com + body.com_step;
     let linear = b.chaser.momentum + b.target.momentum - b.impulse;
     let angular = (b.chaser.spin + place(&b.chaser).cross(b.chaser.momentum))

@@ -57,7 +57,11 @@ pub trait Real:
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {
         let (last, rest) = coefficients.split_last().expect("at least one coefficient");
-        rest.iter().rev().fold(Self::lit(*last), |sum, c| sum.mul_add(self, Self::lit(*c)))
+        let mut sum = Self::lit(*last);
+        for c in rest.iter().rev() {
+            sum = sum.mul_add(self, Self::lit(*c));
+        }
+        sum
     }
 }
 

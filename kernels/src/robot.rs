@@ -28,18 +28,9 @@ bundle! {
     }
 }
 
-bundle! {
-    /// Two neighbouring commands and where between them the robots are to be.
-    Reference {
-        before: Parts<R>, "1", "the earlier command";
-        after: Parts<R>, "1", "the later command, one command period on";
-        fraction: R, "1", "0 at the earlier, 1 at the later";
-    }
-}
-
 /// Simulated part motions to laboratory commands.
 #[inline(always)]
-pub fn command<R: Real>(m: &Plant, parts: Parts<R>) -> Parts<R> {
+pub fn command<R: Real>(m: &Plant, parts: &Parts<R>) -> Parts<R> {
     let (share, rest) = (R::lit(m.facility.robot1_share), R::lit(m.facility.robot1_share - 1.0));
     let gap = parts.a.position - parts.b.position;
     let slide = parts.a.velocity - parts.b.velocity;
@@ -51,43 +42,51 @@ pub fn command<R: Real>(m: &Plant, parts: Parts<R>) -> Parts<R> {
 
 /// Command transport delay in ticks: the loop's dead time less the sensor's and the frame's own.
 #[inline(always)]
-pub fn transport<R: Real>(m: &Plant, p: Params<R>) -> R {
+pub fn transport<R: Real>(m: &Plant, p: &Params<R>) -> R {
     let own = R::lit(m.timing.own_delay());
     ((p.loop_delay - p.sensor_delay - own) * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0))
 }
 
 /// A command carried on along its twist for `periods` command periods (backwards if negative).
 #[inline(always)]
-pub fn carry_on<R: Real>(m: &Plant, parts: Parts<R>, periods: R) -> Parts<R> {
+pub fn carry_on<R: Real>(m: &Plant, parts: &Parts<R>, periods: R) -> Parts<R> {
     let time = periods * R::lit(m.timing.tick());
-    let move_on = |motion: Motion<R>| Motion {
+    Parts { a: move_on(parts.a, time), b: move_on(parts.b, time) }
+}
+
+#[inline(always)]
+fn move_on<R: Real>(motion: Motion<R>, time: R) -> Motion<R> {
+    Motion {
         position: motion.velocity.scale_add(time, motion.position),
         attitude: Quat::from_rotation_vector(motion.omega * time).compose(motion.attitude).normalized(),
         ..motion
-    };
-    Parts { a: move_on(parts.a), b: move_on(parts.b) }
+    }
 }
 
 /// What replaces a lost command: the last one, carried on along its twist for some ticks, then standing.
 #[inline(always)]
-pub fn substitute<R: Real>(m: &Plant, last: Parts<R>, lost_before: R) -> Parts<R> {
+pub fn substitute<R: Real>(m: &Plant, last: &Parts<R>, lost_before: R) -> Parts<R> {
     let moving = lost_before.lt(R::lit(f64::from(m.facility.drop_hold_ticks)));
     let on = carry_on(m, last, R::lit(1.0));
-    let choose = |on: Motion<R>, last: Motion<R>| Motion {
+    Parts { a: on_or_standing(moving, on.a, last.a), b: on_or_standing(moving, on.b, last.b) }
+}
+
+#[inline(always)]
+fn on_or_standing<R: Real>(moving: R::Mask, on: Motion<R>, last: Motion<R>) -> Motion<R> {
+    Motion {
         position: Vec3::select(moving, on.position, last.position),
         attitude: Quat::select(moving, on.attitude, last.attitude),
         velocity: Vec3::select(moving, last.velocity, Vec3::zero()),
         omega: Vec3::select(moving, last.omega, Vec3::zero()),
-    };
-    Parts { a: choose(on.a, last.a), b: choose(on.b, last.b) }
+    }
 }
 
-/// Motion between two commands: cubic Hermite in position, spherical in attitude (normalised Hermite of the
+/// Motion between two commands, `fraction` 0 at the earlier and 1 at the later: cubic Hermite in position, spherical in attitude (normalised Hermite of the
 /// quaternion), linear in velocity. Exact for constant acceleration, as a tick with a held wrench gives.
 #[inline(always)]
-pub fn interpolate<R: Real>(m: &Plant, r: Reference<R>) -> Parts<R> {
-    let between = |p: Motion<R>, q: Motion<R>| between(R::lit(m.timing.tick()), p, q, r.fraction);
-    Parts { a: between(r.before.a, r.after.a), b: between(r.before.b, r.after.b) }
+pub fn interpolate<R: Real>(m: &Plant, before: &Parts<R>, after: &Parts<R>, fraction: R) -> Parts<R> {
+    let period = R::lit(m.timing.tick());
+    Parts { a: between(period, before.a, after.a, fraction), b: between(period, before.b, after.b, fraction) }
 }
 
 #[inline(always)]
@@ -112,7 +111,7 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
 
 /// One substep of both robots towards the interpolated commands; an axis without lag is where it is told to be.
 #[inline(always)]
-pub fn robots<R: Real>(m: &Plant, p: Params<R>, s: Robots<R>, told: Parts<R>) -> Robots<R> {
+pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>) -> Robots<R> {
     let (rail_told, rail_rate_told, told_a) = rail_share(m, told.a);
     let (motion1, limited1) = follow(m, p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero, s.robot1.motion, told_a);
     let (motion2, limited2) = follow(m, p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero, s.robot2.motion, told.b);
@@ -153,13 +152,13 @@ fn follow<R: Real>(m: &Plant, lag: R, damping: R, zero_time: R, at: Motion<R>, t
     let ideal = lag.le(zero);
     let w = one / lag.max(R::lit(1e-9));
     let (pull, brake, lead) = (w * w, -(two * damping * w), w * w * zero_time);
-    let accelerate = |error: Vec3<R>, rate: Vec3<R>, told: Vec3<R>| {
-        told.scale_add(lead, rate.scale_add(brake, error * pull)).scale_add(dt, rate)
-    };
     let error = told.attitude.compose(at.attitude.conjugate());
     let turn = error.v * R::select(error.w.lt(zero), -two, two);
-    let free_velocity = accelerate(told.position - at.position, at.velocity, told.velocity);
-    let free_omega = accelerate(turn, at.omega, told.omega);
+    let free_velocity = told
+        .velocity
+        .scale_add(lead, at.velocity.scale_add(brake, (told.position - at.position) * pull))
+        .scale_add(dt, at.velocity);
+    let free_omega = told.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
     let (velocity, omega) =
         (free_velocity.clamp(R::lit(m.facility.max_speed)), free_omega.clamp(R::lit(m.facility.max_rate)));
     let cut = (free_velocity - velocity).dot(free_velocity - velocity) + (free_omega - omega).dot(free_omega - omega);
@@ -180,7 +179,7 @@ fn follow<R: Real>(m: &Plant, lag: R, damping: R, zero_time: R, at: Motion<R>, t
 
 /// Actual motions of the parts on the robots' tools.
 #[inline(always)]
-pub fn mounted_parts<R: Real>(m: &Plant, s: Robots<R>) -> Parts<R> {
+pub fn mounted_parts<R: Real>(m: &Plant, s: &Robots<R>) -> Parts<R> {
     let mut a = s.robot1.motion;
     if let Some(rail) = m.facility.rail {
         let axis = Vec3::lit(rail.axis);
@@ -192,7 +191,7 @@ pub fn mounted_parts<R: Real>(m: &Plant, s: Robots<R>) -> Parts<R> {
 
 /// Robots at rest on their first command.
 #[inline(always)]
-pub fn robots_at<R: Real>(m: &Plant, told: Parts<R>) -> Robots<R> {
+pub fn robots_at<R: Real>(m: &Plant, told: &Parts<R>) -> Robots<R> {
     let zero = R::lit(0.0);
     let (rail, rail_rate, a) = rail_share(m, told.a);
     Robots {

@@ -30,17 +30,17 @@ pub fn feed_back<R: Real>(a: Motion<R>, w: Wrench<R>) -> Wrench<R> {
 
 /// First-order low-pass, backward Euler; without a time constant the wrench passes unchanged.
 #[inline(always)]
-pub fn low_pass<R: Real>(m: &Plant, p: Params<R>, s: Sensor<R>, w: Wrench<R>) -> Sensor<R> {
+pub fn low_pass<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, w: Wrench<R>) -> Sensor<R> {
     let dt = R::lit(m.timing.substep);
     let (gain, none) = (dt / (dt + p.sensor_lag), p.sensor_lag.le(R::lit(0.0)));
     let pass = |old: Vec3<R>, new: Vec3<R>| Vec3::select(none, new, (new - old).scale_add(gain, old));
     let filtered = Wrench { force: pass(s.filtered.force, w.force), moment: pass(s.filtered.moment, w.moment) };
-    Sensor { filtered, ..s }
+    Sensor { filtered, ..*s }
 }
 
 /// One sample: gain, crosstalk, bias, noise (unit normal deviates), saturation, quantisation.
 #[inline(always)]
-pub fn sample<R: Real>(m: &Plant, p: Params<R>, s: Sensor<R>, noise: Wrench<R>) -> Sensor<R> {
+pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, noise: Wrench<R>) -> Sensor<R> {
     let one = R::lit(1.0);
     let (f, t) = (s.filtered.force, s.filtered.moment);
     let leak = crosstalk(m, f, t);
@@ -62,7 +62,7 @@ pub fn sample<R: Real>(m: &Plant, p: Params<R>, s: Sensor<R>, noise: Wrench<R>) 
             moment: cut.moment.map(|v| quantised(v, p.sensor_resolution_moment)),
         },
         saturated: R::select(over, one, s.saturated),
-        ..s
+        ..*s
     }
 }
 

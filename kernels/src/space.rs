@@ -120,7 +120,7 @@ bundle! {
 
 /// The true masses: the loop in space.
 #[inline(always)]
-pub fn space_masses<R: Real>(p: Params<R>) -> Masses<R> {
+pub fn space_masses<R: Real>(p: &Params<R>) -> Masses<R> {
     Masses {
         base_mass: p.base_mass,
         base_inertia_scale: p.base_inertia_scale,
@@ -131,7 +131,7 @@ pub fn space_masses<R: Real>(p: Params<R>) -> Masses<R> {
 
 /// The masses that the facility simulates.
 #[inline(always)]
-pub fn hil_masses<R: Real>(p: Params<R>) -> Masses<R> {
+pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
     let one = R::lit(1.0);
     Masses {
         target_mass: p.target_mass * (one + p.mass_error),
@@ -173,7 +173,7 @@ fn about_z<R: Real>(q: Quat<R>, angle: R) -> Quat<R> {
 
 /// Positions, inertias and momentum columns of the chain, and the twists that the momenta imply.
 #[inline(always)]
-pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: Bodies<R, N>) -> Kinematics<R, N> {
+pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
     let f = frames::<R, N>(m, s.chaser.attitude, s.arm.angle);
     let link_mass: f64 = m.links.iter().map(|l| l.mass).sum();
     let mass = masses.base_mass + R::lit(link_mass);
@@ -186,7 +186,10 @@ pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: Bodi
     }
     let base_com = -(offset * (R::lit(1.0) / mass));
 
-    let links = std::array::from_fn(|i| link_state(&m.links[i], f.links[i], base_com));
+    let mut links = [LinkState::zero(); N];
+    for i in 0..N {
+        links[i] = link_state(&m.links[i], f.links[i], base_com);
+    }
     let base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(f.base);
     let (links, inertia) = columns(m, links, base_inertia + Sym3::point_mass(masses.base_mass, base_com));
     let inverse_inertia = inertia.inverse();
@@ -205,6 +208,15 @@ pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: Bodi
         velocity,
         inverse_inertia,
         target_inverse_inertia,
+    }
+}
+
+impl<R: Real> LinkState<R> {
+    /// A place for a link to come.
+    #[inline(always)]
+    fn zero() -> Self {
+        let none = Vec3::zero();
+        Self { axis: none, origin: none, com: none, inertia: Sym3::splat(R::lit(0.0)), column: none, drift: none }
     }
 }
 
@@ -315,14 +327,14 @@ fn seat_motion<R: Real>(m: &Plant, masses: Masses<R>, target: &Body<R>, inverse_
 pub fn advance<R: Real, const N: usize>(
     m: &Plant,
     masses: Masses<R>,
-    s: Bodies<R, N>,
-    k: Kinematics<R, N>,
-    u: Actuation<R, N>,
+    s: &Bodies<R, N>,
+    k: &Kinematics<R, N>,
+    u: &Actuation<R, N>,
     w: Wrench<R>,
 ) -> Bodies<R, N> {
     let dt = R::lit(m.timing.substep);
     let point = k.parts.a.position - (s.chaser.com + s.chaser.com_step);
-    let acceleration = joint_accelerations(m, masses.base_mass, s.arm.rate, &k, &u, w, point);
+    let acceleration = joint_accelerations(m, masses.base_mass, s.arm.rate, k, u, w, point);
     let mut rate = s.arm.rate;
     for i in 0..N {
         rate[i] = acceleration[i].mul_add(dt, rate[i]);
@@ -345,7 +357,7 @@ pub fn advance<R: Real, const N: usize>(
     }
 
     let centre = s.chaser.com + s.chaser.com_step;
-    let (target, target_push) = advance_target(m, masses, &s.target, &k, w);
+    let (target, target_push) = advance_target(m, masses, &s.target, k, w);
     let target_centre = s.target.com + s.target.com_step;
     Bodies {
         chaser,

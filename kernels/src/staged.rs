@@ -7,7 +7,7 @@ use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::{Reference, Robots};
+use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::vector::{Quat, Vec3};
@@ -26,13 +26,13 @@ macro_rules! staged {
             $(#[$doc])*
             #[inline(always)]
             #[allow(clippy::too_many_arguments, reason = "a stage names all that it reads")]
-            pub fn $name<L: Lane $(, const $n: usize)?>($($m: &Plant,)? $($argument: $ty),*) -> $result {
+            pub fn $name<'a, L: Lane $(, const $n: usize)?>($($m: &'a Plant,)? $($argument: $ty),*) -> $result {
                 struct Call<'a, L: Lane $(, const $n: usize)?> {
                     $($m: &'a Plant,)?
                     $($argument: $ty,)*
                     lifetime: PhantomData<&'a L>,
                 }
-                impl<L: Lane $(, const $n: usize)?> Stage for Call<'_, L $(, $n)?> {
+                impl<'a, L: Lane $(, const $n: usize)?> Stage for Call<'a, L $(, $n)?> {
                     type Output = $result;
                     #[inline(always)]
                     fn run(self) -> $result {
@@ -47,41 +47,41 @@ macro_rules! staged {
 
 staged! {
     /// [`crate::start::start`]
-    start::start<N>(m; p: Params<L>, masses: Masses<L>) -> Bodies<L, N>;
+    start::start<N>(m; p: &'a Params<L>, masses: Masses<L>) -> Bodies<L, N>;
     /// [`crate::space::kinematics`]
-    space::kinematics<N>(m; masses: Masses<L>, s: Bodies<L, N>) -> Kinematics<L, N>;
+    space::kinematics<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>) -> Kinematics<L, N>;
     /// [`crate::space::advance`]
-    space::advance<N>(m; masses: Masses<L>, s: Bodies<L, N>, k: Kinematics<L, N>, u: Actuation<L, N>, w: Wrench<L>) -> Bodies<L, N>;
+    space::advance<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> Bodies<L, N>;
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m; p: Params<L>, masses: Masses<L>, arm: Arm<L, N>, base: Quat<L>, k: Kinematics<L, N>, touched: L) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: &'a Params<L>, masses: Masses<L>, arm: &'a Arm<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
-    contact::contact_point(m; pair: Pair<L>, parts: Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
+    contact::contact_point(m; pair: Pair<L>, parts: &'a Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
-    contact::latch(m; p: Params<L>, parts: Parts<L>, closed: L) -> LatchState<L>;
+    contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
-    robot::command(m; parts: Parts<L>) -> Parts<L>;
+    robot::command(m; parts: &'a Parts<L>) -> Parts<L>;
     /// [`crate::robot::carry_on`]
-    robot::carry_on(m; parts: Parts<L>, periods: L) -> Parts<L>;
+    robot::carry_on(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
     /// [`crate::robot::substitute`]
-    robot::substitute(m; last: Parts<L>, lost_before: L) -> Parts<L>;
+    robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
-    robot::interpolate(m; r: Reference<L>) -> Parts<L>;
+    robot::interpolate(m; before: &'a Parts<L>, after: &'a Parts<L>, fraction: L) -> Parts<L>;
     /// [`crate::robot::robots`]
-    robot::robots(m; p: Params<L>, s: Robots<L>, told: Parts<L>) -> Robots<L>;
+    robot::robots(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::low_pass`]
-    sensor::low_pass(m; p: Params<L>, s: Sensor<L>, w: Wrench<L>) -> Sensor<L>;
+    sensor::low_pass(m; p: &'a Params<L>, s: &'a Sensor<L>, w: Wrench<L>) -> Sensor<L>;
     /// [`crate::sensor::sample`]
-    sensor::sample(m; p: Params<L>, s: Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
+    sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::gather`]
-    monitor::gather(; sum: Touch<L>, c: PointContact<L>) -> Touch<L>;
+    monitor::gather(; sum: &'a Touch<L>, c: &'a PointContact<L>) -> Touch<L>;
     /// [`crate::monitor::observe`]
-    monitor::observe(m; s: Watch<L>, time: L, parts: Parts<L>, simulated: Parts<L>, touch: Touch<L>, latch: LatchState<L>) -> Watch<L>;
+    monitor::observe(m; s: &'a Watch<L>, time: L, parts: &'a Parts<L>, simulated: &'a Parts<L>, touch: &'a Touch<L>, latch: &'a LatchState<L>) -> Watch<L>;
     /// [`crate::monitor::finish`]
-    monitor::finish(m; s: Watch<L>, time: L, simulated: Parts<L>, last: L) -> Watch<L>;
+    monitor::finish(m; s: &'a Watch<L>, time: L, simulated: &'a Parts<L>, last: L) -> Watch<L>;
     /// [`crate::monitor::metrics`]
-    monitor::metrics<N>(m; s: Watch<L>, bodies: Bodies<L, N>, created: L) -> Metrics<L>;
+    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, created: L) -> Metrics<L>;
 }

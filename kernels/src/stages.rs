@@ -7,8 +7,7 @@ use crate::monitor::{self, Touch, Watch};
 use crate::noise::{self, Normals};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::real::Real;
-use crate::robot::{self, Reference, Robots};
+use crate::robot::{self, Robots};
 use crate::sensor::{self, Sensor};
 use crate::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use crate::trace::{Sym, trace};
@@ -57,7 +56,6 @@ pub fn structures<const N: usize>() -> Vec<Struct> {
         structure::<LatchState<Sym>>(),
         structure::<Touch<Sym>>(),
         structure::<Watch<Sym>>(),
-        structure::<Reference<Sym>>(),
         structure::<Robots<Sym>>(),
         structure::<Sensor<Sym>>(),
         structure::<Normals<Sym>>(),
@@ -76,46 +74,46 @@ pub fn functions<const N: usize>(m: &Plant) -> Vec<Function> {
 
 fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
     vec![
-        stage!(space_masses(p: Params<Sym>) -> Masses<Sym> => space::space_masses(p)),
-        stage!(hil_masses(p: Params<Sym>) -> Masses<Sym> => space::hil_masses(p)),
-        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => crate::start::start(m, p, masses)),
-        stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, masses, s)),
+        stage!(space_masses(p: Params<Sym>) -> Masses<Sym> => space::space_masses(&p)),
+        stage!(hil_masses(p: Params<Sym>) -> Masses<Sym> => space::hil_masses(&p)),
+        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => crate::start::start(m, &p, masses)),
+        stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
         stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
-            -> Actuation<Sym, N> => crate::guidance::guide(m, p, masses, s.arm, s.chaser.attitude, k, touched(watch))),
+            -> Actuation<Sym, N> => crate::guidance::guide(m, &p, masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
-            -> Bodies<Sym, N> => space::advance(m, masses, s, k, u, w)),
+            -> Bodies<Sym, N> => space::advance(m, masses, &s, &k, &u, w)),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),
     ]
 }
 
 fn contact_stages(m: &Plant) -> Vec<Function> {
     vec![
-        stage!(space_pair(p: Params<Sym>) -> Pair<Sym> => contact::space_pair(p)),
-        stage!(hil_pair(p: Params<Sym>) -> Pair<Sym> => contact::hil_pair(p)),
+        stage!(space_pair(p: Params<Sym>) -> Pair<Sym> => contact::space_pair(&p)),
+        stage!(hil_pair(p: Params<Sym>) -> Pair<Sym> => contact::hil_pair(&p)),
         stage!(contact_point(pair: Pair<Sym>, parts: Parts<Sym>, point: Point<Sym>, bristle: Vec3<Sym>)
-            -> PointContact<Sym> => contact::contact_point(m, pair, parts, point, bristle)),
-        stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym) -> LatchState<Sym> => contact::latch(m, p, parts, closed)),
+            -> PointContact<Sym> => contact::contact_point(m, pair, &parts, point, bristle)),
+        stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym) -> LatchState<Sym> => contact::latch(m, &p, &parts, closed)),
         stage!(no_touch() -> Touch<Sym> => monitor::no_touch()),
-        stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(sum, c)),
-        stage!(total_wrench(touch: Touch<Sym>, latch: LatchState<Sym>) -> Wrench<Sym> => monitor::total_wrench(touch, latch)),
+        stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(&sum, &c)),
+        stage!(total_wrench(touch: Touch<Sym>, latch: LatchState<Sym>) -> Wrench<Sym> => monitor::total_wrench(&touch, &latch)),
     ]
 }
 
 fn facility_stages(m: &Plant) -> Vec<Function> {
     vec![
-        stage!(transport(p: Params<Sym>) -> Sym => robot::transport(m, p)),
-        stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, parts)),
-        stage!(carry_on(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::carry_on(m, parts, periods)),
-        stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, last, lost_before)),
+        stage!(transport(p: Params<Sym>) -> Sym => robot::transport(m, &p)),
+        stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
+        stage!(carry_on(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::carry_on(m, &parts, periods)),
+        stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
         stage!(interpolate(before: Parts<Sym>, after: Parts<Sym>, fraction: Sym) -> Parts<Sym>
-            => robot::interpolate(m, Reference { before, after, fraction })),
-        stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, told)),
-        stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, p, s, told)),
-        stage!(mounted_parts(s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, s)),
+            => robot::interpolate(m, &before, &after, fraction)),
+        stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
+        stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
+        stage!(mounted_parts(s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &s)),
         stage!(to_sensor(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::to_sensor(parts.a, w)),
-        stage!(low_pass(p: Params<Sym>, s: Sensor<Sym>, w: Wrench<Sym>) -> Sensor<Sym> => sensor::low_pass(m, p, s, w)),
-        stage!(sample(p: Params<Sym>, s: Sensor<Sym>, noise: Wrench<Sym>) -> Sensor<Sym> => sensor::sample(m, p, s, noise)),
+        stage!(low_pass(p: Params<Sym>, s: Sensor<Sym>, w: Wrench<Sym>) -> Sensor<Sym> => sensor::low_pass(m, &p, &s, w)),
+        stage!(sample(p: Params<Sym>, s: Sensor<Sym>, noise: Wrench<Sym>) -> Sensor<Sym> => sensor::sample(m, &p, &s, noise)),
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
@@ -126,17 +124,12 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
 fn monitor_stages<const N: usize>(m: &Plant) -> Vec<Function> {
     vec![
         stage!(new_watch() -> Watch<Sym> => monitor::new_watch()),
-        stage!(port_power(parts: Parts<Sym>, w: Wrench<Sym>) -> Sym => monitor::port_power(parts, w)),
+        stage!(port_power(parts: Parts<Sym>, w: Wrench<Sym>) -> Sym => monitor::port_power(&parts, w)),
         stage!(observe(s: Watch<Sym>, time: Sym, parts: Parts<Sym>, simulated: Parts<Sym>, touch: Touch<Sym>, latch: LatchState<Sym>)
-            -> Watch<Sym> => monitor::observe(m, s, time, parts, simulated, touch, latch)),
+            -> Watch<Sym> => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch)),
         stage!(finish(s: Watch<Sym>, time: Sym, simulated: Parts<Sym>, last: Sym) -> Watch<Sym>
-            => monitor::finish(m, s, time, simulated, last)),
+            => monitor::finish(m, &s, time, &simulated, last)),
         stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, created: Sym) -> Metrics<Sym>
-            => monitor::metrics(m, s, bodies, created)),
+            => monitor::metrics(m, &s, &bodies, created)),
     ]
-}
-
-/// 1 after the first touch.
-fn touched(watch: Watch<Sym>) -> Sym {
-    Sym::select(Sym::lit(0.0).le(watch.touch_time), Sym::lit(1.0), Sym::lit(0.0))
 }

@@ -9,15 +9,8 @@ use crate::vector::{Quat, Vec3, vec3};
 /// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
 /// moving at `closing_speed` and `drift` relative to part B, the target turning about its centre of mass.
 #[inline(always)]
-pub fn start<R: Real, const N: usize>(m: &Plant, p: Params<R>, masses: Masses<R>) -> Bodies<R, N> {
+pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: Masses<R>) -> Bodies<R, N> {
     let zero = R::lit(0.0);
-    let still = |com: Vec3<R>, attitude: Quat<R>| Body {
-        com,
-        com_step: Vec3::zero(),
-        attitude,
-        momentum: Vec3::zero(),
-        spin: Vec3::zero(),
-    };
     let mut s = Bodies {
         chaser: still(Vec3::zero(), Quat::lit(m.base_pose.attitude)),
         arm: Arm { angle: [zero; N], rate: [zero; N], turn: Vec3::zero() },
@@ -28,7 +21,7 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: Params<R>, masses: Masses<R>
     // The chaser turns about part A's origin, which its nominal pose puts at `tool`.
     let tool = Vec3::lit(m.base_pose.position) + s.chaser.attitude.rotate(Vec3::lit(m.tool_start.position));
     s.chaser.attitude = Quat::from_rotation_vector(p.tilt).compose(s.chaser.attitude);
-    let turned = kinematics(m, masses, s);
+    let turned = kinematics(m, masses, &s);
     s.chaser.com = tool + p.offset - turned.parts.a.position;
 
     s.chaser.spin = inertia_times(turned.inverse_inertia, p.chaser_rate);
@@ -41,6 +34,12 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: Params<R>, masses: Masses<R>
     s.impulse = s.chaser.momentum + s.target.momentum;
     s.moment_impulse = s.chaser.spin + s.chaser.com.cross(s.chaser.momentum) + s.target.spin;
     s
+}
+
+/// A body at rest.
+#[inline(always)]
+fn still<R: Real>(com: Vec3<R>, attitude: Quat<R>) -> Body<R> {
+    Body { com, com_step: Vec3::zero(), attitude, momentum: Vec3::zero(), spin: Vec3::zero() }
 }
 
 /// `I w` from the inverse inertia.

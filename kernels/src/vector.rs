@@ -242,6 +242,19 @@ impl<R: Real> Sym3<R> {
         }
     }
 
+    /// `self + a b^T` for vectors whose outer product is symmetric.
+    #[inline(always)]
+    pub fn plus_outer(self, a: Vec3<R>, b: Vec3<R>) -> Self {
+        Self {
+            xx: a.x.mul_add(b.x, self.xx),
+            yy: a.y.mul_add(b.y, self.yy),
+            zz: a.z.mul_add(b.z, self.zz),
+            xy: a.x.mul_add(b.y, self.xy),
+            xz: a.x.mul_add(b.z, self.xz),
+            yz: a.y.mul_add(b.z, self.yz),
+        }
+    }
+
     /// Inertia of a point mass at `r`: `m (|r|^2 1 - r r^T)`.
     #[inline(always)]
     pub fn point_mass(mass: R, r: Vec3<R>) -> Self {

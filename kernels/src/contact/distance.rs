@@ -19,14 +19,16 @@ pub struct Distance<R> {
 #[inline(always)]
 pub fn part_distance<R: Real>(m: &Plant, point: Vec3<R>) -> Distance<R> {
     let far = Distance { distance: R::lit(1.0e3), normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) };
-    m.solids.iter().fold(far, |best, solid| {
+    let mut best = far;
+    for solid in &m.solids {
         let other = solid_distance(solid, point);
         let nearer = other.distance.lt(best.distance);
-        Distance {
+        best = Distance {
             distance: R::select(nearer, other.distance, best.distance),
             normal: Vec3::select(nearer, other.normal, best.normal),
-        }
-    })
+        };
+    }
+    best
 }
 
 #[inline(always)]

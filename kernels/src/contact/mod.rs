@@ -60,7 +60,7 @@ bundle! {
 
 /// The true pair: the loop in space.
 #[inline(always)]
-pub fn space_pair<R: Real>(p: Params<R>) -> Pair<R> {
+pub fn space_pair<R: Real>(p: &Params<R>) -> Pair<R> {
     Pair {
         stiffness: p.contact_stiffness,
         damping: p.contact_damping,
@@ -73,7 +73,7 @@ pub fn space_pair<R: Real>(p: Params<R>) -> Pair<R> {
 
 /// The pair that is mounted on the robots.
 #[inline(always)]
-pub fn hil_pair<R: Real>(p: Params<R>) -> Pair<R> {
+pub fn hil_pair<R: Real>(p: &Params<R>) -> Pair<R> {
     let one = R::lit(1.0);
     let damping = one + p.contact_damping_error;
     Pair {
@@ -90,7 +90,7 @@ pub fn hil_pair<R: Real>(p: Params<R>) -> Pair<R> {
 pub fn contact_point<R: Real>(
     m: &Plant,
     pair: Pair<R>,
-    parts: Parts<R>,
+    parts: &Parts<R>,
     point: Point<R>,
     bristle: Vec3<R>,
 ) -> PointContact<R> {
@@ -164,7 +164,7 @@ fn friction<R: Real>(
 
 /// The capture latch: closes on geometry, then holds part A's latch frame to the seat.
 #[inline(always)]
-pub fn latch<R: Real>(m: &Plant, p: Params<R>, parts: Parts<R>, closed: R) -> LatchState<R> {
+pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> LatchState<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some(gate) = m.contact.latch else {
         return LatchState { closed, wrench: Wrench { force: Vec3::zero(), moment: Vec3::zero() }, offset: zero };
