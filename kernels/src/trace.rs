@@ -276,6 +276,8 @@ impl Graph {
     }
 }
 
+// Not inlined: inside the always-inlined stages a copy per operation takes the compiler minutes.
+#[inline(never)]
 fn push(op: Op) -> u32 {
     GRAPH.with_borrow_mut(|graph| graph.push(op))
 }
