@@ -58,19 +58,52 @@ impl<R: Real> Spatial<R> {
     }
 }
 
+/// A rigid body's inertia times a motion at O: its momentum for a twist, the inertial force for an acceleration.
+#[inline(always)]
+pub(crate) fn momentum<R: Real>(mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spatial<R>) -> Spatial<R> {
+    let linear = (v.linear + v.angular.cross(com)) * mass;
+    Spatial { angular: inertia.times(v.angular) + com.cross(linear), linear }
+}
+
+/// The force that moves a rigid body with a twist and an acceleration.
+#[inline(always)]
+fn inertial_force<R: Real>(
+    mass: R,
+    com: Vec3<R>,
+    inertia: Sym3<R>,
+    twist: Spatial<R>,
+    acceleration: Spatial<R>,
+) -> Spatial<R> {
+    let turning = twist.cross_force(momentum(mass, com, inertia, twist));
+    momentum(mass, com, inertia, acceleration).plus(turning)
+}
+
 impl<R: Real> Articulated<R> {
-    /// A rigid body of the given mass and central inertia at `com`.
     #[inline(always)]
-    fn rigid(mass: R, com: Vec3<R>, inertia: Sym3<R>) -> Self {
-        let h = com * mass;
-        let o = R::lit(0.0);
-        // B v = h x v: columns of the cross product matrix.
-        let coupling = Mat3 { x: vec3(o, h.z, -h.y), y: vec3(-h.z, o, h.x), z: vec3(h.y, -h.x, o) };
+    fn zero() -> Self {
+        let (zero, none) = (R::lit(0.0), Vec3::zero());
         Self {
-            rotation: inertia + Sym3::point_mass(mass, com),
-            coupling,
-            translation: Sym3::diagonal(Vec3::splat(mass)),
+            rotation: Sym3::splat(zero),
+            coupling: Mat3 { x: none, y: none, z: none },
+            translation: Sym3::splat(zero),
         }
+    }
+
+    /// With a rigid body of the given mass and central inertia at `com` fixed to it.
+    #[inline(always)]
+    fn plus_rigid(mut self, mass: R, com: Vec3<R>, inertia: Sym3<R>) -> Self {
+        let h = com * mass;
+        self.rotation = self.rotation + inertia + Sym3::point_mass(mass, com);
+        // B v = h x v: columns of the cross product matrix.
+        let Mat3 { x, y, z } = self.coupling;
+        self.coupling = Mat3 {
+            x: vec3(x.x, x.y + h.z, x.z - h.y),
+            y: vec3(y.x - h.z, y.y, y.z + h.x),
+            z: vec3(z.x + h.y, z.y - h.x, z.z),
+        };
+        let Sym3 { xx, yy, zz, .. } = self.translation;
+        self.translation = Sym3 { xx: xx + mass, yy: yy + mass, zz: zz + mass, ..self.translation };
+        self
     }
 
     #[inline(always)]
@@ -78,19 +111,6 @@ impl<R: Real> Articulated<R> {
         Spatial {
             angular: self.rotation.times(v.angular) + self.coupling.times(v.linear),
             linear: self.coupling.transposed_times(v.angular) + self.translation.times(v.linear),
-        }
-    }
-
-    #[inline(always)]
-    fn plus(&self, o: &Self) -> Self {
-        Self {
-            rotation: self.rotation + o.rotation,
-            coupling: Mat3 {
-                x: self.coupling.x + o.coupling.x,
-                y: self.coupling.y + o.coupling.y,
-                z: self.coupling.z + o.coupling.z,
-            },
-            translation: self.translation + o.translation,
         }
     }
 
@@ -145,53 +165,43 @@ pub(crate) fn joint_accelerations<R: Real, const N: usize>(
         return rate;
     }
     let zero = R::lit(0.0);
-    let mut axes = [Spatial::zero(); N];
+    // Outwards: inertial forces of the links while no joint and no base accelerates, only the motion itself does.
+    let (mut axes, mut force) = ([Spatial::zero(); N], [Spatial::zero(); N]);
+    let mut twist = Spatial { angular: k.omega, linear: k.velocity };
+    let still = twist.cross_force(momentum(base_mass, k.base_com, k.base_inertia, twist));
+    let mut drift = Spatial::zero();
     for i in 0..N {
         axes[i] = joint_axis(k, i);
-    }
-    let mut twist = Spatial { angular: k.omega, linear: k.velocity };
-    let mut base = Articulated::rigid(base_mass, k.base_com, k.base_inertia);
-    let mut base_force = twist.cross_force(base.times(twist));
-    base_force.angular = base_force.angular - k.base_com.cross(u.thrust) - u.torque;
-    base_force.linear = base_force.linear - u.thrust;
-
-    // Outwards: velocities, rigid inertias, bias forces and accelerations.
-    let mut inertia = [base; N];
-    let mut force = [base_force; N];
-    let mut bias = [Spatial::zero(); N];
-    for i in 0..N {
-        bias[i] = twist.cross_motion(axes[i]).scale_add(rate[i], Spatial::zero());
+        drift = twist.cross_motion(axes[i]).scale_add(rate[i], drift);
         twist = axes[i].scale_add(rate[i], twist);
-        inertia[i] = Articulated::rigid(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia);
-        force[i] = twist.cross_force(inertia[i].times(twist));
+        let link = &k.links[i];
+        force[i] = inertial_force(R::lit(m.links[i].mass), link.com, link.inertia, twist, drift);
     }
-    force[N - 1].angular = force[N - 1].angular - w.moment - point.cross(w.force);
-    force[N - 1].linear = force[N - 1].linear - w.force;
 
-    // Inwards: articulated inertias and forces.
+    // Inwards: articulated inertia and force of everything outboard, carried from joint to joint.
     let mut resist = axes;
     let (mut inverse_d, mut drive) = ([zero; N], [zero; N]);
+    let mut outboard = Articulated::zero();
+    let mut load = Spatial { angular: -(w.moment + point.cross(w.force)), linear: -w.force };
     for i in (0..N).rev() {
-        resist[i] = inertia[i].times(axes[i]);
+        let link = &k.links[i];
+        outboard = outboard.plus_rigid(R::lit(m.links[i].mass), link.com, link.inertia);
+        load = load.plus(force[i]);
+        resist[i] = outboard.times(axes[i]);
         inverse_d[i] = R::lit(1.0) / axes[i].dot(resist[i]);
-        drive[i] = u.joint[i] - axes[i].dot(force[i]);
-        let released = inertia[i].released(resist[i], inverse_d[i]);
-        let passed = resist[i].scale_add(drive[i] * inverse_d[i], force[i].plus(released.times(bias[i])));
-        if i > 0 {
-            inertia[i - 1] = inertia[i - 1].plus(&released);
-            force[i - 1] = force[i - 1].plus(passed);
-        } else {
-            base = base.plus(&released);
-            base_force = base_force.plus(passed);
-        }
+        drive[i] = u.joint[i] - axes[i].dot(load);
+        outboard = outboard.released(resist[i], inverse_d[i]);
+        load = resist[i].scale_add(drive[i] * inverse_d[i], load);
     }
 
-    // Outwards again: accelerations, starting from the free base.
-    let push = Spatial { angular: -base_force.angular, linear: -base_force.linear };
-    let mut acceleration = base.solve(push);
+    // Outwards again: what base and joints add to the drift, starting from the free base.
+    let push = Spatial {
+        angular: k.base_com.cross(u.thrust) + u.torque - still.angular - load.angular,
+        linear: u.thrust - still.linear - load.linear,
+    };
+    let mut acceleration = outboard.plus_rigid(base_mass, k.base_com, k.base_inertia).solve(push);
     let mut joint = [zero; N];
     for i in 0..N {
-        acceleration = acceleration.plus(bias[i]);
         joint[i] = (drive[i] - resist[i].dot(acceleration)) * inverse_d[i];
         acceleration = axes[i].scale_add(joint[i], acceleration);
     }

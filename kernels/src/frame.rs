@@ -318,10 +318,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.
     #[inline(always)]
     fn recall_commands(&self, oldest: L) -> [Parts<L>; 3] {
-        std::array::from_fn(|offset| {
-            let back = |lane| (1.0 - oldest.lane(lane) - offset as f64).max(0.0) as usize;
-            self.commands.recall(self.step, back)
-        })
+        let at =
+            |offset: f64| self.commands.recall(self.step, |lane| (1.0 - oldest.lane(lane) - offset).max(0.0) as usize);
+        [at(0.0), at(1.0), at(2.0)]
     }
 
     /// The measured wrench as it arrives: delayed, between two samples.

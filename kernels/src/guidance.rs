@@ -1,12 +1,12 @@
 //! Guidance stage: base thrust during the approach and the arm's controller, once per tick.
 
-use crate::aba::{Spatial, joint_axis};
+use crate::aba::{Spatial, joint_axis, momentum};
 use crate::model::{ArmControl, Thrust};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Actuation, Arm, Kinematics, Masses, Parts};
-use crate::vector::{Quat, Sym3, Vec3, vec3};
+use crate::vector::{Quat, Vec3, vec3};
 
 /// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
 #[inline(always)]
@@ -106,13 +106,6 @@ fn inverse_dynamics<R: Real, const N: usize>(
         joint[i] = joint_axis(k, i).dot(passed);
     }
     joint
-}
-
-/// A body's inertia times a motion at O: its momentum for a twist, the inertial force for an acceleration.
-#[inline(always)]
-fn momentum<R: Real>(mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spatial<R>) -> Spatial<R> {
-    let linear = (v.linear + v.angular.cross(com)) * mass;
-    Spatial { angular: inertia.times(v.angular) + com.cross(linear), linear }
 }
 
 /// Spring and damper between the end-effector and its start pose on the base, through the transposed Jacobian.

@@ -256,85 +256,77 @@ pub mod plain {
     }
 }
 
-/// Sixteen lanes in two AVX-512 registers. Values exist only inside entry points compiled for AVX-512.
+/// Eight lanes in one AVX-512 register. Values exist only inside entry points compiled for AVX-512.
 #[cfg(target_arch = "x86_64")]
 pub mod avx512 {
     use super::*;
     use std::arch::x86_64::*;
 
-    /// Number of lanes.
-    const WIDTH: usize = 16;
-
-    /// Sixteen lanes.
+    /// Eight lanes.
     #[derive(Clone, Copy, Debug)]
-    pub struct Lanes(__m512d, __m512d);
+    pub struct Lanes(__m512d);
 
-    /// Sixteen outcomes.
+    /// Eight outcomes.
     #[derive(Clone, Copy, Debug)]
-    pub struct Mask(__mmask8, __mmask8);
+    pub struct Mask(__mmask8);
 
-    /// Calls an intrinsic on both halves; sound because this module's entry points check the instruction set once.
-    macro_rules! halves {
-        ($to:ident, $intrinsic:ident $(::<$c:tt>)? ($($value:expr),*)) => {{
+    /// Calls an intrinsic; sound because this module's entry points check the instruction set once.
+    macro_rules! simd {
+        ($call:expr) => {{
             // SAFETY: only reached from `#[target_feature(enable = "avx512f,avx512dq")]` entry points.
-            unsafe { $to($intrinsic$(::<$c>)?($($value.0),*), $intrinsic$(::<$c>)?($($value.1),*)) }
+            unsafe { $call }
         }};
     }
 
     impl Lanes {
         #[inline(always)]
         fn from_array(values: [f64; WIDTH]) -> Self {
-            // SAFETY: as in `halves!`; the array holds both halves.
-            unsafe { Self(_mm512_loadu_pd(values.as_ptr()), _mm512_loadu_pd(values.as_ptr().add(8))) }
+            Self(simd!(_mm512_loadu_pd(values.as_ptr())))
         }
         #[inline(always)]
         fn to_array(self) -> [f64; WIDTH] {
             let mut out = [0.0; WIDTH];
-            // SAFETY: as in `halves!`; the array holds both halves.
-            unsafe {
-                _mm512_storeu_pd(out.as_mut_ptr(), self.0);
-                _mm512_storeu_pd(out.as_mut_ptr().add(8), self.1);
-            }
+            simd!(_mm512_storeu_pd(out.as_mut_ptr(), self.0));
             out
         }
         #[inline(always)]
         fn add(self, o: Self) -> Self {
-            halves!(Lanes, _mm512_add_pd(self, o))
+            Self(simd!(_mm512_add_pd(self.0, o.0)))
         }
         #[inline(always)]
         fn sub(self, o: Self) -> Self {
-            halves!(Lanes, _mm512_sub_pd(self, o))
+            Self(simd!(_mm512_sub_pd(self.0, o.0)))
         }
         #[inline(always)]
         fn mul(self, o: Self) -> Self {
-            halves!(Lanes, _mm512_mul_pd(self, o))
+            Self(simd!(_mm512_mul_pd(self.0, o.0)))
         }
         #[inline(always)]
         fn div(self, o: Self) -> Self {
-            halves!(Lanes, _mm512_div_pd(self, o))
+            Self(simd!(_mm512_div_pd(self.0, o.0)))
         }
         #[inline(always)]
         fn negated(self) -> Self {
-            halves!(Lanes, _mm512_xor_pd(self, Self::lit(-0.0)))
+            Self(simd!(_mm512_xor_pd(self.0, _mm512_set1_pd(-0.0))))
         }
     }
 
     impl Mask {
         #[inline(always)]
         fn bitand(self, o: Self) -> Self {
-            Self(self.0 & o.0, self.1 & o.1)
+            Self(self.0 & o.0)
         }
         #[inline(always)]
         fn bitor(self, o: Self) -> Self {
-            Self(self.0 | o.0, self.1 | o.1)
+            Self(self.0 | o.0)
         }
         #[inline(always)]
         fn inverted(self) -> Self {
-            Self(!self.0, !self.1)
+            Self(!self.0)
         }
         #[inline(always)]
         fn bit(self, index: usize) -> bool {
-            (u16::from(self.0) | u16::from(self.1) << 8) >> index & 1 == 1
+            self.0 >> index & 1 == 1
         }
     }
 
@@ -344,38 +336,35 @@ pub mod avx512 {
         type Mask = Mask;
         #[inline(always)]
         fn lit(value: f64) -> Self {
-            // SAFETY: as in `halves!`.
-            let half = unsafe { _mm512_set1_pd(value) };
-            Self(half, half)
+            Self(simd!(_mm512_set1_pd(value)))
         }
         #[inline(always)]
         fn mul_add(self, factor: Self, addend: Self) -> Self {
-            halves!(Lanes, _mm512_fmadd_pd(self, factor, addend))
+            Self(simd!(_mm512_fmadd_pd(self.0, factor.0, addend.0)))
         }
         #[inline(always)]
         fn sqrt(self) -> Self {
-            halves!(Lanes, _mm512_sqrt_pd(self))
+            Self(simd!(_mm512_sqrt_pd(self.0)))
         }
         #[inline(always)]
         fn abs(self) -> Self {
-            halves!(Lanes, _mm512_andnot_pd(Self::lit(-0.0), self))
+            Self(simd!(_mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0)))
         }
         #[inline(always)]
         fn floor(self) -> Self {
-            const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
-            halves!(Lanes, _mm512_roundscale_pd::<DOWN>(self))
+            Self(simd!(_mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)))
         }
         #[inline(always)]
         fn lt(self, o: Self) -> Mask {
-            halves!(Mask, _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self, o))
+            Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, o.0)))
         }
         #[inline(always)]
         fn le(self, o: Self) -> Mask {
-            halves!(Mask, _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self, o))
+            Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, o.0)))
         }
         #[inline(always)]
         fn select(mask: Mask, then: Self, other: Self) -> Self {
-            halves!(Lanes, _mm512_mask_blend_pd(mask, other, then))
+            Self(simd!(_mm512_mask_blend_pd(mask.0, other.0, then.0)))
         }
         bitwise!();
     }

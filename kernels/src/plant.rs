@@ -2,7 +2,7 @@
 
 use crate::contact::profile::Profile;
 use crate::model::{Model, Solid};
-use crate::vector::{Mat3, Pose, Quat, Vec3, vec3};
+use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Deref;
 
 /// A model with its derived constants; dereferences to the model.
@@ -13,6 +13,8 @@ pub struct Plant {
     pub link_attitudes: Vec<Quat<f64>>,
     /// Pose of part A at the start posture, from the base's centre of mass in body axes.
     pub tool_start: Pose<f64>,
+    /// Inverse of the target's nominal inertia.
+    pub target_inverse_inertia: Sym3<f64>,
     /// Solids of part B, their outlines prepared.
     pub solids: Vec<PreparedSolid>,
 }
@@ -36,7 +38,8 @@ impl Plant {
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
-        Self { model, link_attitudes, tool_start, solids }
+        let target_inverse_inertia = model.target_inertia.inverse();
+        Self { model, link_attitudes, tool_start, target_inverse_inertia, solids }
     }
 
     /// Number of arm joints.

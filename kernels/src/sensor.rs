@@ -5,7 +5,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Motion, Wrench};
-use crate::vector::Vec3;
+use crate::vector::{Vec3, vec3};
 
 bundle! {
     /// The sensor; written by the sensor stage.
@@ -33,8 +33,11 @@ pub fn feed_back<R: Real>(a: Motion<R>, w: Wrench<R>) -> Wrench<R> {
 pub fn low_pass<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, w: Wrench<R>) -> Sensor<R> {
     let dt = R::lit(m.timing.substep);
     let (gain, none) = (dt / (dt + p.sensor_lag), p.sensor_lag.le(R::lit(0.0)));
-    let pass = |old: Vec3<R>, new: Vec3<R>| Vec3::select(none, new, (new - old).scale_add(gain, old));
-    let filtered = Wrench { force: pass(s.filtered.force, w.force), moment: pass(s.filtered.moment, w.moment) };
+    let (force, moment) = (s.filtered.force, s.filtered.moment);
+    let filtered = Wrench {
+        force: Vec3::select(none, w.force, (w.force - force).scale_add(gain, force)),
+        moment: Vec3::select(none, w.moment, (w.moment - moment).scale_add(gain, moment)),
+    };
     Sensor { filtered, ..*s }
 }
 
@@ -44,11 +47,10 @@ pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, noise: Wrench<R>
     let one = R::lit(1.0);
     let (f, t) = (s.filtered.force, s.filtered.moment);
     let leak = crosstalk(m, f, t);
-    let gained = |true_value: Vec3<R>, gain: Vec3<R>, leak: Vec3<R>, bias: Vec3<R>| {
-        leak.scale_add(p.sensor_crosstalk, true_value.zip(gain, |v, g| v * (one + g))) + bias
-    };
-    let force = gained(f, p.sensor_gain_force, leak.force, p.sensor_bias_force);
-    let moment = gained(t, p.sensor_gain_moment, leak.moment, p.sensor_bias_moment);
+    let gained_force = f.zip(p.sensor_gain_force, |v, gain| v.mul_add(gain, v));
+    let gained_moment = t.zip(p.sensor_gain_moment, |v, gain| v.mul_add(gain, v));
+    let force = leak.force.scale_add(p.sensor_crosstalk, gained_force) + p.sensor_bias_force;
+    let moment = leak.moment.scale_add(p.sensor_crosstalk, gained_moment) + p.sensor_bias_moment;
     let noisy = Wrench {
         force: noise.force.scale_add(p.sensor_noise_force, force),
         moment: noise.moment.scale_add(p.sensor_noise_moment, moment),
@@ -58,8 +60,8 @@ pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, noise: Wrench<R>
     let over = (p.sensor_range_force.lt(largest(noisy.force))) | (p.sensor_range_moment.lt(largest(noisy.moment)));
     Sensor {
         output: Wrench {
-            force: cut.force.map(|v| quantised(v, p.sensor_resolution_force)),
-            moment: cut.moment.map(|v| quantised(v, p.sensor_resolution_moment)),
+            force: quantised(cut.force, p.sensor_resolution_force),
+            moment: quantised(cut.moment, p.sensor_resolution_moment),
         },
         saturated: R::select(over, one, s.saturated),
         ..*s
@@ -69,12 +71,14 @@ pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, noise: Wrench<R>
 /// The facility's crosstalk pattern applied to a wrench.
 #[inline(always)]
 fn crosstalk<R: Real>(m: &Plant, force: Vec3<R>, moment: Vec3<R>) -> Wrench<R> {
-    let row = |i: usize| {
-        let c = &m.facility.crosstalk[i];
-        let lit = |a: usize| Vec3::lit(crate::vector::vec3(c[a], c[a + 1], c[a + 2]));
-        lit(0).dot(force) + lit(3).dot(moment)
-    };
-    Wrench { force: crate::vector::vec3(row(0), row(1), row(2)), moment: crate::vector::vec3(row(3), row(4), row(5)) }
+    let row = |i| crosstalk_row(m, i, force, moment);
+    Wrench { force: vec3(row(0), row(1), row(2)), moment: vec3(row(3), row(4), row(5)) }
+}
+
+#[inline(always)]
+fn crosstalk_row<R: Real>(m: &Plant, row: usize, force: Vec3<R>, moment: Vec3<R>) -> R {
+    let c = &m.facility.crosstalk[row];
+    Vec3::lit(vec3(c[0], c[1], c[2])).dot(force) + Vec3::lit(vec3(c[3], c[4], c[5])).dot(moment)
 }
 
 #[inline(always)]
@@ -82,12 +86,13 @@ fn largest<R: Real>(v: Vec3<R>) -> R {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
-/// The nearest whole multiple of the step; any value if there is no step.
+/// The nearest whole multiples of the step; any value if there is no step.
 #[inline(always)]
-fn quantised<R: Real>(value: R, step: R) -> R {
+fn quantised<R: Real>(value: Vec3<R>, step: R) -> Vec3<R> {
     let none = step.le(R::lit(0.0));
-    let steps = (value / R::select(none, R::lit(1.0), step) + R::lit(0.5)).floor();
-    R::select(none, value, steps * step)
+    let inverse = R::lit(1.0) / R::select(none, R::lit(1.0), step);
+    let steps = (value * inverse + Vec3::splat(R::lit(0.5))).map(R::floor);
+    Vec3::select(none, value, steps * step)
 }
 
 /// Between two samples: 0 gives the newer, 1 the older.

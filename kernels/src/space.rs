@@ -304,9 +304,9 @@ fn tool_motion<R: Real, const N: usize>(
 /// Inverse inertia of the target in inertial axes.
 #[inline(always)]
 fn body_inverse_inertia<R: Real>(m: &Plant, masses: Masses<R>, attitude: Quat<R>) -> Sym3<R> {
-    // The inverse of the constant inertia folds; only its rotation is computed.
-    let inverse = Sym3::<R>::lit(m.target_inertia.inverse());
-    inverse.map(|e| e * (R::lit(1.0) / masses.target_inertia_scale)).rotated(attitude.matrix())
+    let inverse = Sym3::<R>::lit(m.target_inverse_inertia);
+    let scale = R::lit(1.0) / masses.target_inertia_scale;
+    inverse.map(|e| e * scale).rotated(attitude.matrix())
 }
 
 /// Motion of part B: the target's twist at its seat.
