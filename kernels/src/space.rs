@@ -9,7 +9,6 @@
 use crate::aba::joint_accelerations;
 use crate::bundle;
 use crate::math::sin_cos;
-use crate::model::Link;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -140,27 +139,29 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
     }
 }
 
-/// The world as kinematics sees it before momentum is known: frames of base, links and tool, from the base's centre of mass.
-struct Frames<R, const N: usize> {
-    base: Mat3<R>,
-    links: [(Mat3<R>, Vec3<R>); N],
-    tool: Pose<R>,
-}
-
-/// Walks the chain from the base's attitude; joint angles count from the start posture.
+/// The arm before momentum is known: links with positions from the base's centre of mass, and the tool.
+///
+/// Joint angles count from the start posture; momentum columns are still empty.
 #[inline(always)]
-fn frames<R: Real, const N: usize>(m: &Plant, base: Quat<R>, angle: [R; N]) -> Frames<R, N> {
-    let base_axes = base.matrix();
+fn chain<R: Real, const N: usize>(
+    m: &Plant,
+    base: Quat<R>,
+    base_axes: Mat3<R>,
+    angle: [R; N],
+) -> ([LinkState<R>; N], Pose<R>) {
     let (mut attitude, mut axes, mut origin) = (base, base_axes, Vec3::zero());
-    let mut links = [(axes, origin); N];
+    let mut links = [LinkState::empty(); N];
     for i in 0..N {
         origin = origin + axes.times(Vec3::lit(m.links[i].origin.position));
         attitude = about_z(attitude.compose(Quat::lit(m.link_attitudes[i])), angle[i]);
         axes = attitude.matrix();
-        links[i] = (axes, origin);
+        links[i].axis = axes.z;
+        links[i].origin = origin;
+        links[i].com = origin + axes.times(Vec3::lit(m.links[i].com));
+        links[i].inertia = Sym3::lit(m.links[i].inertia).rotated(axes);
     }
     let position = origin + axes.times(Vec3::lit(m.tool.position));
-    Frames { base: base_axes, links, tool: Pose { position, attitude: attitude.compose(Quat::lit(m.tool.attitude)) } }
+    (links, Pose { position, attitude: attitude.compose(Quat::lit(m.tool.attitude)) })
 }
 
 /// A rotation followed by a turn about its own z axis.
@@ -174,28 +175,25 @@ fn about_z<R: Real>(q: Quat<R>, angle: R) -> Quat<R> {
 /// Positions, inertias and momentum columns of the chain, and the twists that the momenta imply.
 #[inline(always)]
 pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
-    let f = frames::<R, N>(m, s.chaser.attitude, s.arm.angle);
+    let axes = s.chaser.attitude.matrix();
+    let (mut links, tool) = chain(m, s.chaser.attitude, axes, s.arm.angle);
     let link_mass: f64 = m.links.iter().map(|l| l.mass).sum();
     let mass = masses.base_mass + R::lit(link_mass);
 
     // Centre of mass from the base's own.
     let mut offset = Vec3::zero();
     for i in 0..N {
-        let com = f.links[i].1 + f.links[i].0.times(Vec3::lit(m.links[i].com));
-        offset = com.scale_add(R::lit(m.links[i].mass), offset);
+        offset = links[i].com.scale_add(R::lit(m.links[i].mass), offset);
     }
     let base_com = -(offset * (R::lit(1.0) / mass));
 
-    let mut links = [LinkState::zero(); N];
-    for i in 0..N {
-        links[i] = link_state(&m.links[i], f.links[i], base_com);
-    }
-    let base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(f.base);
-    let (links, inertia) = columns(m, links, base_inertia + Sym3::point_mass(masses.base_mass, base_com));
+    let base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(axes);
+    let arm_inertia = fill_columns(m, &mut links, base_com);
+    let inertia = arm_inertia + base_inertia + Sym3::point_mass(masses.base_mass, base_com);
     let inverse_inertia = inertia.inverse();
     let (omega, velocity) = base_twist(inverse_inertia, mass, s.chaser.spin, &links, s.arm.rate);
 
-    let a = tool_motion(&f.tool, base_com, &links, s.arm.rate, omega, velocity, &s.chaser, mass);
+    let a = tool_motion(&tool, base_com, &links, s.arm.rate, omega, velocity, &s.chaser, mass);
     let target_inverse_inertia = body_inverse_inertia(m, masses, s.target.attitude);
     let b = seat_motion(m, masses, &s.target, target_inverse_inertia);
     Kinematics {
@@ -214,37 +212,22 @@ pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bod
 impl<R: Real> LinkState<R> {
     /// A place for a link to come.
     #[inline(always)]
-    fn zero() -> Self {
+    fn empty() -> Self {
         let none = Vec3::zero();
         Self { axis: none, origin: none, com: none, inertia: Sym3::splat(R::lit(0.0)), column: none, drift: none }
     }
 }
 
-/// One link in inertial axes, seen from O.
+/// Moves the links to O as origin and fills in their momentum columns, from composite inertias from the tip inwards;
+/// gives the arm's inertia about O.
 #[inline(always)]
-fn link_state<R: Real>(link: &Link, (axes, origin): (Mat3<R>, Vec3<R>), base_com: Vec3<R>) -> LinkState<R> {
-    let origin = origin + base_com;
-    LinkState {
-        axis: axes.z,
-        origin,
-        com: origin + axes.times(Vec3::lit(link.com)),
-        inertia: Sym3::lit(link.inertia).rotated(axes),
-        column: Vec3::zero(),
-        drift: Vec3::zero(),
-    }
-}
-
-/// Composite inertias from the tip inwards: momentum columns of the joints and the chain's whole inertia about O.
-#[inline(always)]
-fn columns<R: Real, const N: usize>(
-    m: &Plant,
-    mut links: [LinkState<R>; N],
-    base: Sym3<R>,
-) -> ([LinkState<R>; N], Sym3<R>) {
+fn fill_columns<R: Real, const N: usize>(m: &Plant, links: &mut [LinkState<R>; N], base_com: Vec3<R>) -> Sym3<R> {
     let mut inertia = Sym3::splat(R::lit(0.0));
     let (mut first_moment, mut mass) = (Vec3::zero(), 0.0);
     for i in (0..N).rev() {
         let link = &mut links[i];
+        link.origin = link.origin + base_com;
+        link.com = link.com + base_com;
         let link_mass = R::lit(m.links[i].mass);
         mass += m.links[i].mass;
         first_moment = link.com.scale_add(link_mass, first_moment);
@@ -254,7 +237,7 @@ fn columns<R: Real, const N: usize>(
         link.column = inertia.times(link.axis) + first_moment.cross(slide);
         link.drift = slide.scale_add(R::lit(mass), link.axis.cross(first_moment));
     }
-    (links, inertia + base)
+    inertia
 }
 
 /// Base twist at O from the angular momentum and the joint rates, in the frame in which O rests.
