@@ -76,6 +76,12 @@ pub fn from_slice<R: Copy, B: Bundle<R>>(values: &[R]) -> B {
     B::read(&mut || values.next().expect("a slice as long as the bundle's field table"))
 }
 
+/// A bundle of equal scalars.
+#[inline(always)]
+pub fn filled<R: Copy, B: Bundle<R>>(value: R) -> B {
+    B::read(&mut || value)
+}
+
 /// The scalars of a bundle.
 pub fn to_vec<R, B: Bundle<R>>(bundle: &B) -> Vec<R> {
     let mut out = Vec::new();

@@ -18,7 +18,7 @@ use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
     advance, carry_on, command, contact_point, feed_back, finish, gather, guide, interpolate, kinematics, latch,
-    low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute,
+    low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute, update_kinematics,
 };
 use crate::vector::Vec3;
 
@@ -48,6 +48,8 @@ struct Loop<L: Lane, const N: usize> {
     masses: Masses<L>,
     pair: Pair<L>,
     bodies: Bodies<L, N>,
+    /// Of the bodies as they are in the substep under way.
+    kinematics: Kinematics<L, N>,
     watch: Watch<L>,
     bristles: Vec<Vec3<L>>,
 }
@@ -120,6 +122,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             masses,
             pair: space_pair(&params),
             bodies: start(m, &params, masses),
+            kinematics: crate::fields::filled(zero),
             watch: monitor::new_watch(),
             bristles: vec![Vec3::zero(); m.contact.points.len()],
         };
@@ -221,18 +224,19 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let (mut bodies, mut seen, mut u) = (s.bodies, s.watch, still());
         let mut live = s.watch.done.le(L::lit(0.0));
         for substep in 0..m.timing.substeps {
-            let k = kinematics(m, s.masses, &bodies);
+            let k = &mut s.kinematics;
+            update_kinematics(m, s.masses, &bodies, k);
             if substep == 0 {
                 s.watch = finish(m, &s.watch, now, &k.parts, last);
                 live = s.watch.done.le(L::lit(0.0));
                 seen = s.watch;
-                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, &k, monitor::touched(&seen));
+                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(&seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
             let touch = touch_points(m, s.pair, &k.parts, &mut s.bristles, live);
             let latch = latch(m, &self.params, &k.parts, seen.closed);
             seen = observe(m, &seen, time, &k.parts, &k.parts, &touch, &latch);
-            bodies = advance(m, s.masses, &bodies, &k, &u, monitor::total_wrench(&touch, &latch));
+            bodies = advance(m, s.masses, &bodies, k, &u, monitor::total_wrench(&touch, &latch));
         }
         s.watch = choose(live, &seen, &s.watch);
         s.bodies = choose(live, &settle(bodies), &s.bodies);
@@ -244,16 +248,17 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !any::<L>(self.hil.watch.done.le(L::lit(0.0))) {
             return;
         }
-        let k = kinematics(m, self.hil.masses, &self.hil.bodies);
-        self.hil.watch = finish(m, &self.hil.watch, now, &k.parts, last);
+        update_kinematics(m, self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
+        let parts = self.hil.kinematics.parts;
+        self.hil.watch = finish(m, &self.hil.watch, now, &parts, last);
         let live = self.hil.watch.done.le(L::lit(0.0));
         if !any::<L>(live) {
             return;
         }
-        let jitter = self.send_command(m, &k.parts, live);
-        self.tick_facility(m, &k.parts, now, jitter, live);
-        self.receive_wrench(m, &k.parts, live);
-        self.tick_simulation(m, &k, live);
+        let jitter = self.send_command(m, &parts, live);
+        self.tick_facility(m, &parts, now, jitter, live);
+        self.receive_wrench(m, &parts, live);
+        self.tick_simulation(m, live);
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
@@ -342,19 +347,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// The simulation computer's tick: guidance, then the bodies under the held wrench.
     #[inline(always)]
-    fn tick_simulation(&mut self, m: &Plant, first: &Kinematics<L, N>, live: L::Mask) {
+    fn tick_simulation(&mut self, m: &Plant, live: L::Mask) {
         let s = &mut self.hil;
-        let (mut bodies, mut energy) = (s.bodies, s.watch.port_energy);
+        let (k, mut bodies, mut energy) = (&mut s.kinematics, s.bodies, s.watch.port_energy);
         let touched = monitor::touched(&s.watch);
-        let u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, first, touched);
+        let u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, touched);
         for substep in 0..m.timing.substeps {
-            let moved;
-            let k = if substep == 0 {
-                first
-            } else {
-                moved = kinematics(m, s.masses, &bodies);
-                &moved
-            };
+            if substep > 0 {
+                update_kinematics(m, s.masses, &bodies, k);
+            }
             let fed = feed_back(k.parts.a, self.held);
             energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
             bodies = advance(m, s.masses, &bodies, k, &u, fed);

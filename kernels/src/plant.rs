@@ -13,6 +13,8 @@ pub struct Plant {
     pub link_attitudes: Vec<Quat<f64>>,
     /// Pose of part A at the start posture, from the base's centre of mass in body axes.
     pub tool_start: Pose<f64>,
+    /// Mass of all links \[kg\].
+    pub arm_mass: f64,
     /// Inverse of the target's nominal inertia.
     pub target_inverse_inertia: Sym3<f64>,
     /// Solids of part B, their outlines prepared.
@@ -38,8 +40,9 @@ impl Plant {
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
+        let arm_mass = model.links.iter().map(|link| link.mass).sum();
         let target_inverse_inertia = model.target_inertia.inverse();
-        Self { model, link_attitudes, tool_start, target_inverse_inertia, solids }
+        Self { model, link_attitudes, tool_start, arm_mass, target_inverse_inertia, solids }
     }
 
     /// Number of arm joints.

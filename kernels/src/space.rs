@@ -141,16 +141,16 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
 
 /// The arm before momentum is known: links with positions from the base's centre of mass, and the tool.
 ///
-/// Joint angles count from the start posture; momentum columns are still empty.
+/// Joint angles count from the start posture; momentum columns are still to come.
 #[inline(always)]
 fn chain<R: Real, const N: usize>(
     m: &Plant,
     base: Quat<R>,
     base_axes: Mat3<R>,
     angle: [R; N],
-) -> ([LinkState<R>; N], Pose<R>) {
+    links: &mut [LinkState<R>; N],
+) -> Pose<R> {
     let (mut attitude, mut axes, mut origin) = (base, base_axes, Vec3::zero());
-    let mut links = [LinkState::empty(); N];
     for i in 0..N {
         origin = origin + axes.times(Vec3::lit(m.links[i].origin.position));
         attitude = about_z(attitude.compose(Quat::lit(m.link_attitudes[i])), angle[i]);
@@ -161,7 +161,7 @@ fn chain<R: Real, const N: usize>(
         links[i].inertia = Sym3::lit(m.links[i].inertia).rotated(axes);
     }
     let position = origin + axes.times(Vec3::lit(m.tool.position));
-    (links, Pose { position, attitude: attitude.compose(Quat::lit(m.tool.attitude)) })
+    Pose { position, attitude: attitude.compose(Quat::lit(m.tool.attitude)) }
 }
 
 /// A rotation followed by a turn about its own z axis.
@@ -175,47 +175,39 @@ fn about_z<R: Real>(q: Quat<R>, angle: R) -> Quat<R> {
 /// Positions, inertias and momentum columns of the chain, and the twists that the momenta imply.
 #[inline(always)]
 pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
-    let axes = s.chaser.attitude.matrix();
-    let (mut links, tool) = chain(m, s.chaser.attitude, axes, s.arm.angle);
-    let link_mass: f64 = m.links.iter().map(|l| l.mass).sum();
-    let mass = masses.base_mass + R::lit(link_mass);
+    let mut k = crate::fields::filled(R::lit(0.0));
+    update_kinematics(m, masses, s, &mut k);
+    k
+}
+
+/// [`kinematics`] in place: a copy of it in lanes costs as much as a tenth of a step.
+#[inline(always)]
+pub fn update_kinematics<R: Real, const N: usize>(
+    m: &Plant,
+    masses: Masses<R>,
+    s: &Bodies<R, N>,
+    k: &mut Kinematics<R, N>,
+) {
+    let (axes, rate) = (s.chaser.attitude.matrix(), s.arm.rate);
+    let tool = chain(m, s.chaser.attitude, axes, s.arm.angle, &mut k.links);
+    k.mass = masses.base_mass + R::lit(m.arm_mass);
 
     // Centre of mass from the base's own.
     let mut offset = Vec3::zero();
     for i in 0..N {
-        offset = links[i].com.scale_add(R::lit(m.links[i].mass), offset);
+        offset = k.links[i].com.scale_add(R::lit(m.links[i].mass), offset);
     }
-    let base_com = -(offset * (R::lit(1.0) / mass));
+    k.base_com = -(offset * (R::lit(1.0) / k.mass));
 
-    let base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(axes);
-    let arm_inertia = fill_columns(m, &mut links, base_com);
-    let inertia = arm_inertia + base_inertia + Sym3::point_mass(masses.base_mass, base_com);
-    let inverse_inertia = inertia.inverse();
-    let (omega, velocity) = base_twist(inverse_inertia, mass, s.chaser.spin, &links, s.arm.rate);
+    k.base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(axes);
+    let arm_inertia = fill_columns(m, &mut k.links, k.base_com);
+    let inertia = arm_inertia + k.base_inertia + Sym3::point_mass(masses.base_mass, k.base_com);
+    k.inverse_inertia = inertia.inverse();
+    (k.omega, k.velocity) = base_twist(k.inverse_inertia, k.mass, s.chaser.spin, &k.links, rate);
 
-    let a = tool_motion(&tool, base_com, &links, s.arm.rate, omega, velocity, &s.chaser, mass);
-    let target_inverse_inertia = body_inverse_inertia(m, masses, s.target.attitude);
-    let b = seat_motion(m, masses, &s.target, target_inverse_inertia);
-    Kinematics {
-        parts: Parts { a, b },
-        links,
-        base_com,
-        base_inertia,
-        mass,
-        omega,
-        velocity,
-        inverse_inertia,
-        target_inverse_inertia,
-    }
-}
-
-impl<R: Real> LinkState<R> {
-    /// A place for a link to come.
-    #[inline(always)]
-    fn empty() -> Self {
-        let none = Vec3::zero();
-        Self { axis: none, origin: none, com: none, inertia: Sym3::splat(R::lit(0.0)), column: none, drift: none }
-    }
+    k.parts.a = tool_motion(&tool, k.base_com, &k.links, rate, k.omega, k.velocity, &s.chaser, k.mass);
+    k.target_inverse_inertia = body_inverse_inertia(m, masses, s.target.attitude);
+    k.parts.b = seat_motion(m, masses, &s.target, k.target_inverse_inertia);
 }
 
 /// Moves the links to O as origin and fills in their momentum columns, from composite inertias from the tip inwards;

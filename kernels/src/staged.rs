@@ -50,6 +50,8 @@ staged! {
     start::start<N>(m; p: &'a Params<L>, masses: Masses<L>) -> Bodies<L, N>;
     /// [`crate::space::kinematics`]
     space::kinematics<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>) -> Kinematics<L, N>;
+    /// [`crate::space::update_kinematics`]
+    space::update_kinematics<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>, k: &'a mut Kinematics<L, N>) -> ();
     /// [`crate::space::advance`]
     space::advance<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> Bodies<L, N>;
     /// [`crate::guidance::guide`]
