@@ -82,25 +82,25 @@ fn inserted(moment: f64) -> f64 {
         ..Params::null()
     };
     let m = Plant::new(model);
-    let (masses, pair) = (space_masses(p), space_pair(p));
-    let mut s = start::<f64, 0>(&m, p, masses);
+    let (masses, pair) = (space_masses(&p), space_pair(&p));
+    let mut s = start::<f64, 0>(&m, &p, masses);
     let mut bristles = vec![Vec3::zero(); m.contact.points.len()];
     let mut wedged = 0.0;
     for step in 0..24_000 {
         if step == 10_000 {
             wedged = s.chaser.com.x;
         }
-        let k = kinematics(&m, masses, s);
+        let k = kinematics(&m, masses, &s);
         let touch = m.contact.points.iter().zip(&mut bristles).fold(no_touch(), |sum, (point, bristle)| {
             let c =
-                contact_point(&m, pair, k.parts, Point { position: point.position, radius: point.radius }, *bristle);
+                contact_point(&m, pair, &k.parts, Point { position: point.position, radius: point.radius }, *bristle);
             *bristle = c.bristle;
-            gather(sum, c)
+            gather(&sum, &c)
         });
         // The moment first, so that the peg is wedged before it is pushed.
         let push = if step < 4000 { 0.0 } else { 10.0 };
         let u = Actuation { thrust: vec3(push, 0.0, 0.0), torque: vec3(0.0, 0.0, moment), joint: [] };
-        s = settle(advance(&m, masses, s, k, u, touch.wrench));
+        s = settle(advance(&m, masses, &s, &k, &u, touch.wrench));
     }
     s.chaser.com.x - wedged
 }
