@@ -18,6 +18,8 @@ mod rows;
 mod run;
 mod schema;
 mod status;
+#[cfg(test)]
+mod tests;
 mod traces;
 mod words;
 
