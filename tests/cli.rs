@@ -128,6 +128,45 @@ fn a_bad_file_says_where_and_leaves_nothing() {
     assert_eq!(files(bench.folder.path()), before);
 }
 
+/// A driver list that does not exist: the Vulkan loader finds no adapter.
+fn without_adapter(command: &mut Command) -> Output {
+    let none = "/nonexistent/icd.json";
+    command.env("VK_ICD_FILENAMES", none).env("VK_DRIVER_FILES", none).output().expect("softdock starts")
+}
+
+#[test]
+fn without_an_adapter_the_gpu_is_refused_with_a_remedy_and_auto_takes_the_cpu() {
+    let bench = Bench::new();
+    let output = without_adapter(&mut bench.command("run c/smoke.toml --backend gpu --out none"));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    for part in ["no GPU adapter found", "`--backend cpu`", "install a Vulkan driver", "softdock devices"] {
+        assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains(part), "`{part}` in\n{said}");
+    }
+    assert!(!bench.path("none").exists(), "nothing is written");
+    let output = without_adapter(&mut bench.command("run c/smoke.toml --backend auto --out auto"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("made on cpu f64"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn samples_for_exploring_give_no_verdict() {
+    let bench = Bench::new();
+    for (method, most) in [("sobol", "65537"), ("lhs", "1000000001")] {
+        bench.edit(
+            "[[requirement]]\nid = \"SMOKE-010\"",
+            &format!("[sampling]\nmethod = \"{method}\"\n[[requirement]]\nid = \"SMOKE-010\""),
+        );
+        assert!(bench.expect(0, "check c/smoke.toml").contains("exploring only, no verdict"));
+        let said = bench.expect(1, &format!("run c/smoke.toml --backend cpu --out {method} --runs 16"));
+        assert!(said.contains("exploring only, no verdict") && !said.contains("p <= "), "{said}");
+        assert!(!said.contains(" VERIFIED"), "{said}");
+        bench.expect(1, &format!("status {method}"));
+        bench.expect(2, &format!("run c/smoke.toml --backend cpu --out {method} --runs {most}"));
+        bench.edit(&format!("[sampling]\nmethod = \"{method}\"\n"), "");
+    }
+}
+
 #[test]
 fn the_same_campaign_gives_the_same_bytes() {
     let bench = Bench::new();

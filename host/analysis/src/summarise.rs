@@ -47,7 +47,10 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parit
         .zip(&tally.requirements)
         .map(|(requirement, loops)| requirement_summary(facts, requirement, loops, tally, complete))
         .collect();
-    let verdict = overall(requirements.iter().map(|requirement| requirement.loops.space.verdict));
+    let verdict = match facts.independent_runs {
+        true => overall(requirements.iter().map(|requirement| requirement.loops.space.verdict)),
+        false => Verdict::Undecided,
+    };
     let exit_code = match (complete, verdict) {
         (false, _) => 3,
         (true, Verdict::Verified) => 0,
@@ -161,7 +164,9 @@ fn loop_summary(
     // An incomplete campaign is measured by what its planned runs would allow: early fail, never early pass.
     let judged_runs = if complete { runs } else { facts.plan.runs };
     let allowed = allowed_failures(judged_runs, requirement.probability, requirement.confidence);
-    let outer = (counts.draws.len() > 1).then(|| outer_summary(requirement, counts));
+    // Binomial statements need independent runs: without them nothing is claimed.
+    let allowed = allowed.filter(|_| facts.independent_runs);
+    let outer = (counts.draws.len() > 1 && facts.independent_runs).then(|| outer_summary(requirement, counts));
     let verified = match &outer {
         Some(outer) => outer.verified == outer.draws,
         None => allowed.is_some_and(|allowed| failures <= allowed),
@@ -180,10 +185,10 @@ fn loop_summary(
         failures,
         invalid,
         allowed,
-        failure_rate_bound: upper_bound(failures, runs, requirement.confidence),
-        wilson: wilson(failures, runs, READING_CONFIDENCE),
+        failure_rate_bound: facts.independent_runs.then(|| upper_bound(failures, runs, requirement.confidence)),
+        wilson: facts.independent_runs.then(|| wilson(failures, runs, READING_CONFIDENCE)),
         worst: counts.worst,
-        tolerance_limit: counts.tolerance_limit(),
+        tolerance_limit: counts.tolerance_limit().filter(|_| facts.independent_runs),
         outer,
     }
 }

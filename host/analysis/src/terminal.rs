@@ -21,8 +21,14 @@ pub fn verdict_text(summary: &Summary) -> String {
         done.shards_planned,
         summary.seed
     );
+    made_on_line(&mut out, summary);
     if !summary.independent_runs {
-        out.push_str("  the runs are not independent (Sobol or Latin hypercube): for exploring, no verdict\n");
+        out.push_str(
+            "  exploring only, no verdict: the runs are not independent (Sobol' or Latin hypercube sample);\n",
+        );
+        out.push_str(
+            "  intervals are for reading, as if they were; write sampling.method = \"random\" for a verdict\n",
+        );
     }
     requirement_lines(&mut out, summary);
     agreement_lines(&mut out, summary);
@@ -31,6 +37,18 @@ pub fn verdict_text(summary: &Summary) -> String {
         parity_lines(&mut out, parity);
     }
     out
+}
+
+/// Who made the rows; rows of f32 and of f64 side by side are said to be so.
+fn made_on_line(out: &mut String, summary: &Summary) {
+    let devices = &summary.completeness.devices;
+    let shards = |count: u32| format!("{count} {}", if count == 1 { "shard" } else { "shards" });
+    let made: Vec<String> = devices.iter().map(|made| format!("{} ({})", made.device, shards(made.shards))).collect();
+    let mixed = devices.iter().any(|made| made.backend != devices[0].backend);
+    if !made.is_empty() {
+        let note = if mixed { "rows of two backends: " } else { "" };
+        let _ = writeln!(out, "  {note}made on {}", made.join(" and "));
+    }
 }
 
 fn requirement_lines(out: &mut String, summary: &Summary) {
@@ -49,10 +67,14 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
 }
 
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
-    let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
-    let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
-    let bound = digits_of(judged.failure_rate_bound, 3);
-    let mut reading = format!("p <= {bound} at {}", percent(requirement.confidence));
+    let (failed, mut reading) = match judged.failure_rate_bound {
+        Some(bound) => {
+            let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
+            let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
+            (failed, format!("p <= {} at {}", digits_of(bound, 3), percent(requirement.confidence)))
+        }
+        None => (format!("{} of {} failed", judged.failures, judged.runs), "exploring only, no verdict".to_owned()),
+    };
     if let Some(outer) = &judged.outer {
         let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);
     }

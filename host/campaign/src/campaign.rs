@@ -12,7 +12,7 @@ use crate::source::Source;
 use crate::stability::Extremes;
 use crate::written::At;
 use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
-use crate::{derived as derived_values, read};
+use crate::{derived as derived_values, idle, read};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
@@ -24,6 +24,9 @@ pub(crate) const FORMAT: &str = "campaign/1";
 /// Most runs, and most runs in a shard.
 const MOST_RUNS: u64 = 1_000_000_000;
 const MOST_SHARD_RUNS: u64 = 1_000_000;
+
+/// Points of a Sobol' sequence for which there are direction numbers.
+const SOBOL_POINTS: u64 = 1 << 16;
 
 /// Where the runs are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +55,15 @@ pub enum Method {
     Random,
     /// Each input's strata are met once; for exploring.
     LatinHypercube,
+    /// A scrambled Sobol' sequence fills all inputs together evenly; for exploring.
+    Sobol,
+}
+
+impl Method {
+    /// Most runs that the method can draw.
+    pub fn most_runs(self) -> u64 {
+        if self == Self::Sobol { SOBOL_POINTS } else { MOST_RUNS }
+    }
 }
 
 /// How the runs are executed.
@@ -211,7 +223,8 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         correlations,
         derived,
     };
-    campaign.bounds(c);
+    let bounds = campaign.bounds(c);
+    idle::refuse(c, &campaign, &bounds);
     campaign
 }
 
@@ -230,15 +243,12 @@ fn method(c: &mut Checker, file: &CampaignFile) -> Method {
     let Some(written) = &file.sampling.method else {
         return Method::Random;
     };
-    if written.value == "sobol" {
-        let remedy = "write method = \"lhs\" for exploring, or \"random\" for requirements";
-        c.refuse(&written.span, "Sobol sequences are not offered", remedy);
-        return Method::Random;
-    }
-    let method = c.choice(written, &[("random", Method::Random), ("lhs", Method::LatinHypercube)]);
-    if method != Method::Random && !file.requirement.is_empty() {
-        let remedy = "write method = \"random\", or remove the requirements while exploring";
-        c.refuse(&written.span, "a probability cannot be demonstrated with samples that are not independent", remedy);
+    let lhs = Method::LatinHypercube;
+    let words = [("random", Method::Random), ("sobol", Method::Sobol), ("lhs", lhs), ("latin_hypercube", lhs)];
+    let method = c.choice(written, &words);
+    if file.runs.value > method.most_runs() {
+        let message = format!("a Sobol' sequence has {} points, fewer than the runs", method.most_runs());
+        c.refuse(&written.span, message, "lower runs, or write method = \"lhs\" or \"random\"");
     }
     method
 }

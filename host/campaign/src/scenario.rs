@@ -232,6 +232,10 @@ fn task(c: &mut Checker, table: &TaskTable, has_latch: bool) -> Task {
             "add a table [latch], or write capture = false",
         );
     }
+    if let (Some(written), false) = (&table.end_after_capture, has_latch) {
+        let remedy = "remove it, or add a table [latch]";
+        c.refuse(&written.span, "this does nothing: without a latch nothing is captured", remedy);
+    }
     Task {
         capture,
         touch: table.touch.unwrap_or(true),

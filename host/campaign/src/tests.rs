@@ -152,7 +152,7 @@ fn derived_values_follow_in_any_order() {
     let c = campaign(
         50,
         &format!(
-            "{STIFFNESS}[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 1e3\"\n\
+            "{STIFFNESS}{FRICTION}[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 1e3\"\n\
              [[derived]]\ntarget = \"bristle_stiffness\"\nexpr = \"2/3 * contact_stiffness\"\n"
         ),
     );
@@ -190,6 +190,31 @@ fn latin_hypercubes_fill_their_strata() {
     assert!(correlation(&mass, &drawn(&c, "contact_friction")).abs() < 0.3, "the columns are shuffled apart");
     strata.sort_unstable();
     assert!(strata.iter().enumerate().all(|(index, stratum)| *stratum == index as u64));
+}
+
+/// Every one of n equal strata is met once by each input, and every cell of a square grid once by each pair.
+#[test]
+fn sobol_sequences_fill_all_inputs_together() {
+    let entries = format!("[sampling]\nmethod = \"sobol\"\n{MASS}{STIFFNESS}");
+    let c = campaign(256, &entries);
+    assert_eq!(c.method, Method::Sobol);
+    let (mass, stiffness) = (drawn(&c, "target_mass"), drawn(&c, "contact_stiffness"));
+    let shares: Vec<(f64, f64)> =
+        mass.iter().zip(&stiffness).map(|(m, k)| ((m - 300.0) / 200.0, (k / 1e4).ln() / 100_f64.ln())).collect();
+    let once = |cells: &dyn Fn(&(f64, f64)) -> usize| {
+        let mut met: Vec<usize> = shares.iter().map(cells).collect();
+        met.sort_unstable();
+        met.into_iter().eq(0..256)
+    };
+    assert!(once(&|(m, _)| (m * 256.0) as usize) && once(&|(_, k)| (k * 256.0) as usize), "strata");
+    assert!(once(&|(m, k)| (m * 16.0) as usize * 16 + (k * 16.0) as usize), "cells");
+    assert!(shares.iter().all(|(m, k)| *m > 0.0 && *k > 0.0 && *m < 1.0 && *k < 1.0));
+    // A run is campaign, seed and run number: more runs or one more dispersion behind move none.
+    let longer = campaign(1000, &format!("{entries}{FRICTION}"));
+    assert_eq!(drawn(&longer, "target_mass")[..256], mass);
+    let mut other = c.clone();
+    other.seed = 43;
+    assert_ne!(drawn(&other, "target_mass"), mass, "the seed scrambles");
 }
 
 #[test]

@@ -64,7 +64,7 @@ pub(crate) struct ExecutionTable {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SamplingTable {
-    /// "random", or "lhs" (Latin hypercube) for exploring only.
+    /// "random"; for exploring only, without verdicts: "sobol" (at most 65536 runs) or "lhs" (Latin hypercube).
     pub(crate) method: Option<At<String>>,
 }
 
