@@ -78,6 +78,7 @@ const CAMPAIGNS: &[Case] = &[
     campaign("\"scenario.toml\"", "\".\"", 6, "scenario", "is a directory", "name a file in it"),
     campaign("\"cpu\"", "\"cqu\"", 7, "execution.backend", "`cqu` is not known", "did you mean `cpu`?"),
     campaign("\"1 %\"", "\"101 %\"", 7, "execution.parity", "1.01 is out of range", "at least 0, at most 1"),
+    campaign("parity = \"1 %\"", "half_step = 2", 7, "execution.half_step", "2 is out of range", "at least 0, at most 1"),
     campaign("\"random\"", "\"sobl\"", 8, "sampling.method", "`sobl` is not known", "did you mean `sobol`?"),
     campaign("runs = 100\nscenario = \"scenario.toml\"\nexecution = { backend = \"cpu\", parity = \"1 %\" }\nsampling = { method = \"random\" }", "runs = 65537\nscenario = \"scenario.toml\"\nexecution = { backend = \"cpu\", parity = \"1 %\" }\nsampling = { method = \"sobol\" }", 8, "sampling.method", "a Sobol' sequence has 65536 points", "lower runs, or write method = \"lhs\""),
     campaign("target = \"contact_stiffness\"", "target = \"contact_stifness\"", 11, "dispersion[1].target", "no parameter", "did you mean `contact_stiffness`?"),

@@ -150,6 +150,27 @@ fn without_an_adapter_the_gpu_is_refused_with_a_remedy_and_auto_takes_the_cpu() 
 }
 
 #[test]
+fn the_step_size_is_checked_by_a_share_of_the_runs() {
+    let bench = Bench::new();
+    bench.edit("parity = \"25 %\"", "half_step = \"12.5 %\"");
+    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out r");
+    assert!(said.contains("step size  8 runs repeated at half the substep: "), "{said}");
+    assert!(bench.path("r/half_step.parquet").is_file());
+    let summary = fs::read_to_string(bench.path("r/summary.json")).expect("the summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let metrics = summary["half_step"]["metrics"].as_array().expect("metrics");
+    let force = metrics.iter().find(|metric| metric["column"] == "space_peak_force_n").expect("the force");
+    let rms = force["rms_difference"].as_f64().expect("a number");
+    // Forces of 100 N; halving a step of second order moves them by far less, but not by nothing.
+    assert!(rms > 0.0 && rms < 20.0, "{rms}");
+    let page = fs::read_to_string(bench.path("r/report.html")).expect("the page");
+    assert!(page.contains("8 runs were repeated at half the substep"));
+    bench.edit("half_step = \"12.5 %\"", "half_step = \"0 %\"");
+    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out none");
+    assert!(!said.contains("step size") && !bench.path("none/half_step.parquet").exists(), "{said}");
+}
+
+#[test]
 fn samples_for_exploring_give_no_verdict() {
     let bench = Bench::new();
     for (method, most) in [("sobol", "65537"), ("lhs", "1000000001")] {

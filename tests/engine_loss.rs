@@ -4,7 +4,8 @@ use crate::gpu::{gpu, job_and_runs};
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::failover::Failover;
 use softdock_engine::gpu::{Adapters, GpuEngine};
-use softdock_engine::{Engine, EngineError};
+use softdock_engine::{Engine, EngineError, Job};
+use softdock_kernels::plant::Plant;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
@@ -50,13 +51,13 @@ fn a_batch_beyond_the_memory_budget_is_an_error() {
 
 #[test]
 fn a_batch_beyond_the_limits_of_the_device_is_an_error() {
-    let (mut job, runs) = job_and_runs("smoke.toml", 1);
+    let (job, runs) = job_and_runs("smoke.toml", 1);
     let mut engine = gpu();
     // 100 000 bristles of 24 bytes in 64 lanes are 154 MB, where WebGPU's default limits allow 134 in a binding.
-    let point = job.plant.contact.points[0];
-    job.plant.contact.points = vec![point; 100_000];
-    assert_no_room(&engine.run(&job, &runs, &|_| true).expect_err("beyond the limit"));
-    let (job, runs) = job_and_runs("smoke.toml", 1);
+    let mut model = (*job.plant).clone();
+    model.contact.points = vec![model.contact.points[0]; 100_000];
+    let wide = Job::new(Plant::new(model), 1, true);
+    assert_no_room(&engine.run(&wide, &runs, &|_| true).expect_err("beyond the limit"));
     assert!(engine.run(&job, &runs, &|_| true).is_ok(), "a batch that fits is made by the same device");
 }
 

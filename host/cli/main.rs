@@ -6,6 +6,7 @@ mod devices;
 mod farm;
 mod finish;
 mod folder;
+mod half_step;
 mod kernel;
 mod merge;
 mod page;

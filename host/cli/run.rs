@@ -20,7 +20,7 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
     // The engine before the folder: what cannot run leaves nothing behind.
     let scene = campaign.clone();
     let mut farm = Farm::open(&scene, choice).map_err(unusable)?;
-    let folder = Folder::claim(&out, campaign, &args.campaign)?;
+    let folder = Folder::claim(&out, campaign)?;
     listen();
     if let Err(end) = make_missing(&folder, args.shard, &mut farm) {
         return end;

@@ -11,7 +11,7 @@ use softdock_engine::failover::Failover;
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Choice, Engine, EngineError, Job, RunInput};
 use softdock_kernels::outcome::Finished;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const WHOLE: Part = Part { index: 0, count: 1 };
 
@@ -52,7 +52,7 @@ impl Engine for Fragile {
 }
 
 /// The smoke campaign in eight shards of eight runs, which end after a second.
-fn campaign(folder: &Path) -> (Campaign, PathBuf) {
+fn campaign(folder: &Path) -> Campaign {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
     std::fs::create_dir_all(folder.join("scenarios")).expect("a folder");
     let scenario = std::fs::read_to_string(shipped.join("scenarios/smoke.toml")).expect("the scenario");
@@ -61,7 +61,7 @@ fn campaign(folder: &Path) -> (Campaign, PathBuf) {
     let text = std::fs::read_to_string(shipped.join("smoke.toml")).expect("the campaign");
     let file = folder.join("smoke.toml");
     std::fs::write(&file, text.replace("shard_runs = 32", "shard_runs = 8")).expect("written");
-    (softdock_campaign::load(&file).expect("it loads"), file)
+    softdock_campaign::load(&file).expect("it loads")
 }
 
 /// Backend of every shard that is there.
@@ -78,8 +78,8 @@ fn of(backend: &str, shards: &[u32]) -> Vec<(u32, String)> {
 #[test]
 fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resumes() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
-    let (campaign, file) = campaign(temporary.path());
-    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone(), &file).expect("claimed");
+    let campaign = campaign(temporary.path());
+    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
     let mut farm = Farm::with(&campaign, Fragile::after(1));
     // Every other shard, so that each is a batch of its own: the first is written, the second is lost.
     let end = make_missing(&folder, Part { index: 0, count: 2 }, &mut farm);
@@ -96,8 +96,8 @@ fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resum
 #[test]
 fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
-    let (campaign, file) = campaign(temporary.path());
-    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone(), &file).expect("claimed");
+    let campaign = campaign(temporary.path());
+    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
     let mut farm = Farm::with(&campaign, Box::new(Failover::new(Fragile::after(2), tell_failover)));
     assert!(make_missing(&folder, Part { index: 0, count: 2 }, &mut farm).is_ok());
     assert_eq!(backends(&folder), [of("gpu", &[0, 2]), of("cpu", &[4, 6])].concat());

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_kernels::metrics::flags;
-use softdock_results::parity::read_parity;
+use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
 use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::{ShardIndex, read_columns};
 
@@ -35,11 +35,14 @@ pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
         let misfit = |what| Error::Results { path: results.to_owned(), what };
         tally.add(&batch?, facts).map_err(misfit)?;
     }
-    let parity = read_parity(results)?.map(|table| Parity::of(&table));
-    Ok(judge(facts, completeness(&index, &tally), &tally, parity))
+    let repeated = |kind: &Repetition| -> Result<Option<Parity>> {
+        Ok(read_repetition(kind, results)?.map(|table| Parity::of(kind, &table)))
+    };
+    let (parity, half_step) = (repeated(&PARITY)?, repeated(&HALF_STEP)?);
+    Ok(Summary { parity, half_step, ..judge(facts, completeness(&index, &tally), &tally) })
 }
 
-fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parity: Option<Parity>) -> Summary {
+fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Summary {
     let complete = completeness.is_complete();
     let requirements: Vec<_> = facts
         .requirements
@@ -77,7 +80,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parit
         requirements,
         joint: PerLoop { space, facility },
         agreement: agreement(tally),
-        parity,
+        parity: None,
+        half_step: None,
     }
 }
 

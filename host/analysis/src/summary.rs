@@ -84,6 +84,9 @@ pub struct Summary {
     pub agreement: AgreementSummary,
     /// Runs repeated in f64, if there are any.
     pub parity: Option<Parity>,
+    /// Runs repeated at half the substep, if there are any.
+    #[serde(default)]
+    pub half_step: Option<Parity>,
 }
 
 /// The same quantity for both loops.

@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
+
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
 use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
 
-/// The whole verdict: requirements, agreement, accounting, parity.
+/// The whole verdict: requirements, agreement, accounting, repeated runs.
 pub fn verdict_text(summary: &Summary) -> String {
     let mut out = String::new();
     let done = &summary.completeness;
@@ -33,8 +35,10 @@ pub fn verdict_text(summary: &Summary) -> String {
     requirement_lines(&mut out, summary);
     agreement_lines(&mut out, summary);
     accounting_line(&mut out, summary);
-    if let Some(parity) = &summary.parity {
-        parity_lines(&mut out, parity);
+    for (name, kind, repeated) in [("parity", PARITY, &summary.parity), ("step size", HALF_STEP, &summary.half_step)] {
+        if let Some(repeated) = repeated {
+            repetition_lines(&mut out, name, &kind, repeated);
+        }
     }
     out
 }
@@ -119,12 +123,13 @@ fn accounting_line(out: &mut String, summary: &Summary) {
     }
 }
 
-fn parity_lines(out: &mut String, parity: &Parity) {
+fn repetition_lines(out: &mut String, name: &str, kind: &Repetition, parity: &Parity) {
     let flips = &parity.flipped;
     let _ = writeln!(
         out,
-        "parity  {} runs repeated in f64: {} with another verdict, {}",
+        "{name}  {} runs repeated {}: {} with another verdict, {}",
         parity.runs,
+        kind.words,
         flips.count,
         interval(&flips.interval)
     );

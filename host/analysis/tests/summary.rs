@@ -179,6 +179,12 @@ fn parity_measures_differences_and_flips() {
     assert_eq!(parity.flips[0].within_three_rms, Some(false));
     let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
     assert!(force.rms_difference > 0.0 && force.max_difference <= 0.01 && force.unit == "N");
+    let halved = summary.half_step.as_ref().unwrap();
+    assert_eq!((halved.runs, halved.flipped.count), (50, 0));
+    let force = halved.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
+    assert!((force.rms_difference - 0.3).abs() < 1e-9 && (force.max_difference - 0.3).abs() < 1e-9);
+    let text = verdict_text(&summary);
+    assert!(text.contains("step size  50 runs repeated at half the substep: 0 with another verdict"), "{text}");
     let json = serde_json::to_value(&summary).unwrap();
     for key in ["schema", "campaign_hash", "seed", "verdict", "exit_code", "completeness", "requirements", "agreement"]
     {

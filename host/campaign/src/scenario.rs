@@ -61,6 +61,11 @@ impl Scenario {
         self.urdf.as_ref().map(Source::text)
     }
 
+    /// The file and the URDF.
+    pub(crate) fn sources(&self) -> impl Iterator<Item = &Source> {
+        std::iter::once(&self.source).chain(&self.urdf)
+    }
+
     pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
         let file: ScenarioFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);

@@ -246,6 +246,30 @@ fn settings_and_requirements_are_read() {
 }
 
 #[test]
+fn a_campaign_knows_the_files_that_it_was_read_from() {
+    let names = |c: &Campaign| -> Vec<String> {
+        c.files().iter().map(|file| file.file_name().expect("a file").to_string_lossy().into_owned()).collect()
+    };
+    assert_eq!(names(&shipped("probe_drogue.toml")), ["probe_drogue.toml", "probe_drogue.toml", "ets_vii_arm.urdf"]);
+    let table = "[[dispersion]]\ntarget = \"loop_delay\"\n\
+                 dist = { kind = \"table\", file = \"delays.csv\", column = \"delay_ms\", unit = \"ms\" }\n";
+    assert_eq!(names(&campaign(10, table)), ["c.toml", "s.toml", "delays.csv"]);
+}
+
+#[test]
+fn half_the_substep_leaves_the_periods() {
+    let c = shipped("smoke.toml");
+    let (whole, half) = (c.scenario.model.clone(), c.at_half_step().scenario.model);
+    assert_eq!((half.timing.substep, half.timing.tick()), (0.5 * whole.timing.substep, whole.timing.tick()));
+    let period = |m: &softdock_kernels::model::Model| m.timing.substep * f64::from(m.facility.sensor_substeps);
+    assert_eq!(period(&half), period(&whole));
+    assert_eq!(c.half_step_runs(), 16, "a quarter, as parity");
+    assert_eq!(campaign(100_000, MASS).half_step_runs(), 200, "unasked, a few");
+    assert_eq!(campaign(100_000, "[execution]\nhalf_step = \"1 %\"\n").half_step_runs(), 1000);
+    assert_eq!(campaign(100_000, "[execution]\nhalf_step = 0\n").half_step_runs(), 0);
+}
+
+#[test]
 fn the_hash_covers_every_text() {
     let (one, two) = (campaign(10, MASS), campaign(11, MASS));
     assert_ne!(one.hash, two.hash);

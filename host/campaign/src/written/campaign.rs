@@ -54,6 +54,8 @@ pub(crate) struct ExecutionTable {
     pub(crate) backend: Option<At<String>>,
     /// Share of the runs that is repeated in f64 and compared.
     pub(crate) parity: Option<Quantity>,
+    /// Share of the runs that is repeated in f64 at half the substep; default the parity share, 200 runs at most.
+    pub(crate) half_step: Option<Quantity>,
     /// Runs in a shard, the unit of resuming and of cluster work.
     pub(crate) shard_runs: Option<At<u64>>,
     /// What an invalid run counts as: "count-as-failure" or "report-only".
