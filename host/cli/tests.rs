@@ -51,13 +51,11 @@ impl Engine for Fragile {
     }
 }
 
-/// The smoke campaign in eight shards of eight runs, which end after a second.
+/// The smoke campaign in eight shards of eight runs. They end one after the other, so that a batch has a middle.
 fn campaign(folder: &Path) -> Campaign {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
     std::fs::create_dir_all(folder.join("scenarios")).expect("a folder");
-    let scenario = std::fs::read_to_string(shipped.join("scenarios/smoke.toml")).expect("the scenario");
-    let short = scenario.replace("time_limit = \"3 s\"", "time_limit = \"1 s\"");
-    std::fs::write(folder.join("scenarios/smoke.toml"), short).expect("written");
+    std::fs::copy(shipped.join("scenarios/smoke.toml"), folder.join("scenarios/smoke.toml")).expect("the scenario");
     let text = std::fs::read_to_string(shipped.join("smoke.toml")).expect("the campaign");
     let file = folder.join("smoke.toml");
     std::fs::write(&file, text.replace("shard_runs = 32", "shard_runs = 8")).expect("written");
