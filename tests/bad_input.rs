@@ -78,8 +78,9 @@ const CAMPAIGNS: &[Case] = &[
     campaign("\"scenario.toml\"", "\".\"", 6, "scenario", "is a directory", "name a file in it"),
     campaign("\"cpu\"", "\"cqu\"", 7, "execution.backend", "`cqu` is not known", "did you mean `cpu`?"),
     campaign("\"1 %\"", "\"101 %\"", 7, "execution.parity", "1.01 is out of range", "at least 0, at most 1"),
-    campaign("\"random\"", "\"sobol\"", 8, "sampling.method", "not offered", "\"lhs\" for exploring"),
-    campaign("\"random\"", "\"lhs\"", 8, "sampling.method", "not independent", "method = \"random\""),
+    campaign("parity = \"1 %\"", "half_step = 2", 7, "execution.half_step", "2 is out of range", "at least 0, at most 1"),
+    campaign("\"random\"", "\"sobl\"", 8, "sampling.method", "`sobl` is not known", "did you mean `sobol`?"),
+    campaign("runs = 100\nscenario = \"scenario.toml\"\nexecution = { backend = \"cpu\", parity = \"1 %\" }\nsampling = { method = \"random\" }", "runs = 65537\nscenario = \"scenario.toml\"\nexecution = { backend = \"cpu\", parity = \"1 %\" }\nsampling = { method = \"sobol\" }", 8, "sampling.method", "a Sobol' sequence has 65536 points", "lower runs, or write method = \"lhs\""),
     campaign("target = \"contact_stiffness\"", "target = \"contact_stifness\"", 11, "dispersion[1].target", "no parameter", "did you mean `contact_stiffness`?"),
     campaign("target = \"contact_stiffness\"", "targe = \"contact_stiffness\"", 11, "dispersion[1].targe", "no key `targe`", "did you mean `target`?"),
     campaign("min = \"1e4 N/m\"", "min = \"1e4 mm\"", 12, "dispersion[1].dist.min", "this is a length, not a stiffness", "write \"10000 N/m\""),
@@ -117,6 +118,12 @@ const CAMPAIGNS: &[Case] = &[
     campaign("\"99 %\"", "\"100 %\"", 51, "requirement[1].probability", "1 is out of range", "above 0, at most 0.999999"),
     campaign("\"90 %\"", "90", 52, "requirement[1].confidence", "90 is out of range", "above 0, at most 0.999999"),
     campaign("\"worst:5\"", "\"worst\"", 56, "traces.keep[2]", "names no runs", "\"worst:20\""),
+    campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"rail_lag\"\ndist = { kind = \"uniform\", min = \"1 ms\", max = \"9 ms\" }", 29, "dispersion[5].dist", "`rail_lag` does nothing here: the facility has no rail", "remove it, or add a table [facility.rail] to the scenario"),
+    campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"rail_lag_damping\"\ndist = { kind = \"uniform\", min = 0.5, max = 1 }", 29, "dispersion[5].dist", "`rail_lag_damping` does nothing here: the facility has no rail", "add a table [facility.rail]"),
+    campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"contact_dissipation\"\ndist = { kind = \"uniform\", min = \"0.1 s/m\", max = \"1 s/m\" }", 29, "dispersion[5].dist", "`contact_dissipation` does nothing here: the contact law \"linear\" has no dissipation", "disperse `contact_damping` instead, or write law = \"power\""),
+    campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"robot2_lag_damping\"\ndist = { kind = \"uniform\", min = 0.5, max = 1 }", 29, "dispersion[5].dist", "`robot2_lag_damping` does nothing here: the lag of this response is always 0", "remove it, or give the response a lag above 0 s"),
+    campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"robot2_lag_zero\"\ndist = { kind = \"uniform\", min = \"1 ms\", max = \"9 ms\" }", 29, "dispersion[5].dist", "`robot2_lag_zero` does nothing here", "give the response a lag above 0 s"),
+    campaign("target = \"bristle_stiffness\"\nexpr = \"2/3 * contact_stiffness\"\n\n[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 100\"", "target = \"rail_lag\"\nexpr = \"loop_delay\"", 37, "derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
     campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 56, "traces.keep", "not TOML", "the file ends too early"),
 ];
 
@@ -158,6 +165,7 @@ const SCENARIOS: &[Case] = &[
     scenario("\"1 %\"", "\"120 %\"", 64, "facility.drop_probability", "1.2 is out of range", "at least 0, at most 1"),
     scenario("lag = \"20 ms\"", "lag = \"0.3 ms\"", 65, "facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
     scenario("period = \"1 ms\"", "period = \"1.1 ms\"", 66, "facility.sensor.period", "not a whole number of substeps", "0.001 s is the nearest"),
+    scenario("period = \"1 ms\" }", "period = \"1 ms\", crosstalk = 0.01, crosstalk_pattern = [[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0]] }", 66, "facility.sensor.crosstalk", "this does nothing: every element of the crosstalk pattern is 0", "an element that is not 0"),
     scenario("max_depth = \"50 mm\"\n", "", 68, "task.max_depth", "must be there", "add max_depth = \"20 mm\""),
 ];
 
@@ -175,6 +183,53 @@ const MODELS: &[Case] = &[
     table("2,8.5", "2,slow", 3, "`slow` is no finite number", "write a finite number in every row"),
     table("2,8.5", "2,850", 3, "0.85 s is out of range", "at most 0.128 s"),
 ];
+
+/// Changes of the scenario after which a dispersion of the valid campaign, or one added to it, can do nothing.
+#[rustfmt::skip]
+const IDLE: &[(&str, &str, &str, &str, &str, &str)] = &[
+    // In the scenario: old and new; in the campaign: the target and its bounds; then message and remedy.
+    (LATCH, "", "latch_damping", "min = \"100 N s/m\", max = \"500 N s/m\"", "`latch_damping` does nothing here: the scenario has no latch", "remove it, or add a table [latch] to the scenario"),
+    (LATCH, "", "latch_rotation_stiffness", "min = \"100 N m/rad\", max = \"500 N m/rad\"", "the scenario has no latch", "add a table [latch]"),
+    ("law = \"linear\"\nstiffness = \"5e4 N/m\"\ndamping = \"100 N s/m\"", "law = \"power\"\nstiffness = \"5e4 N/m\"\ndissipation = \"0.1 s/m\"", "contact_damping", "min = \"10 N s/m\", max = \"100 N s/m\"", "`contact_damping` does nothing here: the contact law \"power\" has no linear damping", "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario"),
+    ("damping = \"100 N s/m\"\n", "", "contact_damping_error", "min = -0.1, max = 0.1", "`contact_damping_error` does nothing here: the contact has neither damping nor dissipation", "give the contact a damping above 0"),
+    ("[task]", "[facility.rail]\naxis = [1, 0, 0]\nshare = 0\n[task]", "rail_lag", "min = \"2 ms\", max = \"3 ms\"", "`rail_lag` does nothing here: the rail's share of the motion is 0", "raise facility.rail.share"),
+    ("[task]", "[facility.rail]\naxis = [1, 0, 0]\nshare = 0.5\n[task]", "rail_lag_damping", "min = 0.5, max = 1", "the lag of this response is always 0", "give the response a lag above 0 s"),
+    ("period = \"1 ms\" }", "period = \"1 ms\", crosstalk_pattern = [[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0]] }", "sensor_crosstalk", "min = 0, max = 0.01", "every element of the crosstalk pattern is 0", "write facility.sensor.crosstalk_pattern with an element that is not 0"),
+];
+
+/// The latch of the valid scenario, and what needs it.
+const LATCH: &str = "[latch]\npoint = [\"0 m\", \"0 m\", \"0 m\"]\nseat = [\"220 mm\", \"0 m\", \"0 m\"]\ndepth = \"10 mm\"\noffset = \"20 mm\"\nangle = \"6 deg\"\nspeed = \"0.1 m/s\"\nstiffness = \"2e4 N/m\"\ndamping = \"500 N s/m\"\nrotation_stiffness = \"2000 N m/rad\"\nrotation_damping = \"100 N m s/rad\"\n";
+
+#[test]
+fn dispersions_that_can_do_nothing_are_refused() {
+    for (old, new, target, bounds, message, remedy) in IDLE {
+        let (line, key, said, help) = refused(|folder| {
+            let text = fs::read_to_string(folder.join(SCENARIO)).expect("read");
+            assert!(text.contains(old), "{old}");
+            let text = text.replacen(old, new, 1);
+            let text = if *old == LATCH { text.replace("capture = true\n", "") } else { text };
+            fs::write(folder.join(SCENARIO), text).expect("written");
+            let text = fs::read_to_string(folder.join(CAMPAIGN)).expect("read");
+            let added = format!(
+                "[[dispersion]]\ntarget = \"{target}\"\ndist = {{ kind = \"uniform\", {bounds} }}\n\n[[correlation]]"
+            );
+            fs::write(folder.join(CAMPAIGN), text.replacen("[[correlation]]", &added, 1)).expect("written");
+        });
+        assert!(said.contains(message) && help.contains(remedy), "{target}: {said}: {help}");
+        assert_eq!((line, key.as_str()), (33, "dispersion[6].dist"), "{target}");
+    }
+}
+
+/// A parameter that a derived value is computed from does its work there.
+#[test]
+fn an_idle_parameter_may_carry_a_derived_one() {
+    let folder = folder();
+    let text = fs::read_to_string(folder.path().join(CAMPAIGN)).expect("read");
+    let carrier = "[[dispersion]]\ntarget = \"rail_lag\"\ndist = { kind = \"uniform\", min = \"5 ms\", max = \"9 ms\" }\n\n[[derived]]\ntarget = \"robot2_lag\"\nexpr = \"rail_lag\"\n\n[[correlation]]";
+    fs::write(folder.path().join(CAMPAIGN), text.replacen("[[correlation]]", carrier, 1)).expect("written");
+    let campaign = softdock_campaign::load(&folder.path().join(CAMPAIGN));
+    assert!(campaign.is_ok(), "{}", campaign.expect_err("problems"));
+}
 
 /// The valid files: `data/bad` of this repository, found from whichever package runs this.
 fn valid() -> PathBuf {

@@ -128,6 +128,66 @@ fn a_bad_file_says_where_and_leaves_nothing() {
     assert_eq!(files(bench.folder.path()), before);
 }
 
+/// A driver list that does not exist: the Vulkan loader finds no adapter.
+fn without_adapter(command: &mut Command) -> Output {
+    let none = "/nonexistent/icd.json";
+    command.env("VK_ICD_FILENAMES", none).env("VK_DRIVER_FILES", none).output().expect("softdock starts")
+}
+
+#[test]
+fn without_an_adapter_the_gpu_is_refused_with_a_remedy_and_auto_takes_the_cpu() {
+    let bench = Bench::new();
+    let output = without_adapter(&mut bench.command("run c/smoke.toml --backend gpu --out none"));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    for part in ["no GPU adapter found", "`--backend cpu`", "install a Vulkan driver", "softdock devices"] {
+        assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains(part), "`{part}` in\n{said}");
+    }
+    assert!(!bench.path("none").exists(), "nothing is written");
+    let output = without_adapter(&mut bench.command("run c/smoke.toml --backend auto --out auto"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("made on cpu f64"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn the_step_size_is_checked_by_a_share_of_the_runs() {
+    let bench = Bench::new();
+    bench.edit("parity = \"25 %\"", "half_step = \"12.5 %\"");
+    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out r");
+    assert!(said.contains("step size  8 runs repeated at half the substep: "), "{said}");
+    assert!(bench.path("r/half_step.parquet").is_file());
+    let summary = fs::read_to_string(bench.path("r/summary.json")).expect("the summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let metrics = summary["half_step"]["metrics"].as_array().expect("metrics");
+    let force = metrics.iter().find(|metric| metric["column"] == "space_peak_force_n").expect("the force");
+    let rms = force["rms_difference"].as_f64().expect("a number");
+    // Forces of 100 N; halving a step of second order moves them by far less, but not by nothing.
+    assert!(rms > 0.0 && rms < 20.0, "{rms}");
+    let page = fs::read_to_string(bench.path("r/report.html")).expect("the page");
+    assert!(page.contains("8 runs were repeated at half the substep"));
+    bench.edit("half_step = \"12.5 %\"", "half_step = \"0 %\"");
+    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out none");
+    assert!(!said.contains("step size") && !bench.path("none/half_step.parquet").exists(), "{said}");
+}
+
+#[test]
+fn samples_for_exploring_give_no_verdict() {
+    let bench = Bench::new();
+    for (method, most) in [("sobol", "65537"), ("lhs", "1000000001")] {
+        bench.edit(
+            "[[requirement]]\nid = \"SMOKE-010\"",
+            &format!("[sampling]\nmethod = \"{method}\"\n[[requirement]]\nid = \"SMOKE-010\""),
+        );
+        assert!(bench.expect(0, "check c/smoke.toml").contains("exploring only, no verdict"));
+        let said = bench.expect(1, &format!("run c/smoke.toml --backend cpu --out {method} --runs 16"));
+        assert!(said.contains("exploring only, no verdict") && !said.contains("p <= "), "{said}");
+        assert!(!said.contains(" VERIFIED"), "{said}");
+        bench.expect(1, &format!("status {method}"));
+        bench.expect(2, &format!("run c/smoke.toml --backend cpu --out {method} --runs {most}"));
+        bench.edit(&format!("[sampling]\nmethod = \"{method}\"\n"), "");
+    }
+}
+
 #[test]
 fn the_same_campaign_gives_the_same_bytes() {
     let bench = Bench::new();

@@ -10,14 +10,14 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use std::path::Path;
 
-fn job_and_runs(campaign: &str, count: u64) -> (Job, Vec<RunInput>) {
+pub(crate) fn job_and_runs(campaign: &str, count: u64) -> (Job, Vec<RunInput>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns").join(campaign);
     let campaign = softdock_campaign::load(&path).expect("a shipped campaign loads");
     let runs = (0..count).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
     (Job::new(Plant::new(campaign.scenario.model), campaign.seed, true), runs)
 }
 
-fn gpu() -> GpuEngine {
+pub(crate) fn gpu() -> GpuEngine {
     GpuEngine::new(Adapters::Any).expect("tests/run.sh installs lavapipe, a software adapter")
 }
 

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod cli;
+mod engine_loss;
 mod gpu;
 mod house;
 mod kernel;

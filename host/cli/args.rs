@@ -72,7 +72,12 @@ pub(crate) struct BenchArgs {
 
 /// Arguments of `check`.
 #[derive(Args, Debug)]
-#[command(after_help = "Example:\n  softdock check campaigns/probe_drogue.toml --runs 10000")]
+#[command(after_help = "\
+Every wrong value is reported at once. A file whose structure is wrong (TOML syntax, an unknown or missing key, text
+where a number belongs) stops at its first such mistake: mend it and check again.
+
+Example:
+  softdock check campaigns/probe_drogue.toml --runs 10000")]
 pub(crate) struct CheckArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,

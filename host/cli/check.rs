@@ -6,9 +6,13 @@ use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
 use softdock_analysis::plan::plan_line;
+use softdock_campaign::campaign::Method;
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
+
+/// What a sample that is not independent shows.
+const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"random\" for one";
 
 /// Checks a campaign.
 pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
@@ -29,7 +33,10 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
     );
     text += "\nrequirements\n";
     for requirement in &campaign.requirements {
-        let line = plan_line(requirement.probability, requirement.confidence, runs_per_draw(campaign));
+        let line = match campaign.method {
+            Method::Random => plan_line(requirement.probability, requirement.confidence, runs_per_draw(campaign)),
+            Method::Sobol | Method::LatinHypercube => EXPLORING.to_owned(),
+        };
         text += &format!(
             "  {}  {}\n    {} {}\n    {line}\n",
             requirement.id,
@@ -41,7 +48,7 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
     if campaign.requirements.is_empty() {
         text += "  none\n";
     }
-    if let Some(draws) = campaign.outer_draws {
+    if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
     }
     text
@@ -61,19 +68,19 @@ fn runs_per_draw(campaign: &Campaign) -> u64 {
 }
 
 fn as_json(campaign: &Campaign, draws: u64) -> Value {
-    let judged = runs_per_draw(campaign);
+    let (judged, independent) = (runs_per_draw(campaign), campaign.method == Method::Random);
     let requirement = |r: &Requirement| {
         json!({
             "id": r.id, "text": r.text, "metric": r.metric, "unit": r.unit, "limit": r.limit,
             "side": if r.side == Side::AtMost { "at_most" } else { "at_least" },
             "probability": r.probability, "confidence": r.confidence,
-            "allowed_failures": allowed_failures(judged, r.probability, r.confidence),
+            "allowed_failures": allowed_failures(judged, r.probability, r.confidence).filter(|_| independent),
             "smallest_runs": smallest_runs(0, r.probability, r.confidence),
         })
     };
     json!({
         "id": campaign.id, "title": campaign.title, "hash": campaign.hash, "seed": campaign.seed,
-        "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged,
+        "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
         "inputs": inputs(campaign, draws.min(campaign.runs)),

@@ -19,21 +19,33 @@ const GPU_BATCH: u64 = 1 << 16;
 /// Told how many runs have ended since the last call; answers `false` to stop.
 pub(crate) type Watcher<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 
+/// Says that the CPU makes the shards that are left, and why.
+pub(crate) fn tell_failover(error: &EngineError) {
+    let why = match error {
+        EngineError::OutOfMemory(why) => format!("the GPU has no room for a batch ({why})"),
+        EngineError::DeviceLost(why) => format!("the GPU was lost in mid-batch ({why})"),
+        other => other.to_string(),
+    };
+    warn(format!("{why}; finished shards stay, the CPU makes the rest: each shard states its backend"));
+}
+
 /// A campaign's runs, on whatever makes them.
 pub(crate) struct Farm<'a> {
     campaign: &'a Campaign,
     /// How runs become rows.
     pub(crate) ledger: Ledger<'a>,
     engine: Box<dyn Engine>,
-    may_change: bool,
 }
 
 impl<'a> Farm<'a> {
     /// Opens the engine that was asked for.
     pub(crate) fn open(campaign: &'a Campaign, choice: Choice) -> Result<Self, EngineError> {
-        let engine = softdock_engine::open(choice)?;
-        let ledger = Ledger::new(campaign);
-        Ok(Self { campaign, ledger, engine, may_change: choice == Choice::Auto })
+        Ok(Self::with(campaign, softdock_engine::open(choice, tell_failover)?))
+    }
+
+    /// With a given engine.
+    pub(crate) fn with(campaign: &'a Campaign, engine: Box<dyn Engine>) -> Self {
+        Self { campaign, ledger: Ledger::new(campaign), engine }
     }
 
     /// `cpu` or `gpu`.
@@ -70,18 +82,11 @@ impl<'a> Farm<'a> {
         }
     }
 
-    /// Makes the runs of a range. If the GPU is lost and another backend is allowed, the CPU takes over.
+    /// Makes the runs of a range.
     pub(crate) fn make(&mut self, runs: Range<u64>, watch: Watcher) -> Result<Vec<RunRow>, EngineError> {
         let inputs: Vec<RunInput> =
             runs.into_par_iter().map(|run| RunInput { run, params: self.campaign.draw(run).params }).collect();
-        match self.make_rows(&inputs, watch) {
-            Err(EngineError::DeviceLost(why)) if self.may_change => {
-                warn(format!("the GPU was lost ({why}); the CPU goes on"));
-                self.engine = Box::new(CpuEngine::new());
-                self.make_rows(&inputs, watch)
-            }
-            answer => answer,
-        }
+        self.make_rows(&inputs, watch)
     }
 
     /// Makes given runs; what the GPU could not make is repeated in f64.

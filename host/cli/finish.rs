@@ -1,7 +1,8 @@
-//! What follows the last shard: parity, time histories, summary and page.
+//! What follows the last shard: repeated runs, time histories, summary and page.
 
 use crate::farm::Farm;
 use crate::folder::Folder;
+use crate::half_step::{HalfStepRuns, write_half_step_of};
 use crate::page::write_page;
 use crate::parity::{ParityRuns, write_parity_of};
 use crate::traces::{Keeper, write_traces};
@@ -12,16 +13,19 @@ use softdock_results::shards::read_runs;
 
 /// Ends a whole campaign; all of it follows from the shards, so that doing it twice changes nothing.
 pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
-    let truth = Farm::open(&folder.campaign, Choice::Cpu).map_err(crate::run::unusable)?;
-    let mut parity = ParityRuns::of(folder, &folder.shards()?);
+    let mut truth = Farm::open(&folder.campaign, Choice::Cpu).map_err(crate::run::unusable)?;
+    let index = folder.shards()?;
+    let (mut parity, mut half_step) = (ParityRuns::of(folder, &index), HalfStepRuns::of(folder, &index));
     let mut keeper = Keeper::new(&folder.campaign);
     for row in read_runs(&folder.path).into_diagnostic()? {
         let row = row.into_diagnostic()?;
         keeper.see(&row);
+        half_step.see(&row);
         parity.see(row);
     }
     write_traces(folder, &truth.ledger, &truth.provenance(), keeper.kept())?;
-    write_parity_of(folder, truth, parity)?;
+    write_parity_of(folder, &mut truth, parity)?;
+    write_half_step_of(folder, &mut truth, half_step)?;
     judge(folder)
 }
 

@@ -10,8 +10,7 @@ use softdock_analysis::{CampaignFacts, InvalidRuns};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
 use softdock_results::shards::{ShardIndex, ShardPlan};
-use softdock_results::{TableReader, write_file};
-use std::collections::BTreeSet;
+use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Component, Path, PathBuf};
 
 /// Version of `campaign.json`.
@@ -32,13 +31,15 @@ pub(crate) struct Folder {
 
 impl Folder {
     /// Takes a folder for a campaign: an empty one gets the campaign's files, one of another campaign is refused.
-    pub(crate) fn claim(path: &Path, campaign: Campaign, file: &Path) -> miette::Result<Self> {
-        let files = named_files(file);
+    ///
+    /// What killed writers left in it is cleared away.
+    pub(crate) fn claim(path: &Path, campaign: Campaign) -> miette::Result<Self> {
+        let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
         let root = common_root(&files);
         let within = |file: &Path| slashed(file.strip_prefix(&root).unwrap_or(file));
-        let folder = Self { path: path.to_owned(), file: within(&normal(file)), campaign };
+        let folder = Self { path: path.to_owned(), file: within(&files[0]), campaign };
         match read_manifest(path)? {
-            Some(found) if found == folder.manifest() => {}
+            Some(found) if found == folder.manifest() => drop(remove_abandoned(path).into_diagnostic()?),
             Some(found) => return Err(folder.other(path, &found)),
             None => {
                 folder.refuse_strangers()?;
@@ -72,7 +73,7 @@ impl Folder {
 
     /// Takes `path` for the same campaign as this folder.
     pub(crate) fn claim_alike(&self, path: &Path) -> miette::Result<Self> {
-        let mut folder = Self::claim(path, self.campaign.clone(), &self.path.join("campaign").join(&self.file))?;
+        let mut folder = Self::claim(path, self.campaign.clone())?;
         folder.file.clone_from(&self.file);
         Ok(folder)
     }
@@ -151,22 +152,6 @@ fn read_manifest(folder: &Path) -> miette::Result<Option<Value>> {
     parsed.map(Some).map_err(|error| refuse(format!("{}: {error}", path.display()), "move the damaged folder away"))
 }
 
-/// A campaign's file and all that it names, directly or not: every quoted text that is the path of a file.
-fn named_files(file: &Path) -> BTreeSet<PathBuf> {
-    let (mut files, mut open) = (BTreeSet::new(), vec![normal(file)]);
-    while let Some(file) = open.pop() {
-        let text = std::fs::read_to_string(&file).unwrap_or_default();
-        if file.extension().is_some_and(|extension| extension == "toml") {
-            let folder = file.parent().unwrap_or(Path::new(""));
-            let quoted = text.lines().flat_map(|line| line.split(['"', '\'']).skip(1).step_by(2));
-            let named = quoted.map(|name| normal(&folder.join(name))).filter(|path| path.is_file());
-            open.extend(named.filter(|path| !files.contains(path)));
-        }
-        files.insert(file);
-    }
-    files
-}
-
 /// The path from the root, without `.` and `..`.
 fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
@@ -181,7 +166,7 @@ fn normal(path: &Path) -> PathBuf {
 }
 
 /// The deepest folder that holds all files.
-fn common_root(files: &BTreeSet<PathBuf>) -> PathBuf {
+fn common_root(files: &[PathBuf]) -> PathBuf {
     let mut folders = files.iter().filter_map(|file| file.parent());
     let first = folders.next().unwrap_or(Path::new("")).to_owned();
     folders.fold(first, |root, folder| {

@@ -7,6 +7,7 @@ mod devices;
 mod farm;
 mod finish;
 mod folder;
+mod half_step;
 mod kernel;
 mod merge;
 mod page;
@@ -19,6 +20,8 @@ mod rows;
 mod run;
 mod schema;
 mod status;
+#[cfg(test)]
+mod tests;
 mod traces;
 mod words;
 

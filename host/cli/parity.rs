@@ -3,11 +3,11 @@
 use crate::farm::Farm;
 use crate::folder::Folder;
 use crate::progress::Progress;
+use crate::traces::input_of;
 use miette::IntoDiagnostic;
 use softdock_engine::RunInput;
-use softdock_kernels::fields::from_slice;
 use softdock_kernels::metrics::flags;
-use softdock_results::parity::{ParityRow, write_parity};
+use softdock_results::parity::{PARITY, RepeatedRow, write_repetition};
 use softdock_results::runs::RunRow;
 use softdock_results::shards::ShardIndex;
 
@@ -52,17 +52,16 @@ pub(crate) fn spread(run: u64, wanted: u64, runs: u64) -> bool {
 }
 
 /// Repeats the chosen runs and writes them beside their rows; without any, no file.
-pub(crate) fn write_parity_of(folder: &Folder, mut truth: Farm, chosen: ParityRuns) -> miette::Result<()> {
+pub(crate) fn write_parity_of(folder: &Folder, truth: &mut Farm, chosen: ParityRuns) -> miette::Result<()> {
     let Some((backend, device)) = chosen.made_on.filter(|_| !chosen.rows.is_empty()) else {
         return Ok(());
     };
-    let input = |row: &RunRow| RunInput { run: row.run, params: from_slice(&row.inputs) };
-    let inputs: Vec<RunInput> = chosen.rows.iter().map(input).collect();
+    let inputs: Vec<RunInput> = chosen.rows.iter().map(input_of).collect();
     let progress = Progress::new("parity", inputs.len() as u64);
     let repeated = truth.make_rows(&inputs, &|ended| progress.add(ended)).map_err(crate::run::unusable)?;
     let rows = chosen.rows.into_iter().zip(repeated);
-    let rows = rows.map(|(backend, truth)| ParityRow { backend, truth }).collect();
+    let rows = rows.map(|(first, second)| RepeatedRow { first, second }).collect();
     let mut provenance = truth.provenance();
     (provenance.backend, provenance.device) = (backend, device);
-    write_parity(&folder.path, &truth.ledger.schema, rows, &provenance).into_diagnostic()
+    write_repetition(&PARITY, &folder.path, &truth.ledger.schema, rows, &provenance).into_diagnostic()
 }

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
     // The engine before the folder: what cannot run leaves nothing behind.
     let scene = campaign.clone();
     let mut farm = Farm::open(&scene, choice).map_err(unusable)?;
-    let folder = Folder::claim(&out, campaign, &args.campaign)?;
+    let folder = Folder::claim(&out, campaign)?;
     listen();
     if let Err(end) = make_missing(&folder, args.shard, &mut farm) {
         return end;
@@ -41,6 +41,11 @@ fn campaign(args: &RunArgs) -> miette::Result<Campaign> {
     let mut campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
     campaign.runs = args.runs.unwrap_or(campaign.runs);
     campaign.seed = args.seed.unwrap_or(campaign.seed);
+    let most = campaign.method.most_runs();
+    if campaign.runs > most {
+        let message = format!("{} runs, but a Sobol' sequence has {most} points", campaign.runs);
+        return Err(refuse(message, format!("write --runs {most} or less, or another sampling.method")));
+    }
     match campaign.outer_draws {
         Some(draws) if campaign.runs < u64::from(draws) => {
             let message = format!("{} runs cannot hold {draws} outer draws", campaign.runs);
@@ -51,7 +56,7 @@ fn campaign(args: &RunArgs) -> miette::Result<Campaign> {
 }
 
 /// Makes what is missing of one part of the campaign; `Err` holds how the command ends early.
-fn make_missing(folder: &Folder, part: Part, farm: &mut Farm) -> Result<(), miette::Result<Exit>> {
+pub(crate) fn make_missing(folder: &Folder, part: Part, farm: &mut Farm) -> Result<(), miette::Result<Exit>> {
     let index = folder.shards().map_err(Err)?;
     for (path, reason) in &index.foreign {
         warn(format!("made again: {} ({reason})", path.display()));
@@ -101,7 +106,7 @@ fn make_batch(folder: &Folder, shards: &[u32], farm: &mut Farm, progress: &Progr
     let runs = plan.range(shards[0]).start..plan.range(shards[shards.len() - 1]).end;
     let mut rows = farm.make(runs, &|ended| progress.add(ended)).map_err(|error| match error {
         EngineError::Stopped => Ended::Stopped,
-        EngineError::DeviceLost(_) => {
+        error if error.is_of_the_device() => {
             warn(error);
             Ended::Failed(Ok(Exit::Incomplete))
         }

@@ -1,7 +1,7 @@
-//! How far the campaign's backend differs from f64, from the runs that were computed by both.
+//! How far runs differ that were made twice: by the campaign's backend and in f64, at the substep and at half of it.
 
 use serde::{Deserialize, Serialize};
-use softdock_results::parity::TRUTH_PREFIX;
+use softdock_results::parity::Repetition;
 use softdock_results::{Column, Kind, Table, Values};
 
 use crate::summary::Share;
@@ -9,10 +9,10 @@ use crate::summary::Share;
 /// Factor on a margin's RMS difference within which a flip of its verdict is no surprise.
 const EXPLAINED: f64 = 3.0;
 
-/// The comparison of a campaign with f64.
+/// The comparison of runs that were made twice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parity {
-    /// Runs that were computed by both.
+    /// Runs that were made twice.
     pub runs: u64,
     /// Runs of which some verdict differs.
     pub flipped: Share,
@@ -48,7 +48,7 @@ pub struct Flip {
     pub run: u64,
     /// Column name.
     pub column: String,
-    /// The run's margin in f64, for a requirement.
+    /// The margin of the run made again, for a requirement.
     pub margin: Option<f64>,
     /// Whether that margin is within three RMS differences of zero.
     pub within_three_rms: Option<bool>,
@@ -58,15 +58,15 @@ pub struct Flip {
 const LISTED_FLIPS: usize = 100;
 
 impl Parity {
-    /// The comparison, from a parity table.
-    pub fn of(table: &Table) -> Self {
+    /// The comparison, from a table of repeated runs.
+    pub fn of(kind: &Repetition, table: &Table) -> Self {
         let runs = table.u64s("run").unwrap_or_default();
         let metrics: Vec<MetricParity> =
-            pairs(table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
+            pairs(kind, table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
         let mut flips: Vec<Flip> = Vec::new();
-        for (backend, truth) in pairs(table) {
+        for (backend, truth) in pairs(kind, table) {
             let differing = (0..runs.len()).filter(|row| differs(&backend.values, &truth.values, *row));
-            flips.extend(differing.map(|row| flip(table, &metrics, backend, runs[row], row)));
+            flips.extend(differing.map(|row| flip(kind, table, &metrics, backend, runs[row], row)));
         }
         let mut flipped: Vec<u64> = flips.iter().map(|flip| flip.run).collect();
         flipped.sort_unstable();
@@ -78,10 +78,10 @@ impl Parity {
     }
 }
 
-/// Every column with its f64 twin.
-fn pairs(table: &Table) -> impl Iterator<Item = (&Column, &Column)> {
+/// Every column with its twin.
+fn pairs<'a>(kind: &'a Repetition, table: &'a Table) -> impl Iterator<Item = (&'a Column, &'a Column)> {
     table.columns.iter().filter_map(|column| {
-        let truth = table.column(&format!("{TRUTH_PREFIX}{}", column.name))?;
+        let truth = table.column(&format!("{}{}", kind.prefix, column.name))?;
         Some((column, truth))
     })
 }
@@ -118,9 +118,9 @@ fn differs(one: &Values, two: &Values, row: usize) -> bool {
     }
 }
 
-fn flip(table: &Table, metrics: &[MetricParity], backend: &Column, run: u64, row: usize) -> Flip {
+fn flip(kind: &Repetition, table: &Table, metrics: &[MetricParity], backend: &Column, run: u64, row: usize) -> Flip {
     let margin_name = (backend.kind == Kind::Verdict).then(|| backend.name.replacen("_pass_", "_margin_", 1));
-    let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{TRUTH_PREFIX}{name}"))?[row]);
+    let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{}{name}", kind.prefix))?[row]);
     let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
     let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);
     Flip { run, column: backend.name.clone(), margin, within_three_rms }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_kernels::metrics::flags;
-use softdock_results::parity::read_parity;
+use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
 use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::{ShardIndex, read_columns};
 
@@ -35,11 +35,14 @@ pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
         let misfit = |what| Error::Results { path: results.to_owned(), what };
         tally.add(&batch?, facts).map_err(misfit)?;
     }
-    let parity = read_parity(results)?.map(|table| Parity::of(&table));
-    Ok(judge(facts, completeness(&index, &tally), &tally, parity))
+    let repeated = |kind: &Repetition| -> Result<Option<Parity>> {
+        Ok(read_repetition(kind, results)?.map(|table| Parity::of(kind, &table)))
+    };
+    let (parity, half_step) = (repeated(&PARITY)?, repeated(&HALF_STEP)?);
+    Ok(Summary { parity, half_step, ..judge(facts, completeness(&index, &tally), &tally) })
 }
 
-fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parity: Option<Parity>) -> Summary {
+fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Summary {
     let complete = completeness.is_complete();
     let requirements: Vec<_> = facts
         .requirements
@@ -47,7 +50,10 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parit
         .zip(&tally.requirements)
         .map(|(requirement, loops)| requirement_summary(facts, requirement, loops, tally, complete))
         .collect();
-    let verdict = overall(requirements.iter().map(|requirement| requirement.loops.space.verdict));
+    let verdict = match facts.independent_runs {
+        true => overall(requirements.iter().map(|requirement| requirement.loops.space.verdict)),
+        false => Verdict::Undecided,
+    };
     let exit_code = match (complete, verdict) {
         (false, _) => 3,
         (true, Verdict::Verified) => 0,
@@ -74,7 +80,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally, parit
         requirements,
         joint: PerLoop { space, facility },
         agreement: agreement(tally),
-        parity,
+        parity: None,
+        half_step: None,
     }
 }
 
@@ -161,7 +168,9 @@ fn loop_summary(
     // An incomplete campaign is measured by what its planned runs would allow: early fail, never early pass.
     let judged_runs = if complete { runs } else { facts.plan.runs };
     let allowed = allowed_failures(judged_runs, requirement.probability, requirement.confidence);
-    let outer = (counts.draws.len() > 1).then(|| outer_summary(requirement, counts));
+    // Binomial statements need independent runs: without them nothing is claimed.
+    let allowed = allowed.filter(|_| facts.independent_runs);
+    let outer = (counts.draws.len() > 1 && facts.independent_runs).then(|| outer_summary(requirement, counts));
     let verified = match &outer {
         Some(outer) => outer.verified == outer.draws,
         None => allowed.is_some_and(|allowed| failures <= allowed),
@@ -180,10 +189,10 @@ fn loop_summary(
         failures,
         invalid,
         allowed,
-        failure_rate_bound: upper_bound(failures, runs, requirement.confidence),
-        wilson: wilson(failures, runs, READING_CONFIDENCE),
+        failure_rate_bound: facts.independent_runs.then(|| upper_bound(failures, runs, requirement.confidence)),
+        wilson: facts.independent_runs.then(|| wilson(failures, runs, READING_CONFIDENCE)),
         worst: counts.worst,
-        tolerance_limit: counts.tolerance_limit(),
+        tolerance_limit: counts.tolerance_limit().filter(|_| facts.independent_runs),
         outer,
     }
 }

@@ -84,6 +84,9 @@ pub struct Summary {
     pub agreement: AgreementSummary,
     /// Runs repeated in f64, if there are any.
     pub parity: Option<Parity>,
+    /// Runs repeated at half the substep, if there are any.
+    #[serde(default)]
+    pub half_step: Option<Parity>,
 }
 
 /// The same quantity for both loops.
@@ -201,12 +204,14 @@ pub struct LoopSummary {
     pub failures: u64,
     /// Invalid runs.
     pub invalid: u64,
-    /// Failures with which the planned runs still demonstrate the requirement; null if no number does.
+    /// Failures with which the planned runs still demonstrate the requirement; null if no number does, or if the runs
+    /// are not independent.
     pub allowed: Option<u64>,
-    /// One-sided Clopper-Pearson bound of the failure rate, at the requirement's confidence.
-    pub failure_rate_bound: f64,
-    /// Two-sided Wilson interval of the failure rate, for reading.
-    pub wilson: Interval,
+    /// One-sided Clopper-Pearson bound of the failure rate, at the requirement's confidence; null if the runs are not
+    /// independent.
+    pub failure_rate_bound: Option<f64>,
+    /// Two-sided Wilson interval of the failure rate, for reading; null if the runs are not independent.
+    pub wilson: Option<Interval>,
     /// The valid run with the smallest margin.
     pub worst: Option<RunMargin>,
     /// Wilks: at least the asked share of all cases lies above this margin, at the asked confidence.

@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
+
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
 use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
 
-/// The whole verdict: requirements, agreement, accounting, parity.
+/// The whole verdict: requirements, agreement, accounting, repeated runs.
 pub fn verdict_text(summary: &Summary) -> String {
     let mut out = String::new();
     let done = &summary.completeness;
@@ -21,16 +23,36 @@ pub fn verdict_text(summary: &Summary) -> String {
         done.shards_planned,
         summary.seed
     );
+    made_on_line(&mut out, summary);
     if !summary.independent_runs {
-        out.push_str("  the runs are not independent (Sobol or Latin hypercube): for exploring, no verdict\n");
+        out.push_str(
+            "  exploring only, no verdict: the runs are not independent (Sobol' or Latin hypercube sample);\n",
+        );
+        out.push_str(
+            "  intervals are for reading, as if they were; write sampling.method = \"random\" for a verdict\n",
+        );
     }
     requirement_lines(&mut out, summary);
     agreement_lines(&mut out, summary);
     accounting_line(&mut out, summary);
-    if let Some(parity) = &summary.parity {
-        parity_lines(&mut out, parity);
+    for (name, kind, repeated) in [("parity", PARITY, &summary.parity), ("step size", HALF_STEP, &summary.half_step)] {
+        if let Some(repeated) = repeated {
+            repetition_lines(&mut out, name, &kind, repeated);
+        }
     }
     out
+}
+
+/// Who made the rows; rows of f32 and of f64 side by side are said to be so.
+fn made_on_line(out: &mut String, summary: &Summary) {
+    let devices = &summary.completeness.devices;
+    let shards = |count: u32| format!("{count} {}", if count == 1 { "shard" } else { "shards" });
+    let made: Vec<String> = devices.iter().map(|made| format!("{} ({})", made.device, shards(made.shards))).collect();
+    let mixed = devices.iter().any(|made| made.backend != devices[0].backend);
+    if !made.is_empty() {
+        let note = if mixed { "rows of two backends: " } else { "" };
+        let _ = writeln!(out, "  {note}made on {}", made.join(" and "));
+    }
 }
 
 fn requirement_lines(out: &mut String, summary: &Summary) {
@@ -49,10 +71,14 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
 }
 
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
-    let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
-    let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
-    let bound = digits_of(judged.failure_rate_bound, 3);
-    let mut reading = format!("p <= {bound} at {}", percent(requirement.confidence));
+    let (failed, mut reading) = match judged.failure_rate_bound {
+        Some(bound) => {
+            let allowed = judged.allowed.map_or("too few runs".to_owned(), |allowed| format!("{allowed} allowed"));
+            let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
+            (failed, format!("p <= {} at {}", digits_of(bound, 3), percent(requirement.confidence)))
+        }
+        None => (format!("{} of {} failed", judged.failures, judged.runs), "exploring only, no verdict".to_owned()),
+    };
     if let Some(outer) = &judged.outer {
         let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);
     }
@@ -97,12 +123,13 @@ fn accounting_line(out: &mut String, summary: &Summary) {
     }
 }
 
-fn parity_lines(out: &mut String, parity: &Parity) {
+fn repetition_lines(out: &mut String, name: &str, kind: &Repetition, parity: &Parity) {
     let flips = &parity.flipped;
     let _ = writeln!(
         out,
-        "parity  {} runs repeated in f64: {} with another verdict, {}",
+        "{name}  {} runs repeated {}: {} with another verdict, {}",
         parity.runs,
+        kind.words,
         flips.count,
         interval(&flips.interval)
     );

@@ -34,7 +34,7 @@ fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
         assert_eq!((loops.space.failures, loops.space.runs, loops.space.invalid), (space, RUNS, invalid));
         assert_eq!(loops.facility.failures, facility);
         assert_eq!(loops.space.allowed, allowed_failures(RUNS, requirement.probability, 0.9));
-        assert_eq!(loops.space.failure_rate_bound, upper_bound(space, RUNS, 0.9));
+        assert_eq!(loops.space.failure_rate_bound, Some(upper_bound(space, RUNS, 0.9)));
         assert_eq!(loops.space.verdict == Verdict::Verified, loops.space.failures <= loops.space.allowed.unwrap());
     }
     let both = count(&|row| row.space_outcomes.iter().all(|outcome| outcome.pass == Some(true)));
@@ -116,7 +116,17 @@ fn the_exit_code_is_the_verdict_of_space() {
     exploring.independent_runs = false;
     let summary = summarise(results.path(), &exploring).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided));
-    assert!(verdict_text(&summary).contains("not independent"));
+    let text = verdict_text(&summary);
+    assert!(text.contains("exploring only, no verdict: the runs are not independent"), "{text}");
+    assert!(!text.contains("p <= ") && !text.contains("allowed"), "no binomial claim: {text}");
+    let space = &summary.requirements[0].loops.space;
+    assert_eq!(
+        (space.allowed, space.failure_rate_bound, space.wilson, space.tolerance_limit),
+        (None, None, None, None)
+    );
+    exploring.requirements = &[];
+    let summary = summarise(results.path(), &exploring).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided), "nor without requirements");
 }
 
 #[test]
@@ -169,6 +179,12 @@ fn parity_measures_differences_and_flips() {
     assert_eq!(parity.flips[0].within_three_rms, Some(false));
     let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
     assert!(force.rms_difference > 0.0 && force.max_difference <= 0.01 && force.unit == "N");
+    let halved = summary.half_step.as_ref().unwrap();
+    assert_eq!((halved.runs, halved.flipped.count), (50, 0));
+    let force = halved.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
+    assert!((force.rms_difference - 0.3).abs() < 1e-9 && (force.max_difference - 0.3).abs() < 1e-9);
+    let text = verdict_text(&summary);
+    assert!(text.contains("step size  50 runs repeated at half the substep: 0 with another verdict"), "{text}");
     let json = serde_json::to_value(&summary).unwrap();
     for key in ["schema", "campaign_hash", "seed", "verdict", "exit_code", "completeness", "requirements", "agreement"]
     {

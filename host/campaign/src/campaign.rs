@@ -12,11 +12,11 @@ use crate::source::Source;
 use crate::stability::Extremes;
 use crate::written::At;
 use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
-use crate::{derived as derived_values, read};
+use crate::{derived as derived_values, idle, read};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Format that this version reads.
 pub(crate) const FORMAT: &str = "campaign/1";
@@ -24,6 +24,12 @@ pub(crate) const FORMAT: &str = "campaign/1";
 /// Most runs, and most runs in a shard.
 const MOST_RUNS: u64 = 1_000_000_000;
 const MOST_SHARD_RUNS: u64 = 1_000_000;
+
+/// Runs that are repeated at half the substep unasked: enough to see a difference, cheap beside any campaign.
+const UNASKED_HALF_STEP_RUNS: u64 = 200;
+
+/// Points of a Sobol' sequence for which there are direction numbers.
+const SOBOL_POINTS: u64 = 1 << 16;
 
 /// Where the runs are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +58,15 @@ pub enum Method {
     Random,
     /// Each input's strata are met once; for exploring.
     LatinHypercube,
+    /// A scrambled Sobol' sequence fills all inputs together evenly; for exploring.
+    Sobol,
+}
+
+impl Method {
+    /// Most runs that the method can draw.
+    pub fn most_runs(self) -> u64 {
+        if self == Self::Sobol { SOBOL_POINTS } else { MOST_RUNS }
+    }
 }
 
 /// How the runs are executed.
@@ -61,6 +76,8 @@ pub struct Execution {
     pub backend: Backend,
     /// Share of the runs that is repeated in f64 and compared, 0..1.
     pub parity: f64,
+    /// Share of the runs that is repeated in f64 at half the substep, 0..1; `None`: as parity, but few.
+    pub half_step: Option<f64>,
     /// Runs in a shard.
     pub shard_runs: u64,
     /// What an invalid run counts as.
@@ -124,6 +141,7 @@ pub struct Campaign {
     pub text: String,
     /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
     pub hash: String,
+    files: Vec<PathBuf>,
 }
 
 impl Campaign {
@@ -146,6 +164,27 @@ impl Campaign {
                 Err(Problems::check(c.problems).expect_err("at least the scenario's problems"))
             }
         }
+    }
+
+    /// Every file that was read: the campaign's own first, then scenario, URDF and tables.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// How many runs are repeated at half the substep.
+    pub fn half_step_runs(&self) -> u64 {
+        let of = |share: f64| (share * self.runs as f64).ceil() as u64;
+        self.execution.half_step.map_or_else(|| of(self.execution.parity).min(UNASKED_HALF_STEP_RUNS), of)
+    }
+
+    /// The same campaign at half the substep: the periods of command and sensor stay.
+    pub fn at_half_step(&self) -> Self {
+        let mut halved = self.clone();
+        let model = &mut halved.scenario.model;
+        model.timing.substep *= 0.5;
+        model.timing.substeps *= 2;
+        model.facility.sensor_substeps *= 2;
+        halved
     }
 
     /// Dispersions may need a finer step, or leave less delay, than the nominal run.
@@ -206,12 +245,18 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         traces: traces(c, &file.traces, &scenario.model.timing),
         text: c.source.text().to_owned(),
         hash: hash(&c.source, &scenario, &tables),
+        files: std::iter::once(&c.source)
+            .chain(scenario.sources())
+            .chain(&tables)
+            .map(|s| s.path().to_owned())
+            .collect(),
         scenario,
         dispersions,
         correlations,
         derived,
     };
-    campaign.bounds(c);
+    let bounds = campaign.bounds(c);
+    idle::refuse(c, &campaign, &bounds);
     campaign
 }
 
@@ -221,6 +266,7 @@ fn execution(c: &mut Checker, table: &ExecutionTable) -> Execution {
     Execution {
         backend: table.backend.as_ref().map_or(Backend::Auto, |written| c.choice(written, &backends)),
         parity: c.number_or(&table.parity, 0.005, "1", Range::within(0.0, 1.0)),
+        half_step: table.half_step.as_ref().map(|written| c.number(written, "1", Range::within(0.0, 1.0))),
         shard_runs: table.shard_runs.as_ref().map_or(1000, |written| c.count(written, 1, MOST_SHARD_RUNS)),
         invalid: table.invalid.as_ref().map_or(Invalid::CountAsFailure, |written| c.choice(written, &invalid)),
     }
@@ -230,15 +276,12 @@ fn method(c: &mut Checker, file: &CampaignFile) -> Method {
     let Some(written) = &file.sampling.method else {
         return Method::Random;
     };
-    if written.value == "sobol" {
-        let remedy = "write method = \"lhs\" for exploring, or \"random\" for requirements";
-        c.refuse(&written.span, "Sobol sequences are not offered", remedy);
-        return Method::Random;
-    }
-    let method = c.choice(written, &[("random", Method::Random), ("lhs", Method::LatinHypercube)]);
-    if method != Method::Random && !file.requirement.is_empty() {
-        let remedy = "write method = \"random\", or remove the requirements while exploring";
-        c.refuse(&written.span, "a probability cannot be demonstrated with samples that are not independent", remedy);
+    let lhs = Method::LatinHypercube;
+    let words = [("random", Method::Random), ("sobol", Method::Sobol), ("lhs", lhs), ("latin_hypercube", lhs)];
+    let method = c.choice(written, &words);
+    if file.runs.value > method.most_runs() {
+        let message = format!("a Sobol' sequence has {} points, fewer than the runs", method.most_runs());
+        c.refuse(&written.span, message, "lower runs, or write method = \"lhs\" or \"random\"");
     }
     method
 }

@@ -8,6 +8,7 @@ pub mod dispersion;
 pub mod distribution;
 mod expression;
 mod histogram;
+mod idle;
 mod inertia;
 mod mobility;
 mod placement;

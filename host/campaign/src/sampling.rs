@@ -53,8 +53,8 @@ impl Campaign {
     }
 
     /// The uniform number behind a dispersion: one per draw, from the stream of its name.
-    fn share(&self, index: usize, run: u64, outer: u32) -> f64 {
-        let dispersion = &self.dispersions[index];
+    fn share(&self, place: usize, run: u64, outer: u32) -> f64 {
+        let dispersion = &self.dispersions[place];
         let name = dispersion.name.as_str();
         let (index, count, free) = match dispersion.class {
             Class::Aleatory => (run, self.runs, uniform(self.seed, name, run, 0)),
@@ -67,6 +67,8 @@ impl Campaign {
         match self.method {
             Method::Random => free,
             Method::LatinHypercube => (permuted(self.seed, name, index % count, count) as f64 + free) / count as f64,
+            // Dimensions in the order of the file: the first of a Sobol' sequence fill the space best.
+            Method::Sobol => sobol(self.seed, index, place),
         }
     }
 }
@@ -77,6 +79,14 @@ fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
         values[derived.field] = derived.expression.value(&values);
     }
     from_slice(&values)
+}
+
+/// A coordinate of a point of a Sobol' sequence, 0 < u < 1; scrambled after Owen by the seed.
+fn sobol(seed: u64, index: u64, dimension: usize) -> f64 {
+    // Counter u32::MAX - ROUNDS: behind those of the permutations.
+    let scramble = philox4x32([0, 0, stream("sobol"), u32::MAX - ROUNDS], key(seed))[0];
+    // The crate gives 23 bits: the middle of their cell, since 0 would be infinitely far out.
+    f64::from(sobol_burley::sample(index as u32, dimension as u32, scramble)) + 0.5 / f64::from(1_u32 << 23)
 }
 
 /// Place of `index` in a random permutation of `0..count`: a Feistel network, repeated until it stays inside.

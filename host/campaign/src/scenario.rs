@@ -61,6 +61,11 @@ impl Scenario {
         self.urdf.as_ref().map(Source::text)
     }
 
+    /// The file and the URDF.
+    pub(crate) fn sources(&self) -> impl Iterator<Item = &Source> {
+        std::iter::once(&self.source).chain(&self.urdf)
+    }
+
     pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
         let file: ScenarioFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);
@@ -231,6 +236,10 @@ fn task(c: &mut Checker, table: &TaskTable, has_latch: bool) -> Task {
             "success needs a closed latch, but there is none",
             "add a table [latch], or write capture = false",
         );
+    }
+    if let (Some(written), false) = (&table.end_after_capture, has_latch) {
+        let remedy = "remove it, or add a table [latch]";
+        c.refuse(&written.span, "this does nothing: without a latch nothing is captured", remedy);
     }
     Task {
         capture,

@@ -152,7 +152,7 @@ fn derived_values_follow_in_any_order() {
     let c = campaign(
         50,
         &format!(
-            "{STIFFNESS}[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 1e3\"\n\
+            "{STIFFNESS}{FRICTION}[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 1e3\"\n\
              [[derived]]\ntarget = \"bristle_stiffness\"\nexpr = \"2/3 * contact_stiffness\"\n"
         ),
     );
@@ -192,6 +192,31 @@ fn latin_hypercubes_fill_their_strata() {
     assert!(strata.iter().enumerate().all(|(index, stratum)| *stratum == index as u64));
 }
 
+/// Every one of n equal strata is met once by each input, and every cell of a square grid once by each pair.
+#[test]
+fn sobol_sequences_fill_all_inputs_together() {
+    let entries = format!("[sampling]\nmethod = \"sobol\"\n{MASS}{STIFFNESS}");
+    let c = campaign(256, &entries);
+    assert_eq!(c.method, Method::Sobol);
+    let (mass, stiffness) = (drawn(&c, "target_mass"), drawn(&c, "contact_stiffness"));
+    let shares: Vec<(f64, f64)> =
+        mass.iter().zip(&stiffness).map(|(m, k)| ((m - 300.0) / 200.0, (k / 1e4).ln() / 100_f64.ln())).collect();
+    let once = |cells: &dyn Fn(&(f64, f64)) -> usize| {
+        let mut met: Vec<usize> = shares.iter().map(cells).collect();
+        met.sort_unstable();
+        met.into_iter().eq(0..256)
+    };
+    assert!(once(&|(m, _)| (m * 256.0) as usize) && once(&|(_, k)| (k * 256.0) as usize), "strata");
+    assert!(once(&|(m, k)| (m * 16.0) as usize * 16 + (k * 16.0) as usize), "cells");
+    assert!(shares.iter().all(|(m, k)| *m > 0.0 && *k > 0.0 && *m < 1.0 && *k < 1.0));
+    // A run is campaign, seed and run number: more runs or one more dispersion behind move none.
+    let longer = campaign(1000, &format!("{entries}{FRICTION}"));
+    assert_eq!(drawn(&longer, "target_mass")[..256], mass);
+    let mut other = c.clone();
+    other.seed = 43;
+    assert_ne!(drawn(&other, "target_mass"), mass, "the seed scrambles");
+}
+
 #[test]
 fn tables_are_drawn_as_measured() {
     let c = campaign(
@@ -218,6 +243,30 @@ fn settings_and_requirements_are_read() {
     let r = &c.requirements[0];
     assert_eq!((r.limit, r.unit, r.probability, r.confidence), (500.0, "N", 0.9973, 0.9));
     assert_eq!((c.traces.every_ticks, &c.traces.keep[..]), (4, &[Keep::Nominal, Keep::Worst(20)][..]));
+}
+
+#[test]
+fn a_campaign_knows_the_files_that_it_was_read_from() {
+    let names = |c: &Campaign| -> Vec<String> {
+        c.files().iter().map(|file| file.file_name().expect("a file").to_string_lossy().into_owned()).collect()
+    };
+    assert_eq!(names(&shipped("probe_drogue.toml")), ["probe_drogue.toml", "probe_drogue.toml", "ets_vii_arm.urdf"]);
+    let table = "[[dispersion]]\ntarget = \"loop_delay\"\n\
+                 dist = { kind = \"table\", file = \"delays.csv\", column = \"delay_ms\", unit = \"ms\" }\n";
+    assert_eq!(names(&campaign(10, table)), ["c.toml", "s.toml", "delays.csv"]);
+}
+
+#[test]
+fn half_the_substep_leaves_the_periods() {
+    let c = shipped("smoke.toml");
+    let (whole, half) = (c.scenario.model.clone(), c.at_half_step().scenario.model);
+    assert_eq!((half.timing.substep, half.timing.tick()), (0.5 * whole.timing.substep, whole.timing.tick()));
+    let period = |m: &softdock_kernels::model::Model| m.timing.substep * f64::from(m.facility.sensor_substeps);
+    assert_eq!(period(&half), period(&whole));
+    assert_eq!(c.half_step_runs(), 16, "a quarter, as parity");
+    assert_eq!(campaign(100_000, MASS).half_step_runs(), 200, "unasked, a few");
+    assert_eq!(campaign(100_000, "[execution]\nhalf_step = \"1 %\"\n").half_step_runs(), 1000);
+    assert_eq!(campaign(100_000, "[execution]\nhalf_step = 0\n").half_step_runs(), 0);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod cpu;
 pub mod effective_mass;
+pub mod failover;
 pub mod gpu;
 
 use softdock_kernels::frame::{Batch, Loops};
@@ -42,24 +43,36 @@ pub struct RunInput {
 }
 
 /// Why a batch did not come back.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EngineError {
     /// There is nothing to run on.
     #[error(
         "no GPU adapter found{0}; use `--backend cpu`, or install a Vulkan driver (Mesa's lavapipe runs without a GPU)"
     )]
     NoAdapter(String),
-    /// The device went away or ran out of memory in mid-batch; nothing of the batch is kept.
+    /// The device went away in mid-batch; nothing of the batch is kept.
     #[error(
         "the GPU was lost in mid-batch ({0}); finished shards are safe: run the same command again, or add `--backend cpu`"
     )]
     DeviceLost(String),
+    /// The device has no memory for a batch, or its limits are too small for it.
+    #[error(
+        "the GPU has no room for a batch ({0}); finished shards are safe: free its memory and run the same command again, or add `--backend cpu`"
+    )]
+    OutOfMemory(String),
     /// The kernel did not build.
     #[error("the kernel does not compile for this device: {0}")]
     Kernel(String),
     /// Stopped by the user.
     #[error("stopped")]
     Stopped,
+}
+
+impl EngineError {
+    /// Whether the device is at fault, and another one could make the same batch.
+    pub fn is_of_the_device(&self) -> bool {
+        matches!(self, Self::DeviceLost(_) | Self::OutOfMemory(_))
+    }
 }
 
 /// Where runs are made.
@@ -92,16 +105,16 @@ pub enum Choice {
     Cpu,
 }
 
-/// Opens an engine.
+/// Opens an engine; `tell` hears why the CPU takes over, should a GPU of [`Choice::Auto`] fail.
 ///
 /// # Errors
 /// [`EngineError::NoAdapter`] if a GPU was asked for and there is none.
-pub fn open(choice: Choice) -> Result<Box<dyn Engine>, EngineError> {
+pub fn open(choice: Choice, tell: fn(&EngineError)) -> Result<Box<dyn Engine>, EngineError> {
     match choice {
         Choice::Cpu => Ok(Box::new(cpu::CpuEngine::new())),
         Choice::Gpu => Ok(Box::new(gpu::GpuEngine::new(gpu::Adapters::Any)?)),
         Choice::Auto => match gpu::GpuEngine::new(gpu::Adapters::Hardware) {
-            Ok(engine) => Ok(Box::new(engine)),
+            Ok(engine) => Ok(Box::new(failover::Failover::new(Box::new(engine), tell))),
             Err(EngineError::NoAdapter(_)) => Ok(Box::new(cpu::CpuEngine::new())),
             Err(error) => Err(error),
         },

@@ -1,16 +1,56 @@
-//! Files that appear whole or not at all.
+//! Files that appear whole or not at all, and what killed writers leave of them.
 
 use std::fs::{self, File, Permissions};
 use std::io::Write;
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use crate::{Error, Result};
 
+/// A temporary file that nobody has written to for this long has lost its writer: a shard takes seconds.
+const ABANDONED: Duration = Duration::from_secs(3600);
+
+/// Characters that make a temporary name unique.
+const UNIQUE: usize = 6;
+
 /// Writes a file by a unique temporary name in the same folder, fsync and atomic rename; makes the folder if needed.
 ///
-/// Two writers of one file never mix; a killed one leaves only `NAME.*.tmp`, which no reader looks at.
+/// Two writers of one file never mix; a killed one leaves only `NAME.*.tmp`, which no reader looks at and
+/// [`remove_abandoned`] clears away.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     atomically(path, |file| file.write_all(bytes).map_err(Error::io(path)))
+}
+
+/// Removes what killed writers left below a results folder more than an hour ago; returns how many files.
+pub fn remove_abandoned(results: &Path) -> Result<usize> {
+    let (mut open, mut removed) = (vec![results.to_owned()], 0);
+    while let Some(folder) = open.pop() {
+        if !folder.is_dir() {
+            continue;
+        }
+        for entry in fs::read_dir(&folder).map_err(Error::io(&folder))? {
+            let path = entry.map_err(Error::io(&folder))?.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if is_temporary(&path) && is_abandoned(&path) {
+                // Another worker may have been faster.
+                removed += usize::from(fs::remove_file(&path).is_ok());
+            }
+        }
+    }
+    Ok(removed)
+}
+
+/// Whether the name is one that [`atomically`] gives.
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let unique = name.strip_suffix(".tmp").and_then(|name| name.rsplit_once('.')).map(|(_, unique)| unique.to_owned());
+    unique.is_some_and(|unique| unique.len() == UNIQUE && unique.chars().all(|c| c.is_ascii_alphanumeric()))
+}
+
+fn is_abandoned(path: &Path) -> bool {
+    let written = fs::metadata(path).and_then(|data| data.modified());
+    written.is_ok_and(|written| SystemTime::now().duration_since(written).is_ok_and(|age| age > ABANDONED))
 }
 
 /// As [`write_file`], for a writer that streams.
@@ -24,6 +64,7 @@ pub(crate) fn atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>
     let mut temporary = tempfile::Builder::new()
         .prefix(&format!("{name}."))
         .suffix(".tmp")
+        .rand_bytes(UNIQUE)
         .permissions(shared_permissions(folder)?)
         .tempfile_in(folder)
         .map_err(Error::io(path))?;

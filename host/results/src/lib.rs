@@ -15,7 +15,7 @@ mod table;
 pub mod traces;
 mod write;
 
-pub use atomic::write_file;
+pub use atomic::{remove_abandoned, write_file};
 pub use error::{Error, Result};
 pub use read::TableReader;
 pub use table::{Column, Kind, Table, Values};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::parity::{PARITY_FILE, join_parity};
+use crate::parity::{HALF_STEP, PARITY, join_repetitions};
 use crate::shards::{ShardFile, ShardIndex, ShardPlan, parquet_files, shard_path, verify_shard};
 use crate::{Error, Result, write_file};
 
@@ -83,8 +83,8 @@ pub fn check_merge(
     Ok(whole)
 }
 
-/// Merges folders into `out`: shards and traces are linked, or copied where the file system cannot link; parity
-/// tables are joined. Folders that [`check_merge`] refuses leave `out` untouched.
+/// Merges folders into `out`: shards and traces are linked, or copied where the file system cannot link; tables
+/// of repeated runs are joined. Folders that [`check_merge`] refuses leave `out` untouched.
 pub fn merge(
     folders: &[PathBuf],
     out: &Path,
@@ -105,7 +105,9 @@ pub fn merge(
             place(&trace, &out.join("traces").join(name))?;
         }
     }
-    join_parity(&sources, &out.join(PARITY_FILE))?;
+    for kind in [&PARITY, &HALF_STEP] {
+        join_repetitions(kind, &sources, out)?;
+    }
     Ok(ShardIndex::scan(out, plan, campaign_hash, seed)?)
 }
 

@@ -7,13 +7,15 @@ use std::path::{Path, PathBuf};
 
 use sample::{PLAN, fill, provenance, row, schema};
 use softdock_results::merge::{MergeError, check_merge, merge};
-use softdock_results::parity::{ParityRow, read_parity, write_parity};
+use softdock_results::parity::{PARITY, RepeatedRow, read_repetition, write_repetition};
 use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
 use softdock_results::shards::{
     ShardIndex, read_columns, read_run, read_runs, run_columns, shard_path, verify_shard, write_shard,
 };
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, read_traces, write_trace};
-use softdock_results::{Column, Kind, Table, TableReader, Values, content_hash, write_file, write_table};
+use softdock_results::{
+    Column, Kind, Table, TableReader, Values, content_hash, remove_abandoned, write_file, write_table,
+};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -300,9 +302,9 @@ fn merge_joins_workers_and_can_be_repeated() {
     let (one, two, out) = (folder(), folder(), folder());
     fill(one.path(), &[0, 1]);
     fill(two.path(), &[1, 2]);
-    let pair = |run| ParityRow { backend: row(run), truth: row(run) };
-    write_parity(one.path(), &schema(), vec![pair(4), pair(1)], &provenance()).unwrap();
-    write_parity(two.path(), &schema(), vec![pair(21), pair(4)], &provenance()).unwrap();
+    let pair = |run| RepeatedRow { first: row(run), second: row(run) };
+    write_repetition(&PARITY, one.path(), &schema(), vec![pair(4), pair(1)], &provenance()).unwrap();
+    write_repetition(&PARITY, two.path(), &schema(), vec![pair(21), pair(4)], &provenance()).unwrap();
     let folders = [one.path().to_owned(), two.path().to_owned()];
     for _ in 0..2 {
         assert!(merge(&folders, out.path(), PLAN, "abc", 7).unwrap().is_complete());
@@ -313,7 +315,7 @@ fn merge_joins_workers_and_can_be_repeated() {
         let [merged, alone] = [out.path(), whole.path()].map(|results| fs::read(shard_path(results, shard)).unwrap());
         assert!(merged == alone, "shard {shard}");
     }
-    assert_eq!(read_parity(out.path()).unwrap().unwrap().u64s("run").unwrap(), [1, 4, 21]);
+    assert_eq!(read_repetition(&PARITY, out.path()).unwrap().unwrap().u64s("run").unwrap(), [1, 4, 21]);
 }
 
 #[test]
@@ -351,11 +353,18 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
 #[test]
 fn parity_holds_both_values_of_every_metric() {
     let results = folder();
-    assert_eq!(read_parity(results.path()).unwrap(), None);
+    assert_eq!(read_repetition(&PARITY, results.path()).unwrap(), None);
     let mut truth = row(3);
     truth.space.peak_force += 0.25;
-    write_parity(results.path(), &schema(), vec![ParityRow { backend: row(3), truth }], &provenance()).unwrap();
-    let table = read_parity(results.path()).unwrap().unwrap();
+    write_repetition(
+        &PARITY,
+        results.path(),
+        &schema(),
+        vec![RepeatedRow { first: row(3), second: truth }],
+        &provenance(),
+    )
+    .unwrap();
+    let table = read_repetition(&PARITY, results.path()).unwrap().unwrap();
     let value = |name: &str| table.f64s(name).unwrap()[0].unwrap();
     assert_eq!(value("truth_space_peak_force_n") - value("space_peak_force_n"), 0.25);
     assert_eq!(table.column("truth_agreement").unwrap().values.word(0), Some(row(3).agreement.word()));
@@ -395,4 +404,30 @@ fn results_are_readable_by_colleagues() {
     fs::write(&plain, b"x").unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&ours), mode(&plain));
+}
+
+#[test]
+fn what_killed_writers_left_long_ago_is_removed_and_nothing_else() {
+    let results = tempfile::tempdir().unwrap();
+    let runs = results.path().join("runs");
+    std::fs::create_dir(&runs).unwrap();
+    let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(2 * 3600);
+    let write = |path: &Path, old: bool| {
+        let file = std::fs::File::create(path).unwrap();
+        if old {
+            file.set_modified(long_ago).unwrap();
+        }
+    };
+    let abandoned = [runs.join("shard=00003.parquet.aB3xY9.tmp"), results.path().join("summary.json.Zz01qq.tmp")];
+    let kept = [
+        (runs.join("shard=00004.parquet.aB3xY9.tmp"), false),
+        (runs.join("notes.tmp"), true),
+        (runs.join("shard=00001.parquet"), true),
+    ];
+    abandoned.iter().for_each(|path| write(path, true));
+    kept.iter().for_each(|(path, old)| write(path, *old));
+    assert_eq!(remove_abandoned(results.path()).unwrap(), 2);
+    assert!(abandoned.iter().all(|path| !path.exists()));
+    assert!(kept.iter().all(|(path, _)| path.exists()), "a writer at work, and files of others");
+    assert_eq!(remove_abandoned(&results.path().join("absent")).unwrap(), 0);
 }

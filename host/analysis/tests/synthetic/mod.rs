@@ -7,7 +7,7 @@ use softdock_campaign::requirement::{Requirement, Side};
 use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::params::Params;
-use softdock_results::parity::{ParityRow, write_parity};
+use softdock_results::parity::{HALF_STEP, PARITY, RepeatedRow, write_repetition};
 use softdock_results::runs::{Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status, metric_fields};
 use softdock_results::shards::{Provenance, ShardPlan, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
@@ -168,7 +168,7 @@ pub(crate) fn write_shards(results: &Path, runs: u64, shards: impl Iterator<Item
     }
 }
 
-/// Writes a whole campaign with parity table and traces.
+/// Writes a whole campaign with repeated runs and traces.
 pub(crate) fn write_campaign(results: &Path, runs: u64) {
     write_shards(results, runs, 0..plan(runs).shards());
     let pairs = (0..100).map(|run| {
@@ -179,9 +179,15 @@ pub(crate) fn write_campaign(results: &Path, runs: u64) {
         if run == 40 {
             backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
         }
-        ParityRow { backend, truth }
+        RepeatedRow { first: backend, second: truth }
     });
-    write_parity(results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
+    write_repetition(&PARITY, results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
+    let halved = (0..50).map(|run| {
+        let (first, mut second) = (row(run * 9), row(run * 9));
+        second.space.peak_force += 0.3;
+        RepeatedRow { first, second }
+    });
+    write_repetition(&HALF_STEP, results, &schema(), halved.collect(), &provenance()).expect("a half-step table");
     for (run, kept_as) in
         [(NOMINAL_RUN, "nominal"), (12, "worst DCK-010"), (99, "worst DCK-020"), (700, "random"), (1_500, "random")]
     {

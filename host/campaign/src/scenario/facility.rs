@@ -98,5 +98,9 @@ fn crosstalk(c: &mut Checker, table: &SensorTable) -> [[f64; 6]; 6] {
             c.refuse(&written.span, "this is no 6 x 6 matrix", "write six rows of six finite numbers");
         }
     }
+    if let (Some(factor), true) = (&table.crosstalk, pattern.iter().flatten().all(|element| *element == 0.0)) {
+        let remedy = "remove it, or write a crosstalk_pattern with an element that is not 0";
+        c.refuse(&factor.span, "this does nothing: every element of the crosstalk pattern is 0", remedy);
+    }
     pattern
 }

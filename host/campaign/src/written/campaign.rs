@@ -54,6 +54,8 @@ pub(crate) struct ExecutionTable {
     pub(crate) backend: Option<At<String>>,
     /// Share of the runs that is repeated in f64 and compared.
     pub(crate) parity: Option<Quantity>,
+    /// Share of the runs that is repeated in f64 at half the substep; default the parity share, 200 runs at most.
+    pub(crate) half_step: Option<Quantity>,
     /// Runs in a shard, the unit of resuming and of cluster work.
     pub(crate) shard_runs: Option<At<u64>>,
     /// What an invalid run counts as: "count-as-failure" or "report-only".
@@ -64,7 +66,7 @@ pub(crate) struct ExecutionTable {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SamplingTable {
-    /// "random", or "lhs" (Latin hypercube) for exploring only.
+    /// "random"; for exploring only, without verdicts: "sobol" (at most 65536 runs) or "lhs" (Latin hypercube).
     pub(crate) method: Option<At<String>>,
 }
 

@@ -1,10 +1,9 @@
 //! Pipelines, dispatches and read-back: what the farm does slice by slice, and tests and benchmarks once.
 
-use super::GpuEngine;
+use super::{GpuEngine, one_line};
 use crate::EngineError;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
-use wgpu::util::DeviceExt;
 
 impl GpuEngine {
     /// Runs one entry point of a WGSL module once and gives back its buffers, as words.
@@ -12,7 +11,8 @@ impl GpuEngine {
     /// `buffers[i]` is storage binding `i` of group 0, read and written; every one must be used by the entry point.
     ///
     /// # Errors
-    /// [`EngineError::Kernel`] if the module does not compile, [`EngineError::DeviceLost`] if the device goes away.
+    /// [`EngineError::Kernel`] if the module does not compile, [`EngineError::OutOfMemory`] if the buffers find no
+    /// room, [`EngineError::DeviceLost`] if the device goes away.
     pub fn compute(
         &self,
         text: &str,
@@ -31,24 +31,14 @@ impl GpuEngine {
         workgroups: u32,
         buffers: &[Vec<u32>],
     ) -> Result<(Vec<Vec<u32>>, f64), EngineError> {
+        self.check()?;
         let pipeline = self.compile(text, entry)?;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let on_device: Vec<_> = buffers
-            .iter()
-            .map(|words| {
-                let contents = bytemuck::cast_slice(words);
-                self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
-            })
-            .collect();
-        let entries: Vec<_> = (0..)
-            .zip(&on_device)
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-            .collect();
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let (on_device, bindings) = self.with_room(|| {
+            let on_device: Vec<_> =
+                buffers.iter().map(|words| self.filled("words", bytemuck::cast_slice(words))).collect();
+            let bindings = self.bind(&pipeline, &on_device.iter().collect::<Vec<_>>());
+            (on_device, bindings)
+        })?;
         self.wait()?;
         let began = Instant::now();
         self.dispatch(&pipeline, &bindings, workgroups);
@@ -67,6 +57,19 @@ impl GpuEngine {
             })
             .collect();
         Ok((read?, seconds))
+    }
+
+    /// As [`compile`](Self::compile), or the pipeline of the last call if the text is the same.
+    pub(super) fn compile_once(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, EngineError> {
+        let mut last = self.kernel.lock().expect("no holder panics");
+        match &*last {
+            Some((known, pipeline)) if known == text => Ok(pipeline.clone()),
+            _ => {
+                let pipeline = self.compile(text, entry)?;
+                *last = Some((text.to_owned(), pipeline.clone()));
+                Ok(pipeline)
+            }
+        }
     }
 
     /// Compiles a module; a fault in it is our own, and is said with the driver's words.
@@ -88,6 +91,39 @@ impl GpuEngine {
             Some(error) => Err(EngineError::Kernel(error.to_string())),
             None => Ok(pipeline),
         }
+    }
+
+    /// Makes buffers and bindings; those that find no room are an error here, not a fault later.
+    pub(super) fn with_room<T>(&self, make: impl FnOnce() -> T) -> Result<T, EngineError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let limits = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        let over_limits = pollster::block_on(limits.pop());
+        // Without memory a buffer is invalid, and so is what binds it: the first cause is told.
+        match pollster::block_on(memory.pop()).or(over_limits) {
+            Some(error) => Err(EngineError::OutOfMemory(one_line(&error))),
+            None => self.check().map(|()| made),
+        }
+    }
+
+    /// A storage buffer with contents; without room for it the buffer is invalid, and nothing panics.
+    pub(super) fn filled(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let size = contents.len() as u64;
+        let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        let buffer = self.device.create_buffer(&descriptor);
+        self.queue.write_buffer(&buffer, 0, contents);
+        buffer
+    }
+
+    /// Binds buffers to the bindings 0, 1, ... of group 0.
+    pub(super) fn bind(&self, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+            .collect();
+        let layout = &pipeline.get_bind_group_layout(0);
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
     /// Hands one dispatch to the device.

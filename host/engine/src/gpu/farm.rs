@@ -10,7 +10,6 @@ use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::vec3;
-use wgpu::util::DeviceExt;
 
 /// Status of a lane, as the frame has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,60 +50,50 @@ pub(super) struct Farm<'a> {
     kernel: Kernel,
     batch: Batch,
     pipeline: wgpu::ComputePipeline,
+    buffers: Buffers,
+    lanes: Vec<Control>,
+    parameters: Vec<f32>,
+}
+
+/// What a batch has on the device and the host reads or writes; the bindings keep the rest alive.
+struct Buffers {
     bindings: wgpu::BindGroup,
     uniform: wgpu::Buffer,
     controls: wgpu::Buffer,
     inputs: wgpu::Buffer,
     outcomes: wgpu::Buffer,
     landing: wgpu::Buffer,
-    lanes: Vec<Control>,
-    parameters: Vec<f32>,
+}
+
+impl Buffers {
+    fn new(engine: &GpuEngine, job: &Job, kernel: &Kernel, lanes: usize, pipeline: &wgpu::ComputePipeline) -> Self {
+        let words = |count: usize| (count.max(1) * lanes * 4) as u64;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let buffer = |label, size, usage| {
+            let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+            engine.device.create_buffer(&descriptor)
+        };
+        let uniform = buffer("batch", 32, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
+        let controls = buffer("controls", words(4), usage);
+        let inputs = buffer("inputs", words(fields::<f64, Params<f64>>().len()), usage);
+        let states = buffer("states", words(kernel.state), usage);
+        let lines = buffer("delay lines", words(kernel.lines), usage);
+        let bristles = buffer("bristles", words(6 * job.plant.contact.points.len()), usage);
+        let outcomes = buffer("outcomes", words(kernel.outcome), usage);
+        let points = engine.filled("points", bytemuck::cast_slice(&prepared_points(&job.plant)));
+        let landing_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let landing = buffer("landing", words(kernel.outcome.max(4)), landing_usage);
+        let bound = [&uniform, &controls, &inputs, &states, &lines, &bristles, &outcomes, &points];
+        Self { bindings: engine.bind(pipeline, &bound), uniform, controls, inputs, outcomes, landing }
+    }
 }
 
 impl<'a> Farm<'a> {
     pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
         let kernel = kernel(&job.plant);
-        let pipeline = engine.compile(&kernel.text, "slice")?;
-        let words = |count: usize| (count.max(1) * lanes * 4) as u64;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let buffer = |label, size, usage| {
-            engine.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        let pipeline = engine.compile_once(&kernel.text, "slice")?;
         let parameters = vec![0.0; fields::<f64, Params<f64>>().len() * lanes];
-        let points = prepared_points(&job.plant);
-        let uniform = buffer("batch", 32, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
-        let controls = buffer("controls", words(4), usage);
-        let inputs = buffer("inputs", (parameters.len() * 4) as u64, usage);
-        let states = buffer("states", words(kernel.state), usage);
-        let lines = buffer("delay lines", words(kernel.lines), usage);
-        let bristles = buffer("bristles", words(6 * job.plant.contact.points.len()), usage);
-        let outcomes = buffer("outcomes", words(kernel.outcome), usage);
-        let points = engine.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("points"),
-            contents: bytemuck::cast_slice(&points),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
-        let landing = buffer(
-            "landing",
-            words(kernel.outcome.max(4)),
-            wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        );
-        let bound = [&uniform, &controls, &inputs, &states, &lines, &bristles, &outcomes, &points];
-        let entries: Vec<_> = (0..)
-            .zip(bound)
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-            .collect();
-        let bindings = engine.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("farm"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        engine.check()?;
+        let buffers = engine.with_room(|| Buffers::new(engine, job, &kernel, lanes, &pipeline))?;
         let batch = Batch {
             lanes: lanes as u32,
             ticks: 0,
@@ -114,21 +103,7 @@ impl<'a> Farm<'a> {
             padding: [0; 2],
         };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
-        Ok(Self {
-            engine,
-            plant: &job.plant,
-            kernel,
-            batch,
-            pipeline,
-            bindings,
-            uniform,
-            controls,
-            inputs,
-            outcomes,
-            landing,
-            lanes: vec![idle; lanes],
-            parameters,
-        })
+        Ok(Self { engine, plant: &job.plant, kernel, batch, pipeline, buffers, lanes: vec![idle; lanes], parameters })
     }
 
     /// Puts waiting runs into idle lanes; `false` when no lane has work.
@@ -148,8 +123,8 @@ impl<'a> Farm<'a> {
             entered = true;
         }
         if entered {
-            self.engine.queue.write_buffer(&self.inputs, 0, bytemuck::cast_slice(&self.parameters));
-            self.engine.queue.write_buffer(&self.controls, 0, bytemuck::cast_slice(&self.lanes));
+            self.engine.queue.write_buffer(&self.buffers.inputs, 0, bytemuck::cast_slice(&self.parameters));
+            self.engine.queue.write_buffer(&self.buffers.controls, 0, bytemuck::cast_slice(&self.lanes));
         }
         self.lanes.iter().any(|c| c.status != Status::Idle as u32)
     }
@@ -157,21 +132,24 @@ impl<'a> Farm<'a> {
     /// Steps every lane by up to `ticks` ticks and takes out what has finished; gives their number.
     pub(super) fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<usize, EngineError> {
         self.batch.ticks = ticks;
-        self.engine.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.batch));
-        self.engine.dispatch(&self.pipeline, &self.bindings, (self.lanes.len() / WORKGROUP) as u32);
+        self.engine.queue.write_buffer(&self.buffers.uniform, 0, bytemuck::bytes_of(&self.batch));
+        self.engine.dispatch(&self.pipeline, &self.buffers.bindings, (self.lanes.len() / WORKGROUP) as u32);
         let controls: Vec<Control> =
-            self.engine.read(&self.controls, &self.landing, self.lanes.len() * size_of::<Control>())?;
+            self.engine.read(&self.buffers.controls, &self.buffers.landing, self.lanes.len() * size_of::<Control>())?;
         self.lanes = controls;
         let ended: Vec<usize> =
             (0..self.lanes.len()).filter(|l| self.lanes[*l].status == Status::Finished as u32).collect();
         if !ended.is_empty() {
-            let outcomes: Vec<f32> =
-                self.engine.read(&self.outcomes, &self.landing, self.lanes.len() * self.kernel.outcome * 4)?;
+            let outcomes: Vec<f32> = self.engine.read(
+                &self.buffers.outcomes,
+                &self.buffers.landing,
+                self.lanes.len() * self.kernel.outcome * 4,
+            )?;
             for lane in &ended {
                 out.push(self.finished(&outcomes, *lane));
                 self.lanes[*lane].status = Status::Idle as u32;
             }
-            self.engine.queue.write_buffer(&self.controls, 0, bytemuck::cast_slice(&self.lanes));
+            self.engine.queue.write_buffer(&self.buffers.controls, 0, bytemuck::cast_slice(&self.lanes));
         }
         Ok(ended.len())
     }

@@ -15,6 +15,8 @@ pub const WORKGROUP: usize = 64;
 const MOST_LANES: usize = 4096;
 /// A dispatch should take about this long \[s\]: far below every driver's watchdog, far above its overhead.
 const SLICE_SECONDS: f64 = 0.15;
+/// Share of the device's memory budget \[%\] beyond which buffers are refused: above it drivers swap or fail.
+const MEMORY_SHARE: u8 = 90;
 
 /// Which adapters are welcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +33,9 @@ pub struct GpuEngine {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
-    trouble: Arc<Mutex<Option<String>>>,
+    trouble: Arc<Mutex<Option<EngineError>>>,
+    /// Text and pipeline of the last batch: the next shard of a campaign has the same.
+    kernel: Mutex<Option<(String, wgpu::ComputePipeline)>>,
 }
 
 impl GpuEngine {
@@ -40,7 +44,17 @@ impl GpuEngine {
     /// # Errors
     /// [`EngineError::NoAdapter`] if there is none, or none that gives a device.
     pub fn new(adapters: Adapters) -> Result<Self, EngineError> {
-        let instance = wgpu::Instance::default();
+        Self::within(adapters, MEMORY_SHARE)
+    }
+
+    /// As [`GpuEngine::new`], with buffers in at most this share of the device's memory budget \[%\].
+    ///
+    /// # Errors
+    /// As [`GpuEngine::new`].
+    pub fn within(adapters: Adapters, memory_share: u8) -> Result<Self, EngineError> {
+        let mut options = wgpu::InstanceDescriptor::new_without_display_handle();
+        options.memory_budget_thresholds.for_resource_creation = Some(memory_share);
+        let instance = wgpu::Instance::new(options);
         let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
         found.sort_by_key(|a| match a.get_info().device_type {
             wgpu::DeviceType::DiscreteGpu => 0,
@@ -57,10 +71,16 @@ impl GpuEngine {
             .map_err(|error| EngineError::NoAdapter(format!(" that gives a device ({error})")))?;
         let trouble = Arc::new(Mutex::new(None));
         let note = Arc::clone(&trouble);
-        device.set_device_lost_callback(move |reason, text| record(&note, format!("{reason:?}: {text}")));
+        device.set_device_lost_callback(move |reason, text| {
+            record(&note, EngineError::DeviceLost(format!("{reason:?}: {text}")));
+        });
         let note = Arc::clone(&trouble);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
-        Ok(Self { device, queue, info: adapter.get_info(), trouble })
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let text = one_line(&error);
+            let out_of_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
+            record(&note, if out_of_memory { EngineError::OutOfMemory(text) } else { EngineError::DeviceLost(text) });
+        }));
+        Ok(Self { device, queue, info: adapter.get_info(), trouble, kernel: Mutex::default() })
     }
 
     /// Whether the adapter is a software driver on this machine's own cores.
@@ -68,18 +88,30 @@ impl GpuEngine {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// What went wrong since the last look, if anything.
+    /// What has gone wrong, if anything: a device that failed once is not trusted again.
     fn check(&self) -> Result<(), EngineError> {
-        match self.trouble.lock().expect("no holder panics").take() {
-            Some(text) => Err(EngineError::DeviceLost(text)),
-            None => Ok(()),
-        }
+        self.trouble.lock().expect("no holder panics").clone().map_or(Ok(()), Err)
+    }
+
+    /// A switch that destroys the device, as a driver's reset would: to try out what follows.
+    #[doc(hidden)]
+    pub fn breaker(&self) -> impl Fn() + Send + Sync + 'static {
+        let device = self.device.clone();
+        move || device.destroy()
     }
 }
 
 /// Keeps the first cause.
-fn record(trouble: &Mutex<Option<String>>, text: String) {
-    trouble.lock().expect("no holder panics").get_or_insert(text);
+fn record(trouble: &Mutex<Option<EngineError>>, error: EngineError) {
+    trouble.lock().expect("no holder panics").get_or_insert(error);
+}
+
+/// An error of wgpu with its causes, without line breaks.
+fn one_line(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    let mut words: Vec<String> = causes.map(|cause| cause.to_string()).collect();
+    words.dedup();
+    words.join(": ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 impl Engine for GpuEngine {
@@ -94,6 +126,7 @@ impl Engine for GpuEngine {
         runs: &[RunInput],
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
+        self.check()?;
         let most = if self.is_software() { 1024 } else { MOST_LANES };
         let lanes = runs.len().clamp(1, most).next_multiple_of(WORKGROUP);
         let mut farm = Farm::new(self, job, lanes)?;

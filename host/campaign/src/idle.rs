@@ -1,0 +1,78 @@
+//! Parameters that can change nothing in a scenario: to vary one is a mistake, and is refused.
+
+use crate::campaign::Campaign;
+use crate::check::Checker;
+use crate::expression::Bounds;
+use softdock_kernels::fields::fields;
+use softdock_kernels::model::{Model, NormalLaw};
+use softdock_kernels::params::Params;
+
+/// Why a parameter does nothing, and what to do about it.
+type Idle = (&'static str, &'static str);
+
+const NO_LATCH: Idle = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
+const NO_RAIL: Idle = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
+const RAIL_STANDS: Idle =
+    ("the rail's share of the motion is 0", "remove it, or raise facility.rail.share in the scenario");
+const NO_LAG: Idle =
+    ("the lag of this response is always 0, which is ideal", "remove it, or give the response a lag above 0 s");
+const LINEAR: Idle = (
+    "the contact law \"linear\" has no dissipation",
+    "disperse `contact_damping` instead, or write law = \"power\" in the scenario",
+);
+const POWER: Idle = (
+    "the contact law \"power\" has no linear damping",
+    "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario",
+);
+const NO_FRICTION: Idle = ("friction is always 0", "remove it, or give the contact a friction above 0");
+const NO_DAMPING: Idle =
+    ("the contact has neither damping nor dissipation", "remove it, or give the contact a damping above 0");
+const NO_PATTERN: Idle = (
+    "every element of the crosstalk pattern is 0",
+    "remove it, or write facility.sensor.crosstalk_pattern with an element that is not 0",
+);
+
+/// Refuses dispersions and derived values of parameters that can change nothing.
+///
+/// One that another derived value is computed from does its work there.
+pub(crate) fn refuse(c: &mut Checker, campaign: &Campaign, bounds: &[Bounds]) {
+    let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, &d.place));
+    let derived = campaign.derived.iter().map(|d| (d.field, &d.name, &d.place));
+    for (field, name, place) in dispersed.chain(derived) {
+        let used = campaign.derived.iter().any(|derived| derived.expression.names().contains(&field));
+        if let (false, Some((why, remedy))) = (used, idle(name, &campaign.scenario.model, bounds)) {
+            c.refuse(place, format!("`{name}` does nothing here: {why}"), remedy);
+        }
+    }
+}
+
+/// Why a parameter changes nothing, if so.
+fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
+    let table = fields::<f64, Params<f64>>();
+    let never = |name: &str| {
+        let at = table.iter().position(|field| field.name == name).expect("a field of Params");
+        bounds[at].least == 0.0 && bounds[at].greatest == 0.0
+    };
+    let without = |idle: Idle, condition: bool| condition.then_some(idle);
+    let (rail, linear) = (model.facility.rail.as_ref(), model.contact.law == NormalLaw::Linear);
+    match name {
+        _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
+        _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),
+        _ if name.starts_with("rail_") && rail.is_some_and(|rail| rail.share == 0.0) => Some(RAIL_STANDS),
+        "rail_lag_damping" => without(NO_LAG, never("rail_lag")),
+        "robot1_lag_damping" | "robot1_lag_zero" => without(NO_LAG, never("robot1_lag")),
+        "robot2_lag_damping" | "robot2_lag_zero" => without(NO_LAG, never("robot2_lag")),
+        "contact_dissipation" => without(LINEAR, linear),
+        "contact_damping" => without(POWER, !linear),
+        "bristle_stiffness" | "bristle_damping" | "contact_friction_error" => {
+            without(NO_FRICTION, never("contact_friction"))
+        }
+        "contact_damping_error" => {
+            without(NO_DAMPING, never(if linear { "contact_damping" } else { "contact_dissipation" }))
+        }
+        "sensor_crosstalk" => {
+            without(NO_PATTERN, model.facility.crosstalk.iter().flatten().all(|element| *element == 0.0))
+        }
+        _ => None,
+    }
+}

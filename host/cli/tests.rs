@@ -1,0 +1,111 @@
+//! Devices that fail while a campaign runs: what stays on disk, how the command ends, who makes the rest.
+
+use crate::args::Part;
+use crate::farm::{Farm, tell_failover};
+use crate::finish::finish;
+use crate::folder::Folder;
+use crate::run::make_missing;
+use crate::words::Exit;
+use softdock_campaign::Campaign;
+use softdock_engine::failover::Failover;
+use softdock_engine::gpu::{Adapters, GpuEngine};
+use softdock_engine::{Choice, Engine, EngineError, Job, RunInput};
+use softdock_kernels::outcome::Finished;
+use std::path::Path;
+
+const WHOLE: Part = Part { index: 0, count: 1 };
+
+/// A GPU whose device is destroyed in the middle of one of its batches.
+struct Fragile {
+    engine: GpuEngine,
+    good_batches: u32,
+}
+
+impl Fragile {
+    fn after(good_batches: u32) -> Box<Self> {
+        let engine = GpuEngine::new(Adapters::Any).expect("tests/run.sh installs lavapipe, a software adapter");
+        Box::new(Self { engine, good_batches })
+    }
+}
+
+impl Engine for Fragile {
+    fn device(&self) -> String {
+        self.engine.device()
+    }
+
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError> {
+        let destroy = self.engine.breaker();
+        let breaks = self.good_batches == 0;
+        self.good_batches = self.good_batches.saturating_sub(1);
+        self.engine.run(job, runs, &|ended| {
+            if breaks {
+                destroy();
+            }
+            progress(ended)
+        })
+    }
+}
+
+/// The smoke campaign in eight shards of eight runs. They end one after the other, so that a batch has a middle.
+fn campaign(folder: &Path) -> Campaign {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
+    std::fs::create_dir_all(folder.join("scenarios")).expect("a folder");
+    std::fs::copy(shipped.join("scenarios/smoke.toml"), folder.join("scenarios/smoke.toml")).expect("the scenario");
+    let text = std::fs::read_to_string(shipped.join("smoke.toml")).expect("the campaign");
+    let file = folder.join("smoke.toml");
+    std::fs::write(&file, text.replace("shard_runs = 32", "shard_runs = 8")).expect("written");
+    softdock_campaign::load(&file).expect("it loads")
+}
+
+/// Backend of every shard that is there.
+fn backends(folder: &Folder) -> Vec<(u32, String)> {
+    let index = folder.shards().expect("a folder");
+    assert!(index.foreign.is_empty(), "{:?}", index.foreign);
+    index.complete.into_iter().map(|(shard, file)| (shard, file.backend)).collect()
+}
+
+fn of(backend: &str, shards: &[u32]) -> Vec<(u32, String)> {
+    shards.iter().map(|shard| (*shard, backend.to_owned())).collect()
+}
+
+#[test]
+fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resumes() {
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let campaign = campaign(temporary.path());
+    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
+    let mut farm = Farm::with(&campaign, Fragile::after(1));
+    // Every other shard, so that each is a batch of its own: the first is written, the second is lost.
+    let end = make_missing(&folder, Part { index: 0, count: 2 }, &mut farm);
+    assert!(matches!(end, Err(Ok(Exit::Incomplete))), "{end:?}");
+    assert_eq!(backends(&folder), of("gpu", &[0]));
+    let written = std::fs::read(folder.path.join("runs/shard=00000.parquet")).expect("the shard");
+    // The same command: a new device makes what is missing and leaves what is there.
+    let mut farm = Farm::open(&campaign, Choice::Gpu).expect("lavapipe");
+    assert!(make_missing(&folder, WHOLE, &mut farm).is_ok());
+    assert_eq!(backends(&folder), of("gpu", &[0, 1, 2, 3, 4, 5, 6, 7]));
+    assert_eq!(std::fs::read(folder.path.join("runs/shard=00000.parquet")).expect("the shard"), written);
+}
+
+#[test]
+fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so() {
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let campaign = campaign(temporary.path());
+    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
+    let mut farm = Farm::with(&campaign, Box::new(Failover::new(Fragile::after(2), tell_failover)));
+    assert!(make_missing(&folder, Part { index: 0, count: 2 }, &mut farm).is_ok());
+    assert_eq!(backends(&folder), [of("gpu", &[0, 2]), of("cpu", &[4, 6])].concat());
+    assert!(make_missing(&folder, WHOLE, &mut farm).is_ok());
+    let summary = finish(&folder).expect("judged");
+    let made: Vec<_> = summary.completeness.devices.iter().map(|made| (made.backend.as_str(), made.shards)).collect();
+    assert_eq!(made, [("cpu", 6), ("gpu", 2)]);
+    assert!(softdock_analysis::verdict_text(&summary).contains("rows of two backends"));
+    let page = std::fs::read_to_string(folder.path.join("report.html")).expect("the page");
+    assert!(page.contains("The rows come from two backends"));
+    // The f64 comparison is of the GPU's rows alone: four of its sixteen, a quarter.
+    assert_eq!(summary.parity.expect("repeated runs").runs, 4);
+}

@@ -1,0 +1,104 @@
+//! Devices that fail: really destroyed in mid-batch, really without memory; and what takes their place.
+
+use crate::gpu::{gpu, job_and_runs};
+use softdock_engine::cpu::CpuEngine;
+use softdock_engine::failover::Failover;
+use softdock_engine::gpu::{Adapters, GpuEngine};
+use softdock_engine::{Engine, EngineError, Job};
+use softdock_kernels::plant::Plant;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+#[test]
+fn a_device_destroyed_in_mid_batch_is_an_error_and_stays_one() {
+    let (job, runs) = job_and_runs("smoke.toml", 48);
+    let mut engine = gpu();
+    let destroy = engine.breaker();
+    let first = engine.run(&job, &runs, &|_| {
+        destroy();
+        true
+    });
+    let error = first.expect_err("the device is gone");
+    assert!(matches!(error, EngineError::DeviceLost(_)), "{error:?}");
+    let said = error.to_string();
+    for part in ["the GPU was lost in mid-batch (", "finished shards are safe", "--backend cpu"] {
+        assert!(said.contains(part), "`{part}` in {said}");
+    }
+    let again = engine.run(&job, &runs, &|_| true).expect_err("a lost device does not come back");
+    assert!(matches!(again, EngineError::DeviceLost(_)), "{again:?}");
+}
+
+/// Asserts that an error is told with its remedies.
+fn assert_no_room(error: &EngineError) {
+    assert!(matches!(error, EngineError::OutOfMemory(_)), "{error:?}");
+    let said = error.to_string();
+    for part in ["the GPU has no room for a batch (", "finished shards are safe", "--backend cpu"] {
+        assert!(said.contains(part), "`{part}` in {said}");
+    }
+}
+
+/// llvmpipe of Mesa 22 reports no memory budget, so that nothing is refused there; GPUs do.
+#[test]
+fn a_batch_beyond_the_memory_budget_is_an_error() {
+    let (job, runs) = job_and_runs("smoke.toml", 1);
+    let engine = GpuEngine::within(Adapters::Any, 0);
+    let mut engine = engine.expect("a device, with no memory for buffers");
+    let software = engine.device().contains("llvmpipe");
+    match engine.run(&job, &runs, &|_| true) {
+        Err(error) => assert_no_room(&error),
+        Ok(_) => assert!(software, "a budget of nothing has held a batch on {}", engine.device()),
+    }
+}
+
+#[test]
+fn a_batch_beyond_the_limits_of_the_device_is_an_error() {
+    let (job, runs) = job_and_runs("smoke.toml", 1);
+    let mut engine = gpu();
+    // 100 000 bristles of 24 bytes in 64 lanes are 154 MB, where WebGPU's default limits allow 134 in a binding.
+    let mut model = (*job.plant).clone();
+    model.contact.points = vec![model.contact.points[0]; 100_000];
+    let wide = Job::new(Plant::new(model), 1, true);
+    assert_no_room(&engine.run(&wide, &runs, &|_| true).expect_err("beyond the limit"));
+    assert!(engine.run(&job, &runs, &|_| true).is_ok(), "a batch that fits is made by the same device");
+}
+
+#[test]
+fn a_buffer_beyond_the_limits_of_the_device_is_an_error() {
+    let text = "@group(0) @binding(0) var<storage, read_write> words: array<u32>;\n\
+                @compute @workgroup_size(1) fn main() { words[0] = 1u; }";
+    let engine = gpu();
+    // 160 MiB, where WebGPU's default limits allow 128 in a binding.
+    let error = engine.compute(text, "main", 1, &[vec![0; 40 << 20]]).expect_err("beyond the limit");
+    assert!(matches!(error, EngineError::OutOfMemory(_)), "{error:?}");
+    assert_eq!(engine.compute(text, "main", 1, &[vec![0; 4]]).expect("within it")[0], [1, 0, 0, 0]);
+}
+
+#[test]
+fn the_cpu_takes_over_whole_batches_and_says_so() {
+    static TOLD: AtomicUsize = AtomicUsize::new(0);
+    let (job, runs) = job_and_runs("smoke.toml", 48);
+    let first = gpu();
+    let destroy = first.breaker();
+    let mut engine = Failover::new(Box::new(first), |error| {
+        assert!(matches!(error, EngineError::DeviceLost(_)), "{error:?}");
+        TOLD.fetch_add(1, Ordering::Relaxed);
+    });
+    assert!(!engine.device().starts_with("cpu"));
+    let ended = AtomicUsize::new(0);
+    let rows = engine.run(&job, &runs, &|count| {
+        destroy();
+        ended.fetch_add(count, Ordering::Relaxed);
+        true
+    });
+    let truth = CpuEngine::new().run(&job, &runs, &|_| true).expect("the batch ends");
+    assert_eq!(rows.expect("the CPU goes on"), truth, "no row of the lost device is among them");
+    assert_eq!(ended.load(Ordering::Relaxed), runs.len(), "no run is counted twice");
+    assert_eq!(TOLD.load(Ordering::Relaxed), 1);
+    assert!(engine.device().starts_with("cpu f64"), "{}", engine.device());
+}
+
+#[test]
+fn a_user_who_stops_is_not_answered_by_the_cpu() {
+    let (job, runs) = job_and_runs("smoke.toml", 48);
+    let mut engine = Failover::new(Box::new(gpu()), |error| panic!("{error}"));
+    assert_eq!(engine.run(&job, &runs, &|_| false), Err(EngineError::Stopped));
+}
