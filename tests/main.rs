@@ -6,3 +6,4 @@ mod gpu;
 mod house;
 mod kernel;
 mod oracles;
+mod parity;

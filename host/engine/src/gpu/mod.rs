@@ -40,18 +40,19 @@ impl GpuEngine {
     /// # Errors
     /// [`EngineError::NoAdapter`] if there is none, or none that gives a device.
     pub fn new(adapters: Adapters) -> Result<Self, EngineError> {
-        let instance = wgpu::Instance::default();
-        let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-        found.sort_by_key(|a| match a.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        });
-        let welcome =
-            |a: &wgpu::Adapter| adapters == Adapters::Any || a.get_info().device_type != wgpu::DeviceType::Cpu;
-        let adapter = found.into_iter().find(welcome).ok_or_else(|| EngineError::NoAdapter(String::new()))?;
+        let first = suitable(adapters).into_iter().next();
+        Self::open(first.ok_or_else(|| EngineError::NoAdapter(String::new()))?)
+    }
+
+    /// Opens every suitable adapter, real GPUs first.
+    ///
+    /// # Errors
+    /// [`EngineError::NoAdapter`] if one of them gives no device.
+    pub fn every(adapters: Adapters) -> Result<Vec<Self>, EngineError> {
+        suitable(adapters).into_iter().map(Self::open).collect()
+    }
+
+    fn open(adapter: wgpu::Adapter) -> Result<Self, EngineError> {
         let descriptor = wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| EngineError::NoAdapter(format!(" that gives a device ({error})")))?;
@@ -70,6 +71,21 @@ impl GpuEngine {
             None => Ok(()),
         }
     }
+}
+
+/// The adapters that are welcome, real GPUs first.
+fn suitable(adapters: Adapters) -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::default();
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    found.retain(|a| adapters == Adapters::Any || a.get_info().device_type != wgpu::DeviceType::Cpu);
+    found.sort_by_key(|a| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    found
 }
 
 /// Keeps the first cause.

@@ -1,0 +1,171 @@
+//! Depth one: every traced stage function on sampled inputs, against its Rust text in f64.
+
+use super::rounding::{F32, evaluate};
+use super::samples::{CASES, Case, SAMPLES, arguments};
+use super::table::{Row, Twin, stage_rows};
+use super::{POISON, WORKGROUP, adapters, words, written};
+use softdock_engine::gpu::GpuEngine;
+use softdock_kernels::fields::Field;
+use softdock_kernels::kernel::{Kernel, kernel};
+use softdock_kernels::wgsl::Function;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// A sample whose rounding bound is this share of the output's size says nothing; it lies on a discontinuity.
+const UNDECIDED: f64 = 1e-3;
+/// So many outputs of a function may be undecided.
+const UNDECIDED_SHARE: f64 = 0.02;
+
+/// Largest errors of a function's outputs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seen {
+    /// Over the field's largest size among the samples, in f32 roundings.
+    pub(crate) scaled: f64,
+    /// Over the bound that rounding alone sets, sample by sample; 1 is a fault.
+    pub(crate) of_bound: f64,
+    /// Share of the outputs too close to a discontinuity to say anything.
+    pub(crate) undecided: f64,
+}
+
+impl Seen {
+    pub(crate) fn or(self, o: Self) -> Self {
+        Self {
+            scaled: self.scaled.max(o.scaled),
+            of_bound: self.of_bound.max(o.of_bound),
+            undecided: self.undecided.max(o.undecided),
+        }
+    }
+}
+
+/// An entry point that calls every function once on inputs and leaves its results, all behind one another.
+fn module(kernel: &Kernel) -> String {
+    let mut text = kernel.text.clone();
+    text += "\n@group(0) @binding(0) var<storage, read_write> given: array<f32>;\n\
+             @group(0) @binding(1) var<storage, read_write> results: array<f32>;\n\n\
+             @compute @workgroup_size(64)\nfn try_stages(@builtin(global_invocation_id) id: vec3u) {\n";
+    let (mut input, mut output) = (0, 0);
+    for (number, function) in kernel.functions.iter().enumerate() {
+        let mut names = Vec::new();
+        for (argument, structure) in &function.arguments {
+            let read: Vec<_> = structure.fields.iter().enumerate().map(|(i, _)| given(input + i)).collect();
+            let _ = writeln!(text, "    let a{number}_{argument} = {}({});", structure.name, read.join(", "));
+            names.push(format!("a{number}_{argument}"));
+            input += structure.fields.len();
+        }
+        let _ = writeln!(text, "    let r{number} = {}({});", function.name, names.join(", "));
+        for field in &function.result.fields {
+            let value = function.result.access(&format!("r{number}"), field);
+            let _ = writeln!(text, "    results[{output}u * {SAMPLES}u + id.x] = {value};");
+            output += 1;
+        }
+    }
+    text + "}\n"
+}
+
+fn given(index: usize) -> String {
+    format!("given[{index}u * {SAMPLES}u + id.x]")
+}
+
+/// Inputs of every function, as the entry point reads them, and as lists per function and sample.
+fn inputs<const N: usize>(case: &Case, kernel: &Kernel) -> (Vec<Vec<Vec<f64>>>, Vec<u32>) {
+    let lists: Vec<_> = kernel.functions.iter().map(|function| arguments::<N>(case, function)).collect();
+    let fields = lists.iter().flat_map(|samples| {
+        let width = samples[0].len();
+        (0..width).flat_map(move |field| samples.iter().map(move |sample| sample[field]))
+    });
+    let flat = words(fields);
+    (lists, flat)
+}
+
+/// Runs every function of a scenario on one adapter and compares.
+fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, seen: &mut BTreeMap<String, Seen>) {
+    let kernel = kernel(&case.plant);
+    let rows = stage_rows::<N>();
+    let (lists, given) = inputs::<N>(case, &kernel);
+    let outputs: usize = kernel.functions.iter().map(|f| f.result.fields.len()).sum();
+    let poisoned = vec![POISON; outputs * SAMPLES];
+    let buffers = gpu
+        .compute(&module(&kernel), "try_stages", (SAMPLES / WORKGROUP) as u32, &[given, poisoned])
+        .unwrap_or_else(|error| panic!("{}: {error}", case.name));
+    let mut results = buffers[1].chunks(SAMPLES);
+    for (function, samples) in kernel.functions.iter().zip(&lists) {
+        let row = rows.iter().find(|row| row.name == function.name).expect("no orphan: the table's own test");
+        let columns: Vec<&[u32]> = results.by_ref().take(function.result.fields.len()).collect();
+        let errors = check(case, row, function, samples, &columns);
+        let entry = seen.entry(function.name.clone()).or_default();
+        *entry = entry.or(errors);
+    }
+}
+
+/// One function's outputs against its Rust text, and the bounds of rounding from its trace.
+fn check(case: &Case, row: &Row<Twin>, function: &Function, samples: &[Vec<f64>], columns: &[&[u32]]) -> Seen {
+    let truths: Vec<Vec<f64>> = samples.iter().map(|sample| (row.twin)(&case.plant, sample)).collect();
+    let scales = scales(&function.result.fields, &truths);
+    let mut seen = Seen::default();
+    for (sample, (inputs, truth)) in samples.iter().zip(&truths).enumerate() {
+        let bounds = evaluate(&function.graph, inputs);
+        for (index, (bound, field)) in bounds.iter().zip(&function.result.fields).enumerate() {
+            let what = || format!("{}: {}.{} of sample {sample}", case.name, function.name, field.name);
+            let value = written(columns[index][sample], what);
+            // The trace folds constants: its f64 may differ from the text's by f64 rounding, no more.
+            let traced = (bound.value - truth[index]).abs();
+            assert!(traced <= 1e-5 * bound.error, "{}: traced {} for {}", what(), bound.value, truth[index]);
+            let error = (value - truth[index]).abs();
+            if error > 0.0 {
+                assert!(error <= bound.error, "{}: {value} for {}, bound {}", what(), truth[index], bound.error);
+                seen.of_bound = seen.of_bound.max(error / bound.error);
+            }
+            if bound.error > UNDECIDED * scales[index] {
+                seen.undecided += 1.0 / (samples.len() * columns.len()) as f64;
+            } else {
+                seen.scaled = seen.scaled.max(error / scales[index] / F32);
+            }
+        }
+    }
+    seen
+}
+
+/// The largest size of each field's group (all components of a vector, all joints) among the samples.
+pub(crate) fn scales(fields: &[Field], samples: &[Vec<f64>]) -> Vec<f64> {
+    let mut groups: BTreeMap<&str, f64> = BTreeMap::new();
+    for sample in samples {
+        for (field, value) in fields.iter().zip(sample) {
+            let size = groups.entry(group(&field.name)).or_default();
+            *size = size.max(value.abs());
+        }
+    }
+    fields.iter().map(|field| groups[group(&field.name)].max(f64::from(f32::MIN_POSITIVE))).collect()
+}
+
+/// A field's name without its component.
+pub(crate) fn group(name: &str) -> &str {
+    let (head, tail) = name.rsplit_once('_').unwrap_or(("", name));
+    let component = matches!(tail, "x" | "y" | "z" | "w" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz");
+    if component || tail.parse::<u32>().is_ok() { head } else { name }
+}
+
+#[test]
+fn every_stage_function_gives_what_its_rust_text_gives() {
+    for gpu in adapters() {
+        let mut seen = BTreeMap::new();
+        for case in CASES.iter() {
+            match case.plant.joints() {
+                0 => compare::<0>(&gpu, case, &mut seen),
+                _ => compare::<6>(&gpu, case, &mut seen),
+            }
+        }
+        let mut faults = Vec::new();
+        println!("{:<16} {:>10} {:>10} {:>9} {:>10}", "stage", "roundings", "allowed", "of bound", "undecided");
+        for row in stage_rows::<0>() {
+            let s = seen[row.name];
+            println!(
+                "{:<16} {:>10.2} {:>10} {:>9.3} {:>10.4}",
+                row.name, s.scaled, row.allowed, s.of_bound, s.undecided
+            );
+            if s.scaled > row.allowed || s.undecided > UNDECIDED_SHARE || row.allowed > 100.0 * s.scaled {
+                faults.push(format!("{}: {s:?}, allowed {}", row.name, row.allowed));
+            }
+        }
+        assert!(faults.is_empty(), "{faults:#?}");
+    }
+}
