@@ -2,7 +2,7 @@
 
 use super::rounding::F32;
 use super::samples::{CASES, Case, SAMPLES, Snapshot, Stream};
-use super::stages::scales;
+use super::stages::{SLACK, scales};
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, words, written};
 use softdock_engine::gpu::GpuEngine;
@@ -49,19 +49,30 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 11] = [
     ),
     row("tick_space", 1e3, "TODO", call("tick_space(now, last);", &[], NONE)),
     row("tick_hil", 1e3, "TODO", call("tick_hil(now, last);", &[], [true, true])),
-    row("send_command", 1e3, "TODO", call("let r0 = send_command(parts);", &["f32"], [true, false])),
+    row(
+        "send_command",
+        1e3,
+        "TODO",
+        call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)));", &["f32"], [true, false]),
+    ),
     row(
         "tick_facility",
         1e3,
         "TODO",
         call(
-            "put_command(tick % SLOTS, command(parts));
+            "let parts = parts_of(kinematics(hil_masses(p), hil));
+    put_command(tick % SLOTS, command(parts));
     tick_facility(parts, now, f32(tick % 7u) * 1e-4);",
             &[],
             [true, false],
         ),
     ),
-    row("receive_wrench", 1e3, "TODO", call("receive_wrench(parts);", &[], [false, true])),
+    row(
+        "receive_wrench",
+        1e3,
+        "TODO",
+        call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
+    ),
     row(
         "tick_simulation",
         1e3,
@@ -73,12 +84,14 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 11] = [
     row("slice", 1e3, "TODO", call("", &[], [true, true])),
 ];
 
+/// The case on which the frame's functions are run one by one.
+const ALONE: &str = "smoke";
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 4;
 /// The allowance grows by so many times the spread of these repetitions.
-const SPREADS: f64 = 4.0;
+const SPREADS: f64 = 8.0;
 /// So many samples may lie so close to an event that the spread is what bounds them.
-const UNDECIDED_SHARE: f64 = 0.1;
+const UNDECIDED_SHARE: f64 = 0.25;
 
 /// What one sample leaves: state, results, delay lines, bristles.
 fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
@@ -167,7 +180,6 @@ fn try_function(@builtin(global_invocation_id) id: vec3u) {{
     load_state();
     let now = f32(tick) * (SUBSTEP * f32(SUBSTEPS));
     let last = select(0.0, 1.0, tick >= MAX_TICKS);
-    let parts = parts_of(kinematics(hil_masses(p), hil));
     {}
 {results}    store_state();
 }}\n",
@@ -217,6 +229,8 @@ fn poison(case: &Case, row: &Row<Call>, lines: &mut [u32], bristles: &mut [u32])
             let offset = if line == 0 { 0 } else { slots * widths[0] };
             let written = |slot: usize| match row.name {
                 "reset" => slot > 0,
+                // A loop that ends with this tick sends nothing any more.
+                "tick_hil" | "slice" if shot.tick >= case.plant.timing.max_ticks => false,
                 _ => row.twin.writes[line] && slot == shot.tick as usize % slots,
             };
             for slot in (0..slots).filter(|slot| written(*slot)) {
@@ -227,7 +241,7 @@ fn poison(case: &Case, row: &Row<Call>, lines: &mut [u32], bristles: &mut [u32])
 }
 
 /// Runs one function over a case; gives the largest error in f32 roundings of the field, and the undecided share.
-fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>) -> (f64, f64) {
+fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults: &mut Vec<String>) -> (f64, f64) {
     let kernel = kernel(&case.plant);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
@@ -256,16 +270,19 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>) -> (f6
             };
             let value = written(word, what);
             let (error, unit) = ((value - truth[index]).abs(), scales[index] * F32);
-            let allowed = row.allowed * unit + SPREADS * spread[index];
-            assert!(
-                error <= allowed,
-                "{}: {value} for {}: {} roundings, spread {}",
-                what(),
-                truth[index],
-                error / unit,
-                spread[index] / unit
-            );
-            if SPREADS * spread[index] > row.allowed * unit {
+            // A copied number moves by two roundings at most: only what moves more is badly conditioned.
+            let slack = SPREADS * (spread[index] - 2.0 * unit).max(0.0);
+            let allowed = row.allowed * unit + slack;
+            if error > allowed {
+                faults.push(format!(
+                    "{}: {value} for {}, {:.1} roundings, slack {:.1}",
+                    what(),
+                    truth[index],
+                    error / unit,
+                    slack / unit
+                ));
+            }
+            if slack > row.allowed * unit {
                 well = false;
             } else {
                 seen = seen.max(error / unit);
@@ -289,20 +306,28 @@ fn check_end(case: &Case, shot: &Snapshot, sample: usize, out: &[Vec<u32>]) {
 #[test]
 fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
     for gpu in adapters() {
-        println!(
-            "{:<16} {:<42} {:>10} {:>9} {:>9} {:>6}",
-            "function", "case", "roundings", "allowed", "undecided", "ms"
-        );
+        let mut faults = Vec::new();
+        println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
         for row in &FRAME_ROWS {
-            for case in CASES.iter() {
-                let started = std::time::Instant::now();
+            let mut worst = 0.0_f64;
+            for case in CASES.iter().filter(|case| row.name == "slice" || case.name == ALONE) {
                 let (seen, undecided) = match case.plant.joints() {
-                    0 => compare::<0>(&gpu, case, row),
-                    _ => compare::<6>(&gpu, case, row),
+                    0 => compare::<0>(&gpu, case, row, &mut faults),
+                    _ => compare::<6>(&gpu, case, row, &mut faults),
                 };
-                let ms = started.elapsed().as_millis();
-                println!("{:<16} {:<42} {seen:>10.2} {:>9} {undecided:>9.4} {ms:>6}", row.name, case.name, row.allowed);
+                println!(
+                    "{:<16} {seen:>9.2} {:>8} {undecided:>9.4}  {} ({})",
+                    row.name, row.allowed, row.reason, case.name
+                );
+                if undecided > UNDECIDED_SHARE {
+                    faults.push(format!("{} of {}: {undecided} undecided", row.name, case.name));
+                }
+                worst = worst.max(seen);
+            }
+            if row.allowed > SLACK * worst {
+                faults.push(format!("{}: {worst} roundings seen, {} allowed", row.name, row.allowed));
             }
         }
+        assert!(faults.is_empty(), "{} faults: {:#?}", faults.len(), &faults[..faults.len().min(20)]);
     }
 }

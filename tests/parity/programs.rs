@@ -58,13 +58,13 @@ fn random_programs_stay_within_the_rounding_of_their_own_operations_on_the_devic
             for (input, word) in inputs.iter().zip(results) {
                 let value = written(*word, || function.name.clone());
                 let truth = evaluate(&function.graph, input)[0];
-                if truth.value.abs() + truth.error > LARGE {
+                if truth.value.abs() + truth.error() > LARGE {
                     continue;
                 }
                 let what = || format!("{value} for {truth:?} on {input:?}:\n{}", function.listing());
-                assert!((value - truth.value).abs() <= truth.error, "{}", what());
+                assert!((value - truth.value).abs() <= truth.error(), "{}", what());
                 compared += 1;
-                sharp += usize::from(truth.error <= LOOSE * truth.value.abs().max(1.0));
+                sharp += usize::from(truth.error() <= LOOSE * truth.value.abs().max(1.0));
             }
         }
         let share = sharp as f64 / (PROGRAMS * INPUTS) as f64;

@@ -13,6 +13,8 @@ use std::fmt::Write;
 
 /// A sample whose rounding bound is this share of the output's size says nothing; it lies on a discontinuity.
 const UNDECIDED: f64 = 1e-3;
+/// A bound so many times what is seen would find nothing.
+pub(crate) const SLACK: f64 = 100.0;
 /// So many outputs of a function may be undecided.
 const UNDECIDED_SHARE: f64 = 0.02;
 
@@ -37,14 +39,33 @@ impl Seen {
     }
 }
 
+/// So many outputs go into one entry point: a software driver compiles each store as a loop over its lanes, and long
+/// chains of loops slowly.
+const OUTPUTS: usize = 120;
+
+/// Functions in groups that are compiled together.
+fn groups(functions: &[Function]) -> Vec<&[Function]> {
+    let (mut out, mut begin, mut outputs) = (Vec::new(), 0, 0);
+    for (index, function) in functions.iter().enumerate() {
+        let more = function.result.fields.len();
+        if index > begin && outputs + more > OUTPUTS {
+            out.push(&functions[begin..index]);
+            (begin, outputs) = (index, 0);
+        }
+        outputs += more;
+    }
+    out.push(&functions[begin..]);
+    out
+}
+
 /// An entry point that calls every function once on inputs and leaves its results, all behind one another.
-fn module(kernel: &Kernel) -> String {
+fn module(kernel: &Kernel, functions: &[Function]) -> String {
     let mut text = kernel.text.clone();
     text += "\n@group(0) @binding(0) var<storage, read_write> given: array<f32>;\n\
              @group(0) @binding(1) var<storage, read_write> results: array<f32>;\n\n\
              @compute @workgroup_size(64)\nfn try_stages(@builtin(global_invocation_id) id: vec3u) {\n";
     let (mut input, mut output) = (0, 0);
-    for (number, function) in kernel.functions.iter().enumerate() {
+    for (number, function) in functions.iter().enumerate() {
         let mut names = Vec::new();
         for (argument, structure) in &function.arguments {
             let read: Vec<_> = structure.fields.iter().enumerate().map(|(i, _)| given(input + i)).collect();
@@ -66,39 +87,46 @@ fn given(index: usize) -> String {
     format!("given[{index}u * {SAMPLES}u + id.x]")
 }
 
-/// Inputs of every function, as the entry point reads them, and as lists per function and sample.
-fn inputs<const N: usize>(case: &Case, kernel: &Kernel) -> (Vec<Vec<Vec<f64>>>, Vec<u32>) {
-    let lists: Vec<_> = kernel.functions.iter().map(|function| arguments::<N>(case, function)).collect();
-    let fields = lists.iter().flat_map(|samples| {
-        let width = samples[0].len();
-        (0..width).flat_map(move |field| samples.iter().map(move |sample| sample[field]))
-    });
-    let flat = words(fields);
-    (lists, flat)
-}
-
 /// Runs every function of a scenario on one adapter and compares.
-fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, seen: &mut BTreeMap<String, Seen>) {
+fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, seen: &mut BTreeMap<String, Seen>, faults: &mut Vec<String>) {
     let kernel = kernel(&case.plant);
     let rows = stage_rows::<N>();
-    let (lists, given) = inputs::<N>(case, &kernel);
-    let outputs: usize = kernel.functions.iter().map(|f| f.result.fields.len()).sum();
-    let poisoned = vec![POISON; outputs * SAMPLES];
-    let buffers = gpu
-        .compute(&module(&kernel), "try_stages", (SAMPLES / WORKGROUP) as u32, &[given, poisoned])
-        .unwrap_or_else(|error| panic!("{}: {error}", case.name));
-    let mut results = buffers[1].chunks(SAMPLES);
-    for (function, samples) in kernel.functions.iter().zip(&lists) {
-        let row = rows.iter().find(|row| row.name == function.name).expect("no orphan: the table's own test");
-        let columns: Vec<&[u32]> = results.by_ref().take(function.result.fields.len()).collect();
-        let errors = check(case, row, function, samples, &columns);
-        let entry = seen.entry(function.name.clone()).or_default();
-        *entry = entry.or(errors);
+    for functions in groups(&kernel.functions) {
+        let lists: Vec<_> = functions.iter().map(|function| arguments::<N>(case, function)).collect();
+        let columns = lists.iter().flat_map(|samples| {
+            (0..samples[0].len()).flat_map(move |field| samples.iter().map(move |sample| sample[field]))
+        });
+        let outputs: usize = functions.iter().map(|f| f.result.fields.len()).sum();
+        // A binding must not be empty, even where no function takes anything.
+        let given = words(columns.chain([0.0]));
+        let buffers = gpu
+            .compute(
+                &module(&kernel, functions),
+                "try_stages",
+                (SAMPLES / WORKGROUP) as u32,
+                &[given, vec![POISON; outputs * SAMPLES]],
+            )
+            .unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        let mut results = buffers[1].chunks(SAMPLES);
+        for (function, samples) in functions.iter().zip(&lists) {
+            let row = rows.iter().find(|row| row.name == function.name).expect("no orphan: the table's own test");
+            let columns: Vec<&[u32]> = results.by_ref().take(function.result.fields.len()).collect();
+            let errors = check(case, row, function, samples, &columns, faults);
+            let entry = seen.entry(function.name.clone()).or_default();
+            *entry = entry.or(errors);
+        }
     }
 }
 
 /// One function's outputs against its Rust text, and the bounds of rounding from its trace.
-fn check(case: &Case, row: &Row<Twin>, function: &Function, samples: &[Vec<f64>], columns: &[&[u32]]) -> Seen {
+fn check(
+    case: &Case,
+    row: &Row<Twin>,
+    function: &Function,
+    samples: &[Vec<f64>],
+    columns: &[&[u32]],
+    faults: &mut Vec<String>,
+) -> Seen {
     let truths: Vec<Vec<f64>> = samples.iter().map(|sample| (row.twin)(&case.plant, sample)).collect();
     let scales = scales(&function.result.fields, &truths);
     let mut seen = Seen::default();
@@ -108,14 +136,18 @@ fn check(case: &Case, row: &Row<Twin>, function: &Function, samples: &[Vec<f64>]
             let what = || format!("{}: {}.{} of sample {sample}", case.name, function.name, field.name);
             let value = written(columns[index][sample], what);
             // The trace folds constants: its f64 may differ from the text's by f64 rounding, no more.
-            let traced = (bound.value - truth[index]).abs();
-            assert!(traced <= 1e-5 * bound.error, "{}: traced {} for {}", what(), bound.value, truth[index]);
+            let (traced, allowed) = ((bound.value - truth[index]).abs(), bound.error());
+            if traced > 1e-5 * allowed {
+                faults.push(format!("{}: {bound:?} traced for {}", what(), truth[index]));
+            }
             let error = (value - truth[index]).abs();
             if error > 0.0 {
-                assert!(error <= bound.error, "{}: {value} for {}, bound {}", what(), truth[index], bound.error);
-                seen.of_bound = seen.of_bound.max(error / bound.error);
+                if error > allowed {
+                    faults.push(format!("{}: {value} for {}, bound {bound:?}", what(), truth[index]));
+                }
+                seen.of_bound = seen.of_bound.max(error / allowed);
             }
-            if bound.error > UNDECIDED * scales[index] {
+            if allowed > UNDECIDED * scales[index] {
                 seen.undecided += 1.0 / (samples.len() * columns.len()) as f64;
             } else {
                 seen.scaled = seen.scaled.max(error / scales[index] / F32);
@@ -128,13 +160,20 @@ fn check(case: &Case, row: &Row<Twin>, function: &Function, samples: &[Vec<f64>]
 /// The largest size of each field's group (all components of a vector, all joints) among the samples.
 pub(crate) fn scales(fields: &[Field], samples: &[Vec<f64>]) -> Vec<f64> {
     let mut groups: BTreeMap<&str, f64> = BTreeMap::new();
-    for sample in samples {
-        for (field, value) in fields.iter().zip(sample) {
-            let size = groups.entry(group(&field.name)).or_default();
-            *size = size.max(value.abs());
-        }
+    for (index, field) in fields.iter().enumerate() {
+        let size = groups.entry(group(&field.name)).or_insert_with(|| least(field.unit));
+        *size = samples.iter().map(|sample| sample[index].abs()).fold(*size, f64::max);
     }
-    fields.iter().map(|field| groups[group(&field.name)].max(f64::from(f32::MIN_POSITIVE))).collect()
+    fields.iter().map(|field| groups[group(&field.name)]).collect()
+}
+
+/// Sizes that matter to nobody: what is zero but for rounding is not compared with itself.
+fn least(unit: &str) -> f64 {
+    match unit {
+        "N" | "N m" | "kg m/s" | "kg m^2/s" => 1e-2,
+        "m" | "rad" | "s" | "J" | "N s" => 1e-5,
+        _ => 1e-3,
+    }
 }
 
 /// A field's name without its component.
@@ -147,25 +186,22 @@ pub(crate) fn group(name: &str) -> &str {
 #[test]
 fn every_stage_function_gives_what_its_rust_text_gives() {
     for gpu in adapters() {
-        let mut seen = BTreeMap::new();
+        let (mut seen, mut faults) = (BTreeMap::new(), Vec::new());
         for case in CASES.iter() {
             match case.plant.joints() {
-                0 => compare::<0>(&gpu, case, &mut seen),
-                _ => compare::<6>(&gpu, case, &mut seen),
+                0 => compare::<0>(&gpu, case, &mut seen, &mut faults),
+                _ => compare::<6>(&gpu, case, &mut seen, &mut faults),
             }
         }
-        let mut faults = Vec::new();
-        println!("{:<16} {:>10} {:>10} {:>9} {:>10}", "stage", "roundings", "allowed", "of bound", "undecided");
+        println!("{:<14} {:>9} {:>8} {:>8} {:>9}  reason", "stage", "roundings", "allowed", "of bound", "undecided");
         for row in stage_rows::<0>() {
             let s = seen[row.name];
-            println!(
-                "{:<16} {:>10.2} {:>10} {:>9.3} {:>10.4}",
-                row.name, s.scaled, row.allowed, s.of_bound, s.undecided
-            );
-            if s.scaled > row.allowed || s.undecided > UNDECIDED_SHARE || row.allowed > 100.0 * s.scaled {
-                faults.push(format!("{}: {s:?}, allowed {}", row.name, row.allowed));
+            let (name, allowed, reason) = (row.name, row.allowed, row.reason);
+            println!("{name:<14} {:>9.2} {allowed:>8} {:>8.3} {:>9.4}  {reason}", s.scaled, s.of_bound, s.undecided);
+            if s.scaled > allowed || s.undecided > UNDECIDED_SHARE || allowed > SLACK * s.scaled {
+                faults.push(format!("{name}: {s:?}, allowed {allowed}"));
             }
         }
-        assert!(faults.is_empty(), "{faults:#?}");
+        assert!(faults.is_empty(), "{} faults: {:#?}", faults.len(), &faults[..faults.len().min(20)]);
     }
 }
