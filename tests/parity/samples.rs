@@ -158,7 +158,8 @@ fn with_effects(params: Params<f64>, run: u64) -> Params<f64> {
 fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Params<f64>) -> Vec<Snapshot> {
     let names = state_fields::<N>();
     let at = |name: &str| names.iter().position(|f| f.name == name).expect("a row of the state");
-    let (touching, over) = (["space_watch_touching", "hil_watch_touching"].map(at), at("space_watch_done"));
+    let (touching, over) =
+        (["space_watch_touching", "hil_watch_touching"].map(at), ["space_watch_done", "hil_watch_done"].map(at));
     let mut out = Vec::with_capacity(SAMPLES);
     for run in 0..RUNS {
         let (params, mut draws) = (draw(run), Stream::new("snapshots", run as usize));
@@ -172,7 +173,7 @@ fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Par
                 continue;
             }
             let lane = tile.lane_state();
-            if lane.state[over] > 0.0 || seen[1] > 60.0 {
+            if over.iter().any(|row| lane.state[*row] > 0.0) || seen[1] > 60.0 {
                 break;
             }
             let kind = usize::from(touching.iter().any(|row| lane.state[*row] > 0.0));
@@ -240,10 +241,13 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     let offset = if facility { bodies + watch } else { 0 };
     let rest = &state[2 * (bodies + watch)..];
     let (robots, rest) = rest.split_at(fields::<f64, Robots<f64>>().len());
-    let bodies_now: Bodies<f64, N> = from_slice(&state[offset..]);
+    let mut bodies_now: Bodies<f64, N> = from_slice(&state[offset..]);
     let watch_now: Watch<f64> = from_slice(&state[offset + bodies..]);
     let masses = if facility { hil_masses(shot.params) } else { space_masses(shot.params) };
     let pair = if facility { hil_pair(shot.params) } else { space_pair(shot.params) };
+    // Between two ticks the steps are zero: in the middle of a tick, of half a millisecond, they are these.
+    bodies_now.chaser.com_step = bodies_now.chaser.momentum * (5e-4 / masses.base_mass);
+    bodies_now.target.com_step = bodies_now.target.momentum * (5e-4 / masses.target_mass);
     let k = kinematics(plant, masses, bodies_now);
     let robots: Robots<f64> = from_slice(robots);
     let mounted = if facility { mounted_parts(plant, robots) } else { k.parts };

@@ -11,11 +11,11 @@ use softdock_kernels::wgsl::Function;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A sample whose rounding bound is this share of the output's size says nothing; it lies on a discontinuity.
+/// An output whose enclosure is wider than this share of its size lies on a discontinuity, or is badly conditioned.
 const UNDECIDED: f64 = 1e-3;
 /// A bound so many times what is seen would find nothing.
 pub(crate) const SLACK: f64 = 100.0;
-/// So many outputs of a function may be undecided.
+/// So many outputs of a function may be beyond what is allowed for that reason.
 const UNDECIDED_SHARE: f64 = 0.02;
 
 /// Largest errors of a function's outputs.
@@ -25,7 +25,7 @@ pub(crate) struct Seen {
     pub(crate) scaled: f64,
     /// Over the bound that rounding alone sets, sample by sample; 1 is a fault.
     pub(crate) of_bound: f64,
-    /// Share of the outputs too close to a discontinuity to say anything.
+    /// Share of the outputs beyond what is allowed, on a discontinuity.
     pub(crate) undecided: f64,
 }
 
@@ -147,10 +147,12 @@ fn check(
                 }
                 seen.of_bound = seen.of_bound.max(error / allowed);
             }
-            if allowed > UNDECIDED * scales[index] {
+            let scaled = error / scales[index] / F32;
+            // Too close to a discontinuity to say which side is right: only the enclosure holds.
+            if scaled > row.allowed && allowed > UNDECIDED * scales[index] {
                 seen.undecided += 1.0 / (samples.len() * columns.len()) as f64;
             } else {
-                seen.scaled = seen.scaled.max(error / scales[index] / F32);
+                seen.scaled = seen.scaled.max(scaled);
             }
         }
     }

@@ -73,16 +73,16 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
     stages! { m;
         space_masses(p: Params<f64>) => space::space_masses(p), 0.0, COPIED;
         hil_masses(p: Params<f64>) => space::hil_masses(p), 4.0, "two roundings";
-        start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, p, masses), 100.0, "TODO";
-        kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, masses, s), 100.0, "TODO";
+        start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, p, masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
+        kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, masses, s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
         parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
         guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
             let touched = if watch.touch_time >= 0.0 { 1.0 } else { 0.0 };
             guidance::guide(m, p, masses, s.arm, s.chaser.attitude, k, touched)
-        }, 100.0, "TODO";
+        }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
         advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
-            => space::advance(m, masses, s, k, u, w), 100.0, "TODO";
-        settle(s: Bodies<f64, N>) => space::settle(s), 1.0, "one sum";
+            => space::advance(m, masses, s, k, u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
+        settle(s: Bodies<f64, N>) => space::settle(s), 2.0, "one sum";
     }
 }
 
@@ -91,45 +91,45 @@ fn contact_rows() -> Vec<Row<Twin>> {
         space_pair(p: Params<f64>) => contact::space_pair(p), 0.0, COPIED;
         hil_pair(p: Params<f64>) => contact::hil_pair(p), 4.0, "two roundings";
         contact_point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, bristle: Vec3<f64>)
-            => contact::contact_point(m, pair, parts, point, bristle), 100.0, "TODO";
-        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, p, parts, closed), 100.0, "TODO";
+            => contact::contact_point(m, pair, parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
+        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, p, parts, closed), 20.0, "the gap is a difference of positions";
         no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
-        gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(sum, c), 1.0, "one sum";
-        total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(touch, latch), 1.0, "one sum";
+        gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(sum, c), 2.0, "one sum";
+        total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(touch, latch), 2.0, "one sum";
     }
 }
 
 fn facility_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        transport(p: Params<f64>) => robot::transport(m, p), 10.0, "TODO";
-        command(parts: Parts<f64>) => robot::command(m, parts), 10.0, "TODO";
-        carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, parts, periods), 10.0, "TODO";
-        substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, last, lost_before), 10.0, "TODO";
+        transport(p: Params<f64>) => robot::transport(m, p), 6.0, "three sums of delays";
+        command(parts: Parts<f64>) => robot::command(m, parts), 4.0, "a difference times a share";
+        carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, parts, periods), 8.0, "a turn through a polynomial sine, normalised";
+        substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, last, lost_before), 8.0, "as carry_on";
         interpolate(before: Parts<f64>, after: Parts<f64>, fraction: f64)
-            => robot::interpolate(m, Reference { before, after, fraction }), 10.0, "TODO";
-        robots_at(told: Parts<f64>) => robot::robots_at(m, told), 10.0, "TODO";
-        robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, p, s, told), 100.0, "TODO";
-        mounted_parts(s: Robots<f64>) => robot::mounted_parts(m, s), 10.0, "TODO";
-        to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 10.0, "TODO";
-        low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, p, s, w), 10.0, "TODO";
-        sample(p: Params<f64>, s: Sensor<f64>, noise: Wrench<f64>) => sensor::sample(m, p, s, noise), 10.0, "TODO";
+            => robot::interpolate(m, Reference { before, after, fraction }), 8.0, "a dozen products, normalised";
+        robots_at(told: Parts<f64>) => robot::robots_at(m, told), 0.0, "a rail along an axis, a share of a half: exact";
+        robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, p, s, told), 40.0, "an error of attitude and place, times the square of a bandwidth";
+        mounted_parts(s: Robots<f64>) => robot::mounted_parts(m, s), 4.0, "one sum";
+        to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 4.0, "a rotation";
+        low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, p, s, w), 6.0, "a division and a sum";
+        sample(p: Params<f64>, s: Sensor<f64>, noise: Wrench<f64>) => sensor::sample(m, p, s, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";
         output_of(s: Sensor<f64>) => s.output, 0.0, COPIED;
-        blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 10.0, "TODO";
-        feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 10.0, "TODO";
-        normals(u: f64, v: f64) => noise::normals(u, v), 10.0, "TODO";
+        blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 5.0, "one interpolation";
+        feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
+        normals(u: f64, v: f64) => noise::normals(u, v), 20.0, "a logarithm, a root, a sine of a whole turn";
     }
 }
 
 fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
     stages! { m;
         new_watch() => monitor::new_watch::<f64>(), 0.0, COPIED;
-        port_power(parts: Parts<f64>, w: Wrench<f64>) => monitor::port_power(parts, w), 10.0, "TODO";
+        port_power(parts: Parts<f64>, w: Wrench<f64>) => monitor::port_power(parts, w), 6.0, "a sum of six products";
         observe(s: Watch<f64>, time: f64, parts: Parts<f64>, simulated: Parts<f64>, touch: Touch<f64>, latch: LatchState<f64>)
-            => monitor::observe(m, s, time, parts, simulated, touch, latch), 10.0, "TODO";
+            => monitor::observe(m, s, time, parts, simulated, touch, latch), 8.0, "energies are sums of products";
         finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64)
-            => monitor::finish(m, s, time, simulated, last), 10.0, "TODO";
+            => monitor::finish(m, s, time, simulated, last), 0.0, "copies chosen by comparisons";
         metrics(s: Watch<f64>, bodies: Bodies<f64, N>, created: f64)
-            => monitor::metrics(m, s, bodies, created), 10.0, "TODO";
+            => monitor::metrics(m, s, bodies, created), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
     }
 }
 
