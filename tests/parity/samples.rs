@@ -28,7 +28,7 @@ const SNAPSHOTS: usize = 8;
 /// Samples of a scenario: whole workgroups.
 pub(crate) const SAMPLES: usize = RUNS as usize * SNAPSHOTS;
 /// A run is looked at every so many ticks.
-const EVERY: u32 = 7;
+const EVERY: u32 = 5;
 /// Relative disturbance of every sampled number: far above f32, far below a contact's depth over its lever.
 const DISTURBANCE: f64 = 1e-4;
 
@@ -186,11 +186,12 @@ fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Par
             }
             tile.step(plant);
         }
-        let [mut apart, mut touching] = pools;
-        let contacts = touching.len().min(SNAPSHOTS / 2).max(SNAPSHOTS.saturating_sub(apart.len()));
-        apart.truncate(SNAPSHOTS - contacts);
-        apart.extend(touching.drain(..contacts));
-        for (number, (tick, mut lane)) in apart.into_iter().enumerate() {
+        let [mut kept, mut touching] = pools;
+        touching.truncate(SNAPSHOTS.saturating_sub(kept.len()).max(SNAPSHOTS / 2));
+        kept.truncate(SNAPSHOTS - touching.len());
+        kept.extend(touching);
+        // A run that was soon over is used again, disturbed otherwise.
+        for (number, (tick, mut lane)) in kept.iter().cloned().cycle().take(SNAPSHOTS).enumerate() {
             // One of them in its last tick.
             let tick = if number == 1 { plant.timing.max_ticks } else { tick };
             disturb(&mut lane.state, &names, DISTURBANCE, &mut draws);
