@@ -1,11 +1,12 @@
 //! The tracer and the emitted WGSL: field tables against reflection, random expressions against their trace.
 
+use crate::parity::evaluate;
 use proptest::prelude::*;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::lanes::{Lane, plain};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::real::Real;
-use softdock_kernels::trace::{Graph, Op, Sym, trace};
+use softdock_kernels::trace::{Sym, trace};
 use std::path::Path;
 
 fn shipped(scenario: &str) -> Plant {
@@ -43,10 +44,10 @@ fn a_stage_is_short_enough_to_read_and_to_compile() {
 }
 
 /// One step of a random program: an operation on earlier values.
-type Step = (u8, usize, usize, usize);
+pub(crate) type Step = (u8, usize, usize, usize);
 
 /// Runs a random program on any scalar.
-fn program<R: Real>(steps: &[Step], inputs: [R; 3]) -> R {
+pub(crate) fn program<R: Real>(steps: &[Step], inputs: [R; 3]) -> R {
     let mut pool = vec![inputs[0], inputs[1], inputs[2], R::lit(0.0), R::lit(1.0), R::lit(-1.0), R::lit(0.37)];
     for &(operation, a, b, c) in steps {
         let pick = |i: usize| pool[i % pool.len()];
@@ -68,47 +69,6 @@ fn program<R: Real>(steps: &[Step], inputs: [R; 3]) -> R {
     pool[pool.len() - 1]
 }
 
-/// Carries out a trace.
-fn interpret(graph: &Graph, inputs: &[f64]) -> f64 {
-    let mut values = vec![0.0_f64; graph.ops.len()];
-    for index in 0..graph.ops.len() {
-        let v = |node: u32| values[node as usize];
-        let truth = |value: bool| f64::from(u8::from(value));
-        values[index] = match graph.ops[index] {
-            Op::Input(i) => inputs[i as usize],
-            Op::Const(bits) => f64::from_bits(bits),
-            Op::Add(a, b) => v(a) + v(b),
-            Op::Sub(a, b) => v(a) - v(b),
-            Op::Mul(a, b) => v(a) * v(b),
-            Op::Div(a, b) => v(a) / v(b),
-            Op::Neg(a) => -v(a),
-            Op::Fma(a, b, c) => v(a).mul_add(v(b), v(c)),
-            Op::Sqrt(a) => v(a).sqrt(),
-            Op::Abs(a) => v(a).abs(),
-            Op::Floor(a) => v(a).floor(),
-            Op::Min(a, b) => Real::min(v(a), v(b)),
-            Op::Max(a, b) => Real::max(v(a), v(b)),
-            Op::Mantissa(a) => v(a).frexp().0,
-            Op::Exponent(a) => v(a).frexp().1,
-            Op::Exp2(a) => v(a).exp2_whole(),
-            Op::Known(value) => truth(value),
-            Op::Less(a, b) => truth(v(a) < v(b)),
-            Op::LessEqual(a, b) => truth(v(a) <= v(b)),
-            Op::And(a, b) => v(a) * v(b),
-            Op::Or(a, b) => v(a).max(v(b)),
-            Op::Not(a) => 1.0 - v(a),
-            Op::Select(mask, then, other) => {
-                if v(mask) > 0.5 {
-                    v(then)
-                } else {
-                    v(other)
-                }
-            }
-        };
-    }
-    values[graph.results[0] as usize]
-}
-
 proptest! {
     #[test]
     fn random_programs_give_the_same_as_f64_lanes_and_trace(
@@ -121,6 +81,6 @@ proptest! {
         (0..plain::Lanes::WIDTH).for_each(|lane| assert_eq!(lanes.lane(lane).to_bits(), scalar.to_bits()));
         let graph = trace(3, |inputs: &[Sym]| vec![program(&steps, [inputs[0], inputs[1], inputs[2]])]);
         // Folding changes signs of zeros and no other bit (-0 + 0 and 0 * -x).
-        prop_assert_eq!(interpret(&graph, &[x, y, z]), scalar);
+        prop_assert_eq!(evaluate(&graph, &[x, y, z])[0].value, scalar);
     }
 }

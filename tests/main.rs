@@ -7,3 +7,4 @@ mod gpu;
 mod house;
 mod kernel;
 mod oracles;
+mod parity;

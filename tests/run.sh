@@ -58,6 +58,23 @@ if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
     mkdir -m 700 "$XDG_RUNTIME_DIR"
 fi
 
+# A second, independent driver, kept under the target folder: nothing is installed for it.
+swiftshader="$(realpath -m "$target")/swiftshader"
+fetch_swiftshader() {
+    [ -f "$swiftshader/icd.json" ] && return
+    mkdir -p "$swiftshader/package"
+    (cd "$swiftshader" && apt-get download -qq chromium-common) || return
+    dpkg -x "$swiftshader"/chromium-common_*.deb "$swiftshader/package" || return
+    rm "$swiftshader"/chromium-common_*.deb
+    local library
+    library=$(find "$swiftshader/package" -name libvk_swiftshader.so | head -n 1)
+    [ -n "$library" ] || return
+    mv "$library" "$swiftshader/"
+    rm -r "$swiftshader/package"
+    printf '{"file_format_version": "1.0.0", "ICD": {"library_path": "%s", "api_version": "1.1.0"}}\n' \
+        "$swiftshader/libvk_swiftshader.so" >"$swiftshader/icd.json"
+}
+
 step "format"
 cargo fmt --all --check
 
@@ -70,10 +87,22 @@ RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --quiet
 step "tests"
 cargo test --release --workspace
 
+step "parity, a second time, on SwiftShader"
+swiftshader_seen=no
+if fetch_swiftshader; then
+    # The old name of the variable is for Vulkan loaders before 1.3.207.
+    VK_DRIVER_FILES="$swiftshader/icd.json" VK_ICD_FILENAMES="$swiftshader/icd.json" \
+        cargo test --release --test softdock parity
+    swiftshader_seen=yes
+fi
+
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"
 
 step "the same results, read by others"
 "$python" tests/read_results.py "$scratch/smoke"
 
+if [ "$swiftshader_seen" = no ]; then
+    printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
+fi
 printf '\nall is well\n'

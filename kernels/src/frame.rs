@@ -3,6 +3,8 @@
 //! The WGSL twin is `wgsl/frame.wgsl`, function for function. A [`Tile`] steps as many runs as the scalar has lanes;
 //! what a lane computes depends on its own run alone.
 
+pub mod tile_state;
+
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;

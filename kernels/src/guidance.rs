@@ -31,8 +31,8 @@ pub fn guide<R: Real, const N: usize>(
         ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
             let (spring, brake) = (R::lit(-bandwidth * bandwidth), R::lit(-2.0 * damping_ratio * bandwidth));
             let mut wanted = [R::lit(0.0); N];
-            for i in 0..N {
-                wanted[i] = spring.mul_add(arm.angle[i], brake * arm.rate[i]);
+            for (i, wanted) in wanted.iter_mut().enumerate() {
+                *wanted = spring.mul_add(arm.angle[i], brake * arm.rate[i]);
             }
             inverse_dynamics(m, masses, arm.rate, k, thrust, torque, wanted)
         }
@@ -138,8 +138,8 @@ fn cartesian_impedance<R: Real, const N: usize>(
     let moment = omega.scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
     let wrench = Spatial { angular: moment + tool.cross(force), linear: force };
     let mut torque = [R::lit(0.0); N];
-    for i in 0..N {
-        torque[i] = arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench));
+    for (i, torque) in torque.iter_mut().enumerate() {
+        *torque = arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench));
     }
     torque
 }

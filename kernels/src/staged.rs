@@ -26,6 +26,7 @@ macro_rules! staged {
             $(#[$doc])*
             #[inline(always)]
             #[allow(clippy::too_many_arguments, reason = "a stage names all that it reads")]
+            #[allow(clippy::extra_unused_lifetimes, reason = "some stages take nothing by reference")]
             pub fn $name<'a, L: Lane $(, const $n: usize)?>($($m: &'a Plant,)? $($argument: $ty),*) -> $result {
                 struct Call<'a, L: Lane $(, const $n: usize)?> {
                     $($m: &'a Plant,)?

@@ -52,20 +52,19 @@ impl GpuEngine {
     /// # Errors
     /// As [`GpuEngine::new`].
     pub fn within(adapters: Adapters, memory_share: u8) -> Result<Self, EngineError> {
-        let mut options = wgpu::InstanceDescriptor::new_without_display_handle();
-        options.memory_budget_thresholds.for_resource_creation = Some(memory_share);
-        let instance = wgpu::Instance::new(options);
-        let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-        found.sort_by_key(|a| match a.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        });
-        let welcome =
-            |a: &wgpu::Adapter| adapters == Adapters::Any || a.get_info().device_type != wgpu::DeviceType::Cpu;
-        let adapter = found.into_iter().find(welcome).ok_or_else(|| EngineError::NoAdapter(String::new()))?;
+        let first = suitable(adapters, memory_share).into_iter().next();
+        Self::open(first.ok_or_else(|| EngineError::NoAdapter(String::new()))?)
+    }
+
+    /// Opens every suitable adapter, real GPUs first.
+    ///
+    /// # Errors
+    /// [`EngineError::NoAdapter`] if one of them gives no device.
+    pub fn every(adapters: Adapters) -> Result<Vec<Self>, EngineError> {
+        suitable(adapters, MEMORY_SHARE).into_iter().map(Self::open).collect()
+    }
+
+    fn open(adapter: wgpu::Adapter) -> Result<Self, EngineError> {
         let descriptor = wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| EngineError::NoAdapter(format!(" that gives a device ({error})")))?;
@@ -99,6 +98,23 @@ impl GpuEngine {
         let device = self.device.clone();
         move || device.destroy()
     }
+}
+
+/// The adapters that are welcome, real GPUs first.
+fn suitable(adapters: Adapters, memory_share: u8) -> Vec<wgpu::Adapter> {
+    let mut options = wgpu::InstanceDescriptor::new_without_display_handle();
+    options.memory_budget_thresholds.for_resource_creation = Some(memory_share);
+    let instance = wgpu::Instance::new(options);
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    found.retain(|a| adapters == Adapters::Any || a.get_info().device_type != wgpu::DeviceType::Cpu);
+    found.sort_by_key(|a| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    found
 }
 
 /// Keeps the first cause.

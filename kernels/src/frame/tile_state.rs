@@ -1,0 +1,153 @@
+//! A tile of one run as the flat numbers that the GPU keeps of a lane; and the frame's functions one by one, by name.
+
+use super::*;
+use crate::fields::{Field, fields, from_slice, join, to_vec};
+
+/// One run between two ticks, as the GPU's buffers hold a lane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneState {
+    /// Bodies, watches, robots, sensor, held wrench and link, in the order of [`state_fields`].
+    pub state: Vec<f64>,
+    /// Commands slot by slot, then wrenches slot by slot.
+    pub lines: Vec<f64>,
+    /// Bristles of the contact points in space, then of those on the facility.
+    pub bristles: Vec<f64>,
+}
+
+/// A frame function on a tile: gives the scalars that its WGSL twin returns.
+pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f64>;
+
+/// The rows of a lane's state, in the order of the kernel's state buffer.
+pub fn state_fields<const N: usize>() -> Vec<Field> {
+    let variables = [
+        ("space", fields::<f64, Bodies<f64, N>>()),
+        ("space_watch", fields::<f64, Watch<f64>>()),
+        ("hil", fields::<f64, Bodies<f64, N>>()),
+        ("hil_watch", fields::<f64, Watch<f64>>()),
+        ("robot", fields::<f64, Robots<f64>>()),
+        ("sensed", fields::<f64, Sensor<f64>>()),
+        ("held", fields::<f64, Wrench<f64>>()),
+        ("link", fields::<f64, Vec3<f64>>()),
+    ];
+    let named = |(variable, fields): (&str, Vec<Field>)| {
+        fields.into_iter().map(|field| Field { name: join(variable, &field.name), ..field }).collect::<Vec<_>>()
+    };
+    variables.into_iter().flat_map(named).collect()
+}
+
+/// The first `fields` numbers of a list as a bundle; the list goes on behind them.
+fn take<B: Bundle<f64>>(values: &mut &[f64]) -> B {
+    let (own, rest) = values.split_at(fields::<f64, B>().len());
+    *values = rest;
+    from_slice(own)
+}
+
+impl<const N: usize> Tile<f64, N> {
+    /// A tile in the middle of a run.
+    pub fn resume(m: &Plant, batch: Batch, run: u64, tick: u32, params: Params<f64>, lane: &LaneState) -> Self {
+        let mut tile = Self::new(m, batch);
+        tile.runs[0] = Some(run);
+        (tile.params, tile.tick, tile.step) = (params, f64::from(tick), tick as usize % tile.slots);
+        let mut state = &lane.state[..];
+        let sides = [(space_masses(&params), space_pair(&params)), (hil_masses(&params), hil_pair(&params))];
+        let half = lane.bristles.len() / 2;
+        for (index, (masses, pair)) in sides.into_iter().enumerate() {
+            let bristles = lane.bristles[index * half..][..half].chunks(3).map(from_slice).collect();
+            let (bodies, watch) = (take(&mut state), take(&mut state));
+            let kinematics = kinematics(m, masses, &bodies);
+            *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
+        }
+        (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
+        [tile.lost, tile.dropped] = [state[0], state[1]];
+        let (commands, wrenches) = lane.lines.split_at(tile.slots * fields::<f64, Parts<f64>>().len());
+        for (slot, values) in commands.chunks(commands.len() / tile.slots).enumerate() {
+            tile.commands.put(slot, &from_slice(values), true);
+        }
+        for (slot, values) in wrenches.chunks(wrenches.len() / tile.slots).enumerate() {
+            tile.wrenches.put(slot, &from_slice(values), true);
+        }
+        tile
+    }
+
+    /// What [`resume`](Self::resume) needs to go on from here, besides run, tick and parameters.
+    pub fn lane_state(&self) -> LaneState {
+        let mut state = Vec::new();
+        for side in [&self.space, &self.hil] {
+            state.extend(to_vec::<f64, _>(&side.bodies));
+            state.extend(to_vec::<f64, _>(&side.watch));
+        }
+        state.extend(to_vec::<f64, _>(&self.robots));
+        state.extend(to_vec::<f64, _>(&self.sensor));
+        state.extend(to_vec::<f64, _>(&self.held));
+        state.extend([self.lost, self.dropped, 0.0]);
+        let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
+        let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
+        let bristles = self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>);
+        LaneState { state, lines: commands.chain(wrenches).collect(), bristles: bristles.collect() }
+    }
+
+    /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
+    fn clock(&self, m: &Plant) -> (f64, f64) {
+        let last = if f64::from(m.timing.max_ticks) <= self.tick { 1.0 } else { 0.0 };
+        (self.tick * m.timing.tick(), last)
+    }
+}
+
+/// The frame's functions by their names in `wgsl/frame.wgsl`.
+///
+/// What they take besides the state is made from the state: the parts are those that the facility's simulation has,
+/// the jitter of a packet is a tenth of a millisecond for every tick beyond a multiple of seven.
+pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)> {
+    vec![
+        ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
+        ("touch_points", |tile, m| {
+            let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.pair);
+            let mut touch = to_vec(&touch_points(m, pair, &parts, &mut tile.space.bristles, true));
+            let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.robots), tile.hil.pair);
+            touch.extend(to_vec::<f64, _>(&touch_points(m, pair, &mounted, &mut tile.hil.bristles, true)));
+            touch
+        }),
+        ("tick_space", |tile, m| {
+            let (now, last) = tile.clock(m);
+            tile.tick_space(m, now, last);
+            Vec::new()
+        }),
+        ("tick_hil", |tile, m| {
+            let (now, last) = tile.clock(m);
+            tile.tick_hil(m, now, last);
+            Vec::new()
+        }),
+        ("send_command", |tile, m| vec![tile.send_command(m, &simulated(m, &tile.hil).parts, true)]),
+        ("tick_facility", |tile, m| {
+            let parts = simulated(m, &tile.hil).parts;
+            tile.commands.put(tile.step, &command(m, &parts), true);
+            let jitter = tile.tick % 7.0 * 1e-4;
+            tile.tick_facility(m, &parts, tile.clock(m).0, jitter, true);
+            Vec::new()
+        }),
+        ("receive_wrench", |tile, m| {
+            tile.receive_wrench(m, &simulated(m, &tile.hil).parts, true);
+            Vec::new()
+        }),
+        ("tick_simulation", |tile, m| {
+            tile.hil.kinematics = simulated(m, &tile.hil);
+            tile.tick_simulation(m, true);
+            Vec::new()
+        }),
+        ("sensor_noise", |tile, _| to_vec(&tile.sensor_noise())),
+        ("reset", |tile, m| {
+            tile.step = 0;
+            tile.reset(m, true);
+            Vec::new()
+        }),
+        ("slice", |tile, m| {
+            tile.step(m);
+            Vec::new()
+        }),
+    ]
+}
+
+/// Kinematics of a loop's bodies.
+fn simulated<const N: usize>(m: &Plant, side: &Loop<f64, N>) -> Kinematics<f64, N> {
+    kinematics(m, side.masses, &side.bodies)
+}

@@ -1,0 +1,350 @@
+//! Depths one and two: every function of the hand-written frame, and one whole tick, from recorded states.
+
+use super::rounding::F32;
+use super::samples::{CASES, Case, SAMPLES, Snapshot, Stream};
+use super::stages::{SLACK, scales};
+use super::table::Row;
+use super::{POISON, WORKGROUP, adapters, words, written};
+use softdock_engine::gpu::GpuEngine;
+use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
+use softdock_kernels::frame::Tile;
+use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
+use softdock_kernels::kernel::{Kernel, kernel};
+use softdock_kernels::space::{Parts, Wrench};
+use std::fmt::Write;
+
+/// How a frame function is called on the device.
+pub(crate) struct Call {
+    /// Statements; what it returns goes into `r0` and `r1`.
+    text: &'static str,
+    /// Structs of `r0` and `r1`.
+    results: &'static [&'static str],
+    /// Whether it writes this tick's slot of the commands, and of the wrenches.
+    writes: [bool; 2],
+}
+
+const fn row(name: &'static str, allowed: f64, reason: &'static str, twin: Call) -> Row<Call> {
+    Row { name, allowed, reason, twin }
+}
+
+const fn call(text: &'static str, results: &'static [&'static str], writes: [bool; 2]) -> Call {
+    Call { text, results, writes }
+}
+
+const NONE: [bool; 2] = [false, false];
+
+/// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
+pub(crate) const FRAME_ROWS: [Row<Call>; 11] = [
+    row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
+    row(
+        "touch_points",
+        400.0,
+        "forces of overlaps that are differences of positions",
+        call(
+            "let r0 = touch_points(space_pair(p), parts_of(kinematics(space_masses(p), space)), 0u);
+    let r1 = touch_points(hil_pair(p), mounted_parts(robot), 1u);",
+            &["Touch", "Touch"],
+            NONE,
+        ),
+    ),
+    row(
+        "tick_space",
+        1000.0,
+        "four substeps of stiff contact: 1e-7 m at a stiffness of 2e5 N/m^1.5",
+        call("tick_space(now, last);", &[], NONE),
+    ),
+    row(
+        "tick_hil",
+        1000.0,
+        "the contact of the robots' parts; the rounding of the inputs alone moves it by hundreds",
+        call("tick_hil(now, last);", &[], [true, true]),
+    ),
+    row(
+        "send_command",
+        1000.0,
+        "a deviate from a logarithm near 1",
+        call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)));", &["f32"], [true, false]),
+    ),
+    row(
+        "tick_facility",
+        1000.0,
+        "four substeps of the robots' parts in contact",
+        call(
+            "let parts = parts_of(kinematics(hil_masses(p), hil));
+    put_command(tick % SLOTS, command(parts));
+    tick_facility(parts, now, f32(tick % 7u) * 1e-4);",
+            &[],
+            [true, false],
+        ),
+    ),
+    row(
+        "receive_wrench",
+        4.0,
+        "one interpolation",
+        call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
+    ),
+    row(
+        "tick_simulation",
+        40.0,
+        "four substeps without contact",
+        call("tick_simulation(hil_masses(p), kinematics(hil_masses(p), hil));", &[], NONE),
+    ),
+    row("sensor_noise", 60.0, "deviates from logarithms near 1", call("let r0 = sensor_noise();", &["Wrench"], NONE)),
+    row("reset", 12.0, "the start carried back along its twist", call("reset();", &[], NONE)),
+    row("slice", 4000.0, "as tick_space, with an arm of six joints", call("", &[], [true, true])),
+];
+
+/// The case on which the frame's functions are run one by one.
+const ALONE: &str = "smoke";
+/// The one on which, besides it, a whole tick is run: with an arm.
+const WHOLE: &str = "probe_drogue";
+/// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
+const REPETITIONS: usize = 3;
+/// The allowance grows by so many times the spread of these repetitions.
+const SPREADS: f64 = 8.0;
+/// So many samples may lie so close to an event that the spread is what bounds them.
+const UNDECIDED_SHARE: f64 = 0.35;
+/// So many samples may be beyond their allowance: an event (slip, touch, a quantum of the sensor) that no repetition met.
+const MISSED_SHARE: f64 = 0.02;
+
+/// What one sample leaves: state, results, delay lines, bristles.
+fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
+    [&lane.state[..], results, &lane.lines, &lane.bristles].concat()
+}
+
+/// Names of what [`flat`] gives.
+fn names<const N: usize>(kernel: &Kernel, call: &Call, lane: &LaneState) -> Vec<Field> {
+    let named = |prefix: &str, fields: Vec<Field>| -> Vec<Field> {
+        fields.into_iter().map(|f| Field { name: join(prefix, &f.name), ..f }).collect()
+    };
+    let mut out = state_fields::<N>();
+    for result in call.results {
+        let one = vec![Field { name: String::new(), unit: "1", meaning: "" }];
+        let structure = kernel.structs.iter().find(|s| s.name == *result);
+        out.extend(named("result", structure.map_or(one, |s| s.fields.clone())));
+    }
+    let (command, wrench) = (fields::<f64, Parts<f64>>(), fields::<f64, Wrench<f64>>());
+    let slots = lane.lines.len() / (command.len() + wrench.len());
+    (0..slots).for_each(|_| out.extend(named("command", command.clone())));
+    (0..slots).for_each(|_| out.extend(named("wrench", wrench.clone())));
+    (0..lane.bristles.len()).for_each(|_| out.push(Field { name: "bristle_x".to_owned(), unit: "m", meaning: "" }));
+    out
+}
+
+/// The Rust twin from a snapshot.
+fn truth<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>) -> Vec<f64> {
+    let mut tile = Tile::resume(&case.plant, case.batch, shot.run, shot.tick, shot.params, &shot.lane);
+    let results = twin(&mut tile, &case.plant);
+    flat(&tile.lane_state(), &results)
+}
+
+/// How far the truth moves when every input moves by up to its f32 rounding.
+fn spread<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>, truth_here: &[f64]) -> Vec<f64> {
+    let mut draws = Stream::new("spread", (shot.run << 16) as usize + shot.tick as usize);
+    let mut spread = vec![0.0_f64; truth_here.len()];
+    for _ in 0..REPETITIONS {
+        let mut moved = shot.clone();
+        let mut parameters = to_vec(&moved.params);
+        let mut move_all = |values: &mut [f64]| {
+            values.iter_mut().for_each(|value| *value *= 1.0 + 2.0 * F32 * (2.0 * draws.uniform() - 1.0));
+        };
+        move_all(&mut parameters);
+        move_all(&mut moved.lane.state);
+        move_all(&mut moved.lane.lines);
+        move_all(&mut moved.lane.bristles);
+        moved.params = from_slice(&parameters);
+        for (spread, (a, b)) in spread.iter_mut().zip(truth(case, &moved, twin).iter().zip(truth_here)) {
+            *spread = spread.max((a - b).abs());
+        }
+    }
+    spread
+}
+
+/// The kernel with an entry point around one frame function; stored state lies behind the loaded one.
+fn module(kernel: &Kernel, row: &Row<Call>) -> String {
+    let behind = format!("states[batch.lanes * {}u + ", kernel.state);
+    let (before, rest) = kernel.text.split_once("fn store_state() {").expect("the frame stores its state");
+    let (store, after) = rest.split_once("}\n").expect("a body");
+    let mut text = format!("{before}fn store_state() {{{}}}\n{after}", store.replace("states[", &behind))
+        .replace("var<uniform> batch", "var<storage, read_write> batch");
+    let mut results = String::new();
+    let mut index = 0;
+    for (number, result) in row.twin.results.iter().enumerate() {
+        let structure = kernel.structs.iter().find(|s| s.name == *result);
+        let members =
+            structure.map_or(vec![String::new()], |s| s.fields.iter().map(|f| format!(".{}", f.name)).collect());
+        for member in members {
+            let _ = writeln!(results, "    outcomes[{index}u * batch.lanes + lane] = r{number}{member};");
+            index += 1;
+        }
+    }
+    let _ = write!(
+        text,
+        "\n@compute @workgroup_size(64)
+fn try_function(@builtin(global_invocation_id) id: vec3u) {{
+    lane = id.x;
+    if (lane >= batch.lanes) {{ // every binding must be used
+        outcomes[0] = points[0].x + lines[0] + bristles[0];
+        return;
+    }}
+    run = controls[lane].run;
+    tick = controls[lane].tick;
+    load_params();
+    load_state();
+    let now = f32(tick) * (SUBSTEP * f32(SUBSTEPS));
+    let last = select(0.0, 1.0, tick >= MAX_TICKS);
+    {}
+{results}    store_state();
+}}\n",
+        row.twin.text
+    );
+    text
+}
+
+/// The farm's buffers over all snapshots of a case; what the function must write is poisoned.
+fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec<Vec<u32>> {
+    let shots = &case.snapshots;
+    let column = |value: &dyn Fn(&Snapshot) -> f64| -> Vec<u32> { words(shots.iter().map(value)) };
+    let columns = |count: usize, value: &dyn Fn(&Snapshot, usize) -> f64| -> Vec<u32> {
+        (0..count).flat_map(|index| column(&|shot| value(shot, index))).collect()
+    };
+    let [low, high] = case.batch.key;
+    let controls = shots.iter().flat_map(|s| [s.run as u32, (s.run >> 32) as u32, 2, s.tick]);
+    let parameters: Vec<Vec<f64>> = shots.iter().map(|s| to_vec(&s.params)).collect();
+    let inputs = (0..parameters[0].len()).flat_map(|index| parameters.iter().map(move |p| p[index]));
+    let mut states = columns(kernel.state, &|s, index| s.lane.state[index]);
+    states.resize(2 * states.len(), POISON);
+    let mut lines = columns(kernel.lines, &|s, index| s.lane.lines[index]);
+    let mut bristles = columns(shots[0].lane.bristles.len(), &|s, index| s.lane.bristles[index]);
+    poison(case, row, sends, &mut lines, &mut bristles);
+    let points = case.plant.contact.points.iter().flat_map(|p| [p.position.x, p.position.y, p.position.z, p.radius]);
+    vec![
+        vec![SAMPLES as u32, 1, low, high, u32::from(case.batch.noisy), 0, 0, 0],
+        controls.collect(),
+        words(inputs),
+        states,
+        lines,
+        bristles,
+        vec![POISON; kernel.outcome * SAMPLES],
+        words(points),
+    ]
+}
+
+/// Poisons the slots that a function writes (a loop that ends with this tick sends nothing), and all of a reset.
+fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32], bristles: &mut [u32]) {
+    let widths = [fields::<f64, Parts<f64>>().len(), fields::<f64, Wrench<f64>>().len()];
+    let slots = case.snapshots[0].lane.lines.len() / (widths[0] + widths[1]);
+    if row.name == "reset" {
+        bristles.fill(POISON);
+    }
+    for (sample, shot) in case.snapshots.iter().enumerate() {
+        for (line, width) in widths.into_iter().enumerate() {
+            let offset = if line == 0 { 0 } else { slots * widths[0] };
+            let written = |slot: usize| match row.name {
+                "reset" => slot > 0,
+                _ => sends[sample] && row.twin.writes[line] && slot == shot.tick as usize % slots,
+            };
+            for slot in (0..slots).filter(|slot| written(*slot)) {
+                (0..width).for_each(|k| lines[(offset + slot * width + k) * SAMPLES + sample] = POISON);
+            }
+        }
+    }
+}
+
+/// Runs one function over a case; gives the largest error in f32 roundings of the field, and the undecided share.
+fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults: &mut Vec<String>) -> (f64, f64) {
+    let kernel = kernel(&case.plant);
+    let twins = frame_functions::<N>();
+    let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
+    let names = names::<N>(&kernel, &row.twin, &case.snapshots[0].lane);
+    let results = names.len() - kernel.state - kernel.lines - case.snapshots[0].lane.bristles.len();
+    let flats: Vec<Vec<f64>> = case.snapshots.iter().map(|shot| truth(case, shot, twin)).collect();
+    let done = names.iter().position(|field| field.name == "hil_watch_done").expect("a row of the state");
+    let sends: Vec<bool> = flats.iter().map(|flat| flat[done] <= 0.0).collect();
+    let entry = if row.name == "slice" { "slice" } else { "try_function" };
+    let out = gpu
+        .compute(&module(&kernel, row), entry, (SAMPLES / WORKGROUP) as u32, &buffers(case, &kernel, row, &sends))
+        .unwrap_or_else(|error| panic!("{} of {}: {error}", row.name, case.name));
+    let scales = scales(&names, &flats);
+    let (mut seen, mut undecided, mut missed) = (0.0_f64, 0.0, Vec::new());
+    for (sample, (shot, truth)) in case.snapshots.iter().zip(&flats).enumerate() {
+        let spread = spread(case, shot, twin, truth);
+        let column = |buffer: &[u32], index: usize| buffer[index * SAMPLES + sample];
+        let state = (0..kernel.state).map(|i| column(&out[3], kernel.state + i));
+        let given = state
+            .chain((0..results).map(|i| column(&out[6], i)))
+            .chain((0..kernel.lines).map(|i| column(&out[4], i)))
+            .chain((0..shot.lane.bristles.len()).map(|i| column(&out[5], i)));
+        let (mut well, mut beyond) = (true, String::new());
+        for (index, word) in given.enumerate() {
+            let what = || {
+                format!("{} of {}, sample {sample} at tick {}: {}", row.name, case.name, shot.tick, names[index].name)
+            };
+            let value = written(word, what);
+            let (error, unit) = ((value - truth[index]).abs(), scales[index] * F32);
+            // A copied number moves by two roundings at most: only what moves more is badly conditioned.
+            let slack = SPREADS * (spread[index] - 2.0 * unit).max(0.0);
+            let allowed = row.allowed * unit + slack;
+            if error > allowed {
+                beyond = format!(
+                    "{}: {value} for {}, {:.1} roundings, slack {:.1}",
+                    what(),
+                    truth[index],
+                    error / unit,
+                    slack / unit
+                );
+            }
+            if slack > row.allowed * unit || error > allowed {
+                well = false;
+            } else {
+                seen = seen.max(error / unit);
+            }
+        }
+        missed.extend((!beyond.is_empty()).then_some(beyond));
+        undecided += f64::from(u8::from(!well)) / SAMPLES as f64;
+        if row.name == "slice" {
+            check_end(case, shot, sample, &out);
+        }
+    }
+    if missed.len() as f64 > MISSED_SHARE * SAMPLES as f64 {
+        faults.push(format!("{} of {}: {} samples beyond", row.name, case.name, missed.len()));
+        faults.append(&mut missed);
+    }
+    (seen, undecided)
+}
+
+/// The control block after a tick.
+fn check_end(case: &Case, shot: &Snapshot, sample: usize, out: &[Vec<u32>]) {
+    let control = &out[1][4 * sample..][..4];
+    assert_eq!(control[..2], [shot.run as u32, (shot.run >> 32) as u32], "{}: run", case.name);
+    assert_eq!(control[3], shot.tick + 1, "{}: tick", case.name);
+}
+
+#[test]
+fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
+    for gpu in adapters() {
+        let mut faults = Vec::new();
+        println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
+        for row in &FRAME_ROWS {
+            let mut worst = 0.0_f64;
+            for case in CASES.iter().filter(|case| case.name == ALONE || row.name == "slice" && case.name == WHOLE) {
+                let (seen, undecided) = match case.plant.joints() {
+                    0 => compare::<0>(&gpu, case, row, &mut faults),
+                    _ => compare::<6>(&gpu, case, row, &mut faults),
+                };
+                println!(
+                    "{:<16} {seen:>9.2} {:>8} {undecided:>9.4}  {} ({})",
+                    row.name, row.allowed, row.reason, case.name
+                );
+                if undecided > UNDECIDED_SHARE {
+                    faults.push(format!("{} of {}: {undecided} undecided", row.name, case.name));
+                }
+                worst = worst.max(seen);
+            }
+            if row.allowed > SLACK * worst {
+                faults.push(format!("{}: {worst} roundings seen, {} allowed", row.name, row.allowed));
+            }
+        }
+        assert!(faults.is_empty(), "{} faults: {:#?}", faults.len(), &faults[..faults.len().min(20)]);
+    }
+}

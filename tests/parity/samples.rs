@@ -1,0 +1,367 @@
+//! Realistic inputs: runs of several scenarios recorded on their way, in contact and out of it, rounded to f32.
+
+use softdock_kernels::contact::PointContact;
+use softdock_kernels::contact::{LatchState, Point, contact_point, hil_pair, latch, space_pair};
+use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
+use softdock_kernels::frame::tile_state::{LaneState, state_fields};
+use softdock_kernels::frame::{Batch, Loops, Tile};
+use softdock_kernels::guidance::guide;
+use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust};
+use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
+use softdock_kernels::params::Params;
+use softdock_kernels::philox::{key, uniform};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::{Robots, carry_on, command, mounted_parts};
+use softdock_kernels::sensor::Sensor;
+use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
+use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::wgsl::Function;
+use std::path::Path;
+use std::sync::LazyLock;
+
+/// Seed of everything that is drawn here.
+const SEED: u64 = 0x5EED_0FDA;
+/// Runs of a scenario, and snapshots of each: half of them in contact where a run comes to that.
+const RUNS: u64 = 32;
+const SNAPSHOTS: usize = 8;
+/// Samples of a scenario: whole workgroups.
+pub(crate) const SAMPLES: usize = RUNS as usize * SNAPSHOTS;
+/// A run is looked at every so many ticks.
+const EVERY: u32 = 5;
+/// Relative disturbance of every sampled number: far above f32, far below a contact's depth over its lever.
+const DISTURBANCE: f64 = 1e-4;
+
+/// Numbers in (0, 1) and normal deviates, one after the other.
+pub(crate) struct Stream {
+    name: &'static str,
+    next: u64,
+}
+
+impl Stream {
+    pub(crate) fn new(name: &'static str, number: usize) -> Self {
+        Self { name, next: (number as u64) << 32 }
+    }
+    pub(crate) fn uniform(&mut self) -> f64 {
+        self.next += 1;
+        uniform(SEED, self.name, self.next, 0)
+    }
+    pub(crate) fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// One run between two ticks; every number is an f32.
+#[derive(Clone)]
+pub(crate) struct Snapshot {
+    pub(crate) run: u64,
+    pub(crate) tick: u32,
+    pub(crate) params: Params<f64>,
+    pub(crate) lane: LaneState,
+}
+
+/// A scenario with snapshots of its runs.
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
+    pub(crate) plant: Plant,
+    pub(crate) batch: Batch,
+    pub(crate) snapshots: Vec<Snapshot>,
+}
+
+/// The shipped scenarios, and two more that have what those lack: other controllers, shapes, laws, an orbit.
+pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
+    vec![
+        case("smoke", "smoke.toml", |_| {}, |_| {}),
+        case("plate_impact", "plate_impact.toml", |_| {}, |_| {}),
+        case("probe_drogue", "probe_drogue.toml", |_| {}, |_| {}),
+        case("computed torque, Power law, box and ball", "probe_drogue.toml", crowded, |p| {
+            (p.contact_stiffness, p.contact_damping, p.contact_dissipation) = (4e5, 0.0, 2.0);
+        }),
+        case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, |_| {}),
+    ]
+});
+
+/// A box and a ball in the approach corridor, a general exponent, computed torque, thrust and an orbit.
+fn crowded(model: &mut Model) {
+    let at = |x: f64, y: f64, shape| {
+        let frame = Pose { position: vec3(x, y, 0.0), attitude: Quat { w: 0.8, v: vec3(0.0, 0.6, 0.0) } };
+        Solid { frame, shape }
+    };
+    model.contact.solids = vec![
+        at(0.05, 0.12, Shape::Box { half: vec3(0.03, 0.15, 0.08) }),
+        at(0.08, -0.11, Shape::Sphere { radius: 0.12 }),
+    ];
+    model.contact.law = NormalLaw::Power { exponent: 1.7 };
+    model.guidance.arm = ArmControl::ComputedTorque { bandwidth: 2.0, damping_ratio: 0.8 };
+    model.guidance.thrust = Thrust::Approach {
+        speed_gain: 400.0,
+        lateral_stiffness: 80.0,
+        lateral_damping: 300.0,
+        attitude_stiffness: 200.0,
+        attitude_damping: 900.0,
+        max_force: 20.0,
+        max_torque: 10.0,
+    };
+    model.orbit_rate = 1.1e-3;
+    model.field = vec3(1e-3, 0.0, -2e-3);
+}
+
+/// A bore with a chamfer, and a soft end-effector.
+fn bored(model: &mut Model) {
+    model.contact.solids =
+        vec![Solid { frame: Pose::identity(), shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01 } }];
+    model.contact.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
+    model.guidance.arm = ArmControl::CartesianImpedance {
+        stiffness: 800.0,
+        damping: 600.0,
+        rotation_stiffness: 300.0,
+        rotation_damping: 200.0,
+        joint_damping: 5.0,
+    };
+}
+
+fn case(name: &'static str, campaign: &str, change: fn(&mut Model), adjust: fn(&mut Params<f64>)) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns").join(campaign);
+    let campaign = softdock_campaign::load(&path).expect("a shipped campaign loads");
+    let mut model = campaign.scenario.model.clone();
+    change(&mut model);
+    let plant = Plant::new(model);
+    let batch = Batch { key: key(SEED), noisy: true, loops: Loops::Both };
+    let draw = |run: u64| {
+        let mut params = campaign.draw(run).params;
+        adjust(&mut params);
+        with_effects(params, run)
+    };
+    let snapshots = match plant.joints() {
+        0 => record::<0>(&plant, batch, draw),
+        6 => record::<6>(&plant, batch, draw),
+        other => unreachable!("no shipped scenario has {other} joints"),
+    };
+    Case { name, plant, batch, snapshots }
+}
+
+/// Every effect at a size of its own, as none of the shipped campaigns has all of them.
+fn with_effects(params: Params<f64>, run: u64) -> Params<f64> {
+    let mut draws = Stream::new("effects", run as usize);
+    let mut values = to_vec(&params);
+    for (value, field) in values.iter_mut().zip(fields::<f64, Params<f64>>()) {
+        let parameter = EFFECTS.iter().flat_map(|e| e.parameters).find(|p| p.field == field.name);
+        if let Some(parameter) = parameter.filter(|p| !p.field.ends_with("range_force")) {
+            *value += 0.5 * parameter.scale * draws.normal().abs();
+        }
+        *value = f64::from(*value as f32);
+    }
+    from_slice(&values)
+}
+
+/// Steps runs in f64 and keeps some of their states.
+fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Params<f64>) -> Vec<Snapshot> {
+    let names = state_fields::<N>();
+    let at = |name: &str| names.iter().position(|f| f.name == name).expect("a row of the state");
+    let (touching, over) =
+        (["space_watch_touching", "hil_watch_touching"].map(at), ["space_watch_done", "hil_watch_done"].map(at));
+    let mut out = Vec::with_capacity(SAMPLES);
+    for run in 0..RUNS {
+        let (params, mut draws) = (draw(run), Stream::new("snapshots", run as usize));
+        let mut tile = Tile::<f64, N>::new(plant, batch);
+        tile.load(plant, &[(0, run, params)]);
+        // Reservoir sampling of both kinds: apart, and in contact in either loop.
+        let (mut pools, mut seen) = ([Vec::new(), Vec::new()], [0.0; 2]);
+        for tick in 0..plant.timing.max_ticks.min(3000) {
+            if tick % EVERY > 0 {
+                tile.step(plant);
+                continue;
+            }
+            let lane = tile.lane_state();
+            if over.iter().any(|row| lane.state[*row] > 0.0) || seen[1] > 60.0 {
+                break;
+            }
+            let kind = usize::from(touching.iter().any(|row| lane.state[*row] > 0.0));
+            let pool = &mut pools[kind];
+            seen[kind] += 1.0;
+            if pool.len() < SNAPSHOTS {
+                pool.push((tick, lane));
+            } else if draws.uniform() < SNAPSHOTS as f64 / seen[kind] {
+                pool[(draws.uniform() * SNAPSHOTS as f64) as usize] = (tick, lane);
+            }
+            tile.step(plant);
+        }
+        let [mut kept, mut touching] = pools;
+        touching.truncate(SNAPSHOTS.saturating_sub(kept.len()).max(SNAPSHOTS / 2));
+        kept.truncate(SNAPSHOTS - touching.len());
+        kept.extend(touching);
+        // A run that was soon over is used again, disturbed otherwise.
+        for (number, (tick, mut lane)) in kept.iter().cloned().cycle().take(SNAPSHOTS).enumerate() {
+            // One of them in its last tick.
+            let tick = if number == 1 { plant.timing.max_ticks } else { tick };
+            disturb(&mut lane.state, &names, DISTURBANCE, &mut draws);
+            [&mut lane.lines, &mut lane.bristles].into_iter().for_each(|values| round(values));
+            out.push(Snapshot { run, tick, params, lane });
+        }
+    }
+    out
+}
+
+/// Rounds to f32.
+pub(crate) fn round(values: &mut [f64]) {
+    values.iter_mut().for_each(|value| *value = f64::from(*value as f32));
+}
+
+/// Changes each number by its own small part and rounds to f32; counts and flags stay, quaternions keep their length.
+pub(crate) fn disturb(values: &mut [f64], names: &[Field], size: f64, draws: &mut Stream) {
+    for index in 0..values.len() {
+        let (name, quaternion) = (&names[index].name, index + 4 <= values.len());
+        if name.ends_with("attitude_w") && quaternion {
+            let norm = (0..4).map(|k| values[index + k].powi(2)).sum::<f64>().sqrt();
+            (0..4).for_each(|k| values[index + k] /= norm);
+        } else if names[index].unit != "1" {
+            values[index] *= 1.0 + size * draws.normal();
+        }
+    }
+    round(values);
+}
+
+/// What the stages see of a snapshot: on the way through the loop, on one of its two sides.
+struct Scene<const N: usize> {
+    facility: bool,
+    bodies: Bodies<f64, N>,
+    watch: Watch<f64>,
+    robots: Robots<f64>,
+    sensor: Sensor<f64>,
+    kinematics: Kinematics<f64, N>,
+    simulated: Parts<f64>,
+    mounted: Parts<f64>,
+    contacts: Vec<PointContact<f64>>,
+    touch: Touch<f64>,
+    latch: LatchState<f64>,
+}
+
+fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scene<N> {
+    let state = &shot.lane.state;
+    let (bodies, watch) = (fields::<f64, Bodies<f64, N>>().len(), fields::<f64, Watch<f64>>().len());
+    let offset = if facility { bodies + watch } else { 0 };
+    let rest = &state[2 * (bodies + watch)..];
+    let (robots, rest) = rest.split_at(fields::<f64, Robots<f64>>().len());
+    let mut bodies_now: Bodies<f64, N> = from_slice(&state[offset..]);
+    let watch_now: Watch<f64> = from_slice(&state[offset + bodies..]);
+    let masses = if facility { hil_masses(&shot.params) } else { space_masses(&shot.params) };
+    let pair = if facility { hil_pair(&shot.params) } else { space_pair(&shot.params) };
+    // Between two ticks the steps are zero: in the middle of a tick, of half a millisecond, they are these.
+    bodies_now.chaser.com_step = bodies_now.chaser.momentum * (5e-4 / masses.base_mass);
+    bodies_now.target.com_step = bodies_now.target.momentum * (5e-4 / masses.target_mass);
+    let k = kinematics(plant, masses, &bodies_now);
+    let robots: Robots<f64> = from_slice(robots);
+    let mounted = if facility { mounted_parts(plant, &robots) } else { k.parts };
+    let half = shot.lane.bristles.len() / 2;
+    let bristles = &shot.lane.bristles[usize::from(facility) * half..][..half];
+    let points = plant.contact.points.iter().zip(bristles.chunks(3));
+    let contacts: Vec<_> = points
+        .map(|(p, b)| {
+            let point = Point { position: p.position, radius: p.radius };
+            contact_point(plant, pair, &mounted, point, from_slice(b))
+        })
+        .collect();
+    Scene {
+        facility,
+        bodies: bodies_now,
+        watch: watch_now,
+        robots,
+        sensor: from_slice(rest),
+        kinematics: k,
+        simulated: k.parts,
+        mounted,
+        touch: contacts.iter().fold(no_touch(), |sum, c| gather(&sum, c)),
+        latch: latch(plant, &shot.params, &mounted, watch_now.closed),
+        contacts,
+    }
+}
+
+/// The scalars of a bundle, through its own type.
+fn flat<B: Bundle<f64>>(bundle: &B) -> Vec<f64> {
+    to_vec(bundle)
+}
+
+/// Inputs of a stage function, one list per sample.
+pub(crate) fn arguments<const N: usize>(case: &Case, function: &Function) -> Vec<Vec<f64>> {
+    let mut draws = Stream::new("arguments", 0);
+    let samples = case.snapshots.iter().enumerate().map(|(index, shot)| {
+        let scene = scene::<N>(&case.plant, shot, index % 2 == 1);
+        let mut out = Vec::new();
+        for (argument, structure) in &function.arguments {
+            let mut values = bundle(&case.plant, shot, &scene, index / 2, (argument, &structure.name), &mut draws);
+            disturb(&mut values, &structure.fields, DISTURBANCE, &mut draws);
+            out.extend(values);
+        }
+        out
+    });
+    samples.collect()
+}
+
+/// One argument, by the name of its struct and, where that is not enough, its own.
+fn bundle<const N: usize>(
+    plant: &Plant,
+    shot: &Snapshot,
+    s: &Scene<N>,
+    index: usize,
+    (argument, structure): (&str, &str),
+    draws: &mut Stream,
+) -> Vec<f64> {
+    let p = shot.params;
+    match structure {
+        "Params" => flat(&p),
+        "Masses" => flat(&if s.facility { hil_masses(&p) } else { space_masses(&p) }),
+        "Pair" => flat(&if s.facility { hil_pair(&p) } else { space_pair(&p) }),
+        "Bodies" => flat(&s.bodies),
+        "Kinematics" => flat(&s.kinematics),
+        "Watch" => flat(&s.watch),
+        "Robots" => flat(&s.robots),
+        "Sensor" => flat(&s.sensor),
+        "Touch" => flat(&s.touch),
+        "LatchState" => flat(&s.latch),
+        "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
+        "Vec3" => shot.lane.bristles[3 * (index % s.contacts.len())..][..3].to_vec(),
+        "Point" => {
+            let point = plant.contact.points[index % plant.contact.points.len()];
+            flat(&Point { position: point.position, radius: point.radius })
+        }
+        "Actuation" => {
+            let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
+            let (arm, base, touched) = (s.bodies.arm, s.bodies.chaser.attitude, f64::from(index as u32 % 2));
+            flat(&guide(plant, &p, masses, &arm, base, &s.kinematics, touched))
+        }
+        "Wrench" => {
+            let contact = if argument == "noise" { zero_wrench() } else { total_wrench(&s.touch, &s.latch) };
+            let size = if argument == "noise" { 1.0 } else { 5.0 };
+            flat(&contact).into_iter().map(|value| value + size * draws.normal()).collect()
+        }
+        "Parts" => {
+            let told = command(plant, &s.simulated);
+            flat(&match argument {
+                "told" | "last" | "after" => told,
+                "before" => carry_on(plant, &told, -1.0),
+                "simulated" => s.simulated,
+                _ => s.mounted,
+            })
+        }
+        "f32" => vec![scalar(plant, shot, s, argument, draws)],
+        other => panic!("no sampler for a {other}"),
+    }
+}
+
+fn zero_wrench() -> Wrench<f64> {
+    Wrench { force: Vec3::zero(), moment: Vec3::zero() }
+}
+
+/// A bare scalar, by its name.
+fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &str, draws: &mut Stream) -> f64 {
+    let u = draws.uniform();
+    match name {
+        "closed" => s.watch.closed,
+        "time" => f64::from(shot.tick) * plant.timing.tick() + u * 1e-3,
+        "periods" => 1.0 - 130.0 * u,
+        "lost_before" => (u * 6.0).floor(),
+        "last" | "created" => f64::from(u8::from(u < 0.5)),
+        "fraction" | "age" | "u" | "v" => u,
+        other => panic!("no sampler for the scalar `{other}`"),
+    }
+}

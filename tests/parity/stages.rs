@@ -1,0 +1,212 @@
+//! Depth one: every traced stage function on sampled inputs, against its Rust text in f64.
+
+use super::rounding::{F32, evaluate};
+use super::samples::{CASES, Case, SAMPLES, arguments};
+use super::table::{Row, Twin, stage_rows};
+use super::{POISON, WORKGROUP, adapters, words, written};
+use softdock_engine::gpu::GpuEngine;
+use softdock_kernels::fields::Field;
+use softdock_kernels::kernel::{Kernel, kernel};
+use softdock_kernels::wgsl::Function;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// An output whose enclosure is wider than this share of its size lies on a discontinuity, or is badly conditioned.
+const UNDECIDED: f64 = 1e-3;
+/// Drivers re-associate sums (lavapipe does, for the centre of mass, its step and the lever to a part): roundings then
+/// fall on other intermediate values than those of the enclosure.
+const ASSOCIATION: f64 = 1.5;
+/// A bound so many times what is seen would find nothing.
+pub(crate) const SLACK: f64 = 100.0;
+/// So many outputs of a function may be beyond what is allowed for that reason.
+const UNDECIDED_SHARE: f64 = 0.02;
+
+/// Largest errors of a function's outputs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seen {
+    /// Over the field's largest size among the samples, in f32 roundings.
+    pub(crate) scaled: f64,
+    /// Over the bound that rounding alone sets, sample by sample; beyond [`ASSOCIATION`] it is a fault.
+    pub(crate) of_bound: f64,
+    /// Share of the outputs beyond what is allowed, on a discontinuity.
+    pub(crate) undecided: f64,
+}
+
+impl Seen {
+    pub(crate) fn or(self, o: Self) -> Self {
+        Self {
+            scaled: self.scaled.max(o.scaled),
+            of_bound: self.of_bound.max(o.of_bound),
+            undecided: self.undecided.max(o.undecided),
+        }
+    }
+}
+
+/// So many outputs go into one entry point: a software driver compiles each store as a loop over its lanes, and long
+/// chains of loops slowly.
+const OUTPUTS: usize = 120;
+
+/// Functions in groups that are compiled together.
+fn groups(functions: &[Function]) -> Vec<&[Function]> {
+    let (mut out, mut begin, mut outputs) = (Vec::new(), 0, 0);
+    for (index, function) in functions.iter().enumerate() {
+        let more = function.result.fields.len();
+        if index > begin && outputs + more > OUTPUTS {
+            out.push(&functions[begin..index]);
+            (begin, outputs) = (index, 0);
+        }
+        outputs += more;
+    }
+    out.push(&functions[begin..]);
+    out
+}
+
+/// An entry point that calls every function once on inputs and leaves its results, all behind one another.
+fn module(kernel: &Kernel, functions: &[Function]) -> String {
+    let mut text = kernel.text.clone();
+    text += "\n@group(0) @binding(0) var<storage, read_write> given: array<f32>;\n\
+             @group(0) @binding(1) var<storage, read_write> results: array<f32>;\n\n\
+             @compute @workgroup_size(64)\nfn try_stages(@builtin(global_invocation_id) id: vec3u) {\n";
+    let (mut input, mut output) = (0, 0);
+    for (number, function) in functions.iter().enumerate() {
+        let mut names = Vec::new();
+        for (argument, structure) in &function.arguments {
+            let read: Vec<_> = structure.fields.iter().enumerate().map(|(i, _)| given(input + i)).collect();
+            let _ = writeln!(text, "    let a{number}_{argument} = {}({});", structure.name, read.join(", "));
+            names.push(format!("a{number}_{argument}"));
+            input += structure.fields.len();
+        }
+        let _ = writeln!(text, "    let r{number} = {}({});", function.name, names.join(", "));
+        for field in &function.result.fields {
+            let value = function.result.access(&format!("r{number}"), field);
+            let _ = writeln!(text, "    results[{output}u * {SAMPLES}u + id.x] = {value};");
+            output += 1;
+        }
+    }
+    text + "}\n"
+}
+
+fn given(index: usize) -> String {
+    format!("given[{index}u * {SAMPLES}u + id.x]")
+}
+
+/// Runs every function of a scenario on one adapter and compares.
+fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, seen: &mut BTreeMap<String, Seen>, faults: &mut Vec<String>) {
+    let kernel = kernel(&case.plant);
+    let rows = stage_rows::<N>();
+    for functions in groups(&kernel.functions) {
+        let lists: Vec<_> = functions.iter().map(|function| arguments::<N>(case, function)).collect();
+        let columns = lists.iter().flat_map(|samples| {
+            (0..samples[0].len()).flat_map(move |field| samples.iter().map(move |sample| sample[field]))
+        });
+        let outputs: usize = functions.iter().map(|f| f.result.fields.len()).sum();
+        // A binding must not be empty, even where no function takes anything.
+        let given = words(columns.chain([0.0]));
+        let buffers = gpu
+            .compute(
+                &module(&kernel, functions),
+                "try_stages",
+                (SAMPLES / WORKGROUP) as u32,
+                &[given, vec![POISON; outputs * SAMPLES]],
+            )
+            .unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        let mut results = buffers[1].chunks(SAMPLES);
+        for (function, samples) in functions.iter().zip(&lists) {
+            let row = rows.iter().find(|row| row.name == function.name).expect("no orphan: the table's own test");
+            let columns: Vec<&[u32]> = results.by_ref().take(function.result.fields.len()).collect();
+            let errors = check(case, row, function, samples, &columns, faults);
+            let entry = seen.entry(function.name.clone()).or_default();
+            *entry = entry.or(errors);
+        }
+    }
+}
+
+/// One function's outputs against its Rust text, and the bounds of rounding from its trace.
+fn check(
+    case: &Case,
+    row: &Row<Twin>,
+    function: &Function,
+    samples: &[Vec<f64>],
+    columns: &[&[u32]],
+    faults: &mut Vec<String>,
+) -> Seen {
+    let truths: Vec<Vec<f64>> = samples.iter().map(|sample| (row.twin)(&case.plant, sample)).collect();
+    let scales = scales(&function.result.fields, &truths);
+    let mut seen = Seen::default();
+    for (sample, (inputs, truth)) in samples.iter().zip(&truths).enumerate() {
+        let bounds = evaluate(&function.graph, inputs);
+        for (index, (bound, field)) in bounds.iter().zip(&function.result.fields).enumerate() {
+            let what = || format!("{}: {}.{} of sample {sample}", case.name, function.name, field.name);
+            let value = written(columns[index][sample], what);
+            // The trace folds constants: its f64 may differ from the text's by f64 rounding, no more.
+            let (traced, allowed) = ((bound.value - truth[index]).abs(), bound.error());
+            if traced > 1e-5 * allowed {
+                faults.push(format!("{}: {bound:?} traced for {}", what(), truth[index]));
+            }
+            let error = (value - truth[index]).abs();
+            if error > 0.0 {
+                if error > ASSOCIATION * allowed {
+                    faults.push(format!("{}: {value} for {}, bound {bound:?}", what(), truth[index]));
+                }
+                seen.of_bound = seen.of_bound.max(error / allowed);
+            }
+            let scaled = error / scales[index] / F32;
+            // Too close to a discontinuity to say which side is right: only the enclosure holds.
+            if scaled > row.allowed && allowed > UNDECIDED * scales[index] {
+                seen.undecided += 1.0 / (samples.len() * columns.len()) as f64;
+            } else {
+                seen.scaled = seen.scaled.max(scaled);
+            }
+        }
+    }
+    seen
+}
+
+/// The largest size of each field's group (all components of a vector, all joints) among the samples.
+pub(crate) fn scales(fields: &[Field], samples: &[Vec<f64>]) -> Vec<f64> {
+    let mut groups: BTreeMap<&str, f64> = BTreeMap::new();
+    for (index, field) in fields.iter().enumerate() {
+        let size = groups.entry(group(&field.name)).or_insert_with(|| least(field.unit));
+        *size = samples.iter().map(|sample| sample[index].abs()).fold(*size, f64::max);
+    }
+    fields.iter().map(|field| groups[group(&field.name)]).collect()
+}
+
+/// Sizes that matter to nobody: what is zero but for rounding is not compared with itself.
+fn least(unit: &str) -> f64 {
+    match unit {
+        "N" | "N m" | "kg m/s" | "kg m^2/s" => 1e-2,
+        "m" | "rad" | "s" | "J" | "N s" => 1e-5,
+        _ => 1e-3,
+    }
+}
+
+/// A field's name without its component.
+pub(crate) fn group(name: &str) -> &str {
+    let (head, tail) = name.rsplit_once('_').unwrap_or(("", name));
+    let component = matches!(tail, "x" | "y" | "z" | "w" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz");
+    if component || tail.parse::<u32>().is_ok() { head } else { name }
+}
+
+#[test]
+fn every_stage_function_gives_what_its_rust_text_gives() {
+    for gpu in adapters() {
+        let (mut seen, mut faults) = (BTreeMap::new(), Vec::new());
+        for case in CASES.iter() {
+            match case.plant.joints() {
+                0 => compare::<0>(&gpu, case, &mut seen, &mut faults),
+                _ => compare::<6>(&gpu, case, &mut seen, &mut faults),
+            }
+        }
+        println!("{:<14} {:>9} {:>8} {:>8} {:>9}  reason", "stage", "roundings", "allowed", "of bound", "undecided");
+        for row in stage_rows::<0>() {
+            let s = seen[row.name];
+            let (name, allowed, reason) = (row.name, row.allowed, row.reason);
+            println!("{name:<14} {:>9.2} {allowed:>8} {:>8.3} {:>9.4}  {reason}", s.scaled, s.of_bound, s.undecided);
+            if s.scaled > allowed || s.undecided > UNDECIDED_SHARE || allowed > SLACK * s.scaled {
+                faults.push(format!("{name}: {s:?}, allowed {allowed}"));
+            }
+        }
+        assert!(faults.is_empty(), "{} faults: {:#?}", faults.len(), &faults[..faults.len().min(20)]);
+    }
+}

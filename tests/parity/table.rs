@@ -1,0 +1,159 @@
+//! The twin table: every function of the kernels that is not the same text on both sides, and how far it may differ.
+
+use super::frame::FRAME_ROWS;
+use super::integers::INTEGER_ROWS;
+use super::samples::CASES;
+use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
+use softdock_kernels::fields::{Bundle, from_slice, to_vec};
+use softdock_kernels::frame::tile_state::frame_functions;
+use softdock_kernels::guidance;
+use softdock_kernels::kernel::kernel;
+use softdock_kernels::monitor::{self, Touch, Watch};
+use softdock_kernels::noise;
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::{self, Robots};
+use softdock_kernels::sensor::{self, Sensor};
+use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
+use softdock_kernels::start;
+use softdock_kernels::vector::Vec3;
+use std::collections::BTreeSet;
+
+/// A stage's Rust text in f64, on flat inputs.
+pub(crate) type Twin = fn(&Plant, &[f64]) -> Vec<f64>;
+
+/// One function of the table.
+pub(crate) struct Row<T> {
+    /// Its name in the WGSL.
+    pub(crate) name: &'static str,
+    /// Allowed error over the largest size of the field among the samples, in f32 roundings (6.0e-8).
+    pub(crate) allowed: f64,
+    /// Why so much.
+    pub(crate) reason: &'static str,
+    /// Its Rust twin.
+    pub(crate) twin: T,
+}
+
+/// The next bundle of a list of scalars.
+fn take<B: Bundle<f64>>(inputs: &mut &[f64]) -> B {
+    let width = softdock_kernels::fields::fields::<f64, B>().len();
+    let (own, rest) = inputs.split_at(width);
+    *inputs = rest;
+    from_slice(own)
+}
+
+/// Rows of stage functions: name and arguments, the call in f64, what is allowed and why.
+macro_rules! stages {
+    ($m:ident; $($name:ident($($argument:ident: $ty:ty),*) => $body:expr, $allowed:expr, $reason:expr;)*) => {
+        vec![$(Row {
+            name: stringify!($name),
+            allowed: $allowed,
+            reason: $reason,
+            twin: (|$m: &Plant, _inputs: &[f64]| {
+                let (_, mut _inputs) = ($m, _inputs);
+                $(let $argument: $ty = take(&mut _inputs);)*
+                to_vec::<f64, _>(&$body)
+            }) as Twin,
+        }),*]
+    };
+}
+
+const COPIED: &str = "no arithmetic";
+
+/// Every traced stage function; the input sampler of an argument is that of its bundle (`samples.rs`).
+pub(crate) fn stage_rows<const N: usize>() -> Vec<Row<Twin>> {
+    let mut rows = body_rows::<N>();
+    rows.extend(contact_rows());
+    rows.extend(facility_rows());
+    rows.extend(monitor_rows::<N>());
+    rows
+}
+
+fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
+    stages! { m;
+        space_masses(p: Params<f64>) => space::space_masses(&p), 0.0, COPIED;
+        hil_masses(p: Params<f64>) => space::hil_masses(&p), 4.0, "two roundings";
+        start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, &p, masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
+        kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
+        parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
+        guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
+            guidance::guide(m, &p, masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))
+        }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
+        advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
+            => space::advance(m, masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
+        settle(s: Bodies<f64, N>) => space::settle(s), 2.0, "one sum";
+    }
+}
+
+fn contact_rows() -> Vec<Row<Twin>> {
+    stages! { m;
+        space_pair(p: Params<f64>) => contact::space_pair(&p), 0.0, COPIED;
+        hil_pair(p: Params<f64>) => contact::hil_pair(&p), 4.0, "two roundings";
+        contact_point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, bristle: Vec3<f64>)
+            => contact::contact_point(m, pair, &parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
+        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 20.0, "the gap is a difference of positions";
+        no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
+        gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";
+        total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(&touch, &latch), 2.0, "one sum";
+    }
+}
+
+fn facility_rows() -> Vec<Row<Twin>> {
+    stages! { m;
+        transport(p: Params<f64>) => robot::transport(m, &p), 6.0, "three sums of delays";
+        command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
+        carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
+        substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";
+        interpolate(before: Parts<f64>, after: Parts<f64>, fraction: f64)
+            => robot::interpolate(m, &before, &after, fraction), 8.0, "a dozen products, normalised";
+        robots_at(told: Parts<f64>) => robot::robots_at(m, &told), 0.0, "a rail along an axis, a share of a half: exact";
+        robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, &p, &s, &told), 40.0, "an error of attitude and place, times the square of a bandwidth";
+        mounted_parts(s: Robots<f64>) => robot::mounted_parts(m, &s), 4.0, "one sum";
+        to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 4.0, "a rotation";
+        low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, &p, &s, w), 6.0, "a division and a sum";
+        sample(p: Params<f64>, s: Sensor<f64>, noise: Wrench<f64>) => sensor::sample(m, &p, &s, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";
+        output_of(s: Sensor<f64>) => s.output, 0.0, COPIED;
+        blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 5.0, "one interpolation";
+        feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
+        normals(u: f64, v: f64) => noise::normals(u, v), 20.0, "a logarithm, a root, a sine of a whole turn";
+    }
+}
+
+fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
+    stages! { m;
+        new_watch() => monitor::new_watch::<f64>(), 0.0, COPIED;
+        port_power(parts: Parts<f64>, w: Wrench<f64>) => monitor::port_power(&parts, w), 6.0, "a sum of six products";
+        observe(s: Watch<f64>, time: f64, parts: Parts<f64>, simulated: Parts<f64>, touch: Touch<f64>, latch: LatchState<f64>)
+            => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch), 8.0, "energies are sums of products";
+        finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64)
+            => monitor::finish(m, &s, time, &simulated, last), 0.0, "copies chosen by comparisons";
+        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, created: f64)
+            => monitor::metrics(m, &s, &bodies, created), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
+    }
+}
+
+/// Names of the functions that a WGSL text defines.
+fn defined(text: &str) -> BTreeSet<String> {
+    let heads = text.lines().filter_map(|line| line.strip_prefix("fn "));
+    heads.map(|head| head.split('(').next().expect("a name").to_owned()).collect()
+}
+
+#[test]
+fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
+    let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<BTreeSet<String>>();
+    let stages = owned(stage_rows::<0>().iter().map(|row| row.name).collect());
+    for case in CASES.iter() {
+        let traced: Vec<String> = kernel(&case.plant).functions.into_iter().map(|function| function.name).collect();
+        assert_eq!(traced.len(), stages.len(), "a stage twice");
+        assert_eq!(stages, traced.into_iter().collect(), "stages of {} against the table", case.name);
+    }
+    let frame = owned(FRAME_ROWS.iter().map(|row| row.name).collect());
+    assert_eq!(frame, defined(include_str!("../../kernels/wgsl/frame.wgsl")), "frame.wgsl against the table");
+    assert_eq!(frame, owned(frame_functions::<0>().iter().map(|f| f.0).collect()), "the Rust twins of the frame");
+    let words = owned(INTEGER_ROWS.iter().map(|row| row.name).collect());
+    let mut written = defined(include_str!("../../kernels/wgsl/philox.wgsl"));
+    written.extend(defined(include_str!("../../kernels/wgsl/math.wgsl")));
+    assert_eq!(words, written, "philox.wgsl and math.wgsl against the table");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels/wgsl");
+    assert_eq!(std::fs::read_dir(folder).expect("kernels/wgsl").count(), 3, "a hand-written file without rows");
+}
