@@ -2,6 +2,7 @@
 
 use crate::parity::evaluate;
 use proptest::prelude::*;
+use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::lanes::{Lane, plain};
 use softdock_kernels::plant::Plant;
@@ -17,7 +18,7 @@ fn shipped(scenario: &str) -> Plant {
 #[test]
 fn the_emitted_structs_are_the_field_tables() {
     for scenario in ["smoke.toml", "plate_impact.toml", "probe_drogue.toml"] {
-        let kernel = kernel(&shipped(scenario));
+        let kernel = kernel(&shipped(scenario), Batch::whole());
         let module = naga::front::wgsl::parse_str(&kernel.text).expect("the kernel is WGSL");
         for table in &kernel.structs {
             let (_, ty) = module
@@ -37,7 +38,7 @@ fn the_emitted_structs_are_the_field_tables() {
 
 #[test]
 fn a_stage_is_short_enough_to_read_and_to_compile() {
-    let kernel = kernel(&shipped("probe_drogue.toml"));
+    let kernel = kernel(&shipped("probe_drogue.toml"), Batch::whole());
     for function in &kernel.functions {
         assert!(function.operations() <= 5000, "{}: {} operations", function.name, function.operations());
     }

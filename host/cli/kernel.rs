@@ -2,12 +2,13 @@
 
 use crate::args::KernelArgs;
 use crate::words::{Exit, say};
+use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::plant::Plant;
 
 /// Prints the module: structs with units and meanings, the frame, the traced stages with their operation counts.
 pub(crate) fn kernel_listing(args: &KernelArgs) -> miette::Result<Exit> {
     let scenario = softdock_campaign::load_scenario(&args.scenario)?;
-    say(kernel(&Plant::new(scenario.model)).text);
+    say(kernel(&Plant::new(scenario.model), Batch::whole()).text);
     Ok(Exit::Done)
 }

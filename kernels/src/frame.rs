@@ -110,6 +110,13 @@ fn touch_points<L: Lane>(
     sum
 }
 
+impl Batch {
+    /// Both loops with everything that they may do.
+    pub fn whole() -> Self {
+        Self { key: [0; 2], noisy: true, loops: Loops::Both }
+    }
+}
+
 impl<L: Lane, const N: usize> Tile<L, N> {
     /// An empty tile.
     #[inline(never)]

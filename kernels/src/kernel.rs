@@ -1,6 +1,7 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
 use crate::fields::Field;
+use crate::frame::{Batch, Loops};
 use crate::noise::{LINK, SENSOR};
 use crate::plant::Plant;
 use crate::stages::{functions, structures};
@@ -62,19 +63,19 @@ pub struct Kernel {
     pub outcome: usize,
 }
 
-/// The kernel of a plant.
-pub fn kernel(plant: &Plant) -> Kernel {
-    crate::with_joints!(plant.joints(), build(plant))
+/// The kernel of a plant for batches of one kind: what a batch never does is not in it.
+pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
+    crate::with_joints!(plant.joints(), build(plant, batch))
 }
 
-fn build<const N: usize>(plant: &Plant) -> Kernel {
+fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let structs = structures::<N>();
     let functions = functions::<N>(plant);
     let fields = |name: &str| -> &[Field] {
         &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
     };
     let slots = crate::delay_line::line_slots(plant);
-    let mut text = constants(plant, slots);
+    let mut text = constants(plant, batch, slots);
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);
 
@@ -108,11 +109,12 @@ fn build<const N: usize>(plant: &Plant) -> Kernel {
 }
 
 /// The scenario's numbers that the frame needs.
-fn constants(plant: &Plant, slots: usize) -> String {
+fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     let t = &plant.timing;
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\nconst POINTS = {}u;\n\
-         const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\n",
+         const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
+         const NOISY = {};\nconst FACILITY = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -120,6 +122,8 @@ fn constants(plant: &Plant, slots: usize) -> String {
         plant.facility.sensor_substeps.min(t.substeps),
         SENSOR[0],
         SENSOR[1],
+        batch.noisy,
+        batch.loops == Loops::Both,
     )
 }
 

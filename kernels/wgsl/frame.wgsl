@@ -10,8 +10,6 @@ struct Batch {
     lanes: u32,
     ticks: u32,
     key: vec2u,
-    noisy: u32,
-    space_only: u32,
 }
 
 struct Control {
@@ -103,7 +101,7 @@ fn tick_hil(now: f32, last: f32) {
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
 fn send_command(parts: Parts) -> f32 {
     let sent = command(parts);
-    if (batch.noisy == 0u) {
+    if (!NOISY) {
         put_command(tick % SLOTS, sent);
         return 0.0;
     }
@@ -173,7 +171,7 @@ fn tick_simulation(masses: Masses, first: Kinematics) {
 
 // Six normal deviates for a sample of the sensor.
 fn sensor_noise() -> Wrench {
-    if (batch.noisy == 0u) {
+    if (!NOISY) {
         return zero_wrench();
     }
     let a = uniforms(run, tick, SENSOR_A);
@@ -190,7 +188,7 @@ fn reset() {
     hil = start(p, hil_masses(p));
     space_watch = new_watch();
     hil_watch = new_watch();
-    hil_watch.done = f32(batch.space_only);
+    hil_watch.done = select(1.0, 0.0, FACILITY);
     for (var index = 0u; index < 6u * POINTS; index++) {
         bristles[index * batch.lanes + lane] = 0.0;
     }
@@ -232,7 +230,7 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
         if (space_watch.done <= 0.0) {
             tick_space(now, last);
         }
-        if (hil_watch.done <= 0.0) {
+        if (FACILITY && hil_watch.done <= 0.0) {
             tick_hil(now, last);
         }
         tick++;

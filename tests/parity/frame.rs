@@ -219,7 +219,7 @@ fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec
     poison(case, row, sends, &mut lines, &mut bristles);
     let points = case.plant.contact.points.iter().flat_map(|p| [p.position.x, p.position.y, p.position.z, p.radius]);
     vec![
-        vec![SAMPLES as u32, 1, low, high, u32::from(case.batch.noisy), 0, 0, 0],
+        vec![SAMPLES as u32, 1, low, high],
         controls.collect(),
         words(inputs),
         states,
@@ -253,7 +253,7 @@ fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32], brist
 
 /// Runs one function over a case; gives the largest error in f32 roundings of the field, and the undecided share.
 fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults: &mut Vec<String>) -> (f64, f64) {
-    let kernel = kernel(&case.plant);
+    let kernel = kernel(&case.plant, case.batch);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
     let names = names::<N>(&kernel, &row.twin, &case.snapshots[0].lane);

@@ -2,6 +2,7 @@
 
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, written};
+use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::noise::uniforms;
 use softdock_kernels::philox::philox4x32;
@@ -73,7 +74,7 @@ fn inputs() -> Vec<[u32; 6]> {
 
 /// An entry point that calls every row on six words.
 fn module() -> String {
-    let mut text = kernel(&super::samples::CASES[0].plant)
+    let mut text = kernel(&super::samples::CASES[0].plant, Batch::whole())
         .text
         .replace("batch.key", &format!("vec2u({:#x}u, {:#x}u)", KEY[0], KEY[1]));
     text += "\n@group(0) @binding(0) var<storage, read_write> given: array<array<u32, 6>>;\n\

@@ -92,7 +92,7 @@ fn given(index: usize) -> String {
 
 /// Runs every function of a scenario on one adapter and compares.
 fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, seen: &mut BTreeMap<String, Seen>, faults: &mut Vec<String>) {
-    let kernel = kernel(&case.plant);
+    let kernel = kernel(&case.plant, case.batch);
     let rows = stage_rows::<N>();
     for functions in groups(&kernel.functions) {
         let lists: Vec<_> = functions.iter().map(|function| arguments::<N>(case, function)).collect();

@@ -143,7 +143,8 @@ fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
     let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<BTreeSet<String>>();
     let stages = owned(stage_rows::<0>().iter().map(|row| row.name).collect());
     for case in CASES.iter() {
-        let traced: Vec<String> = kernel(&case.plant).functions.into_iter().map(|function| function.name).collect();
+        let traced: Vec<String> =
+            kernel(&case.plant, case.batch).functions.into_iter().map(|function| function.name).collect();
         assert_eq!(traced.len(), stages.len(), "a stage twice");
         assert_eq!(stages, traced.into_iter().collect(), "stages of {} against the table", case.name);
     }

@@ -49,8 +49,8 @@ pub fn ticks_per_second(
     seconds: f64,
     repeats: usize,
 ) -> Result<f64, EngineError> {
-    let mut ticks = 64;
-    // The first batch also compiles and warms up.
+    // A run of a few ticks would measure its start; the first batch also compiles and warms up.
+    let mut ticks = 512;
     measure(engine, scene, runs, ticks)?;
     let mut rate = measure(engine, scene, runs, ticks)?;
     while (runs as f64) * f64::from(ticks) / rate < 0.5 * seconds && ticks < 1 << 20 {

@@ -63,17 +63,17 @@ pub fn cpu_peak(instructions: InstructionSet, seconds: f64) -> f64 {
 /// See [`EngineError`].
 pub fn device_peak(engine: &GpuEngine) -> Result<f64, EngineError> {
     let text = format!(
-        "@group(0) @binding(0) var<storage, read_write> data: array<f32>;\n\
+        "@group(0) @binding(0) var<storage, read_write> data: array<u32>;\n\
          @compute @workgroup_size({WORKGROUP})\n\
          fn chains(@builtin(global_invocation_id) id: vec3u) {{\n\
-             let factor = vec4f(data[0]);\n\
-             let rounds = bitcast<u32>(data[1]);\n\
-             var a = vec4f(data[2]); var b = a + 1.0; var c = a + 2.0; var d = a + 3.0;\n\
+             let factor = vec4f(bitcast<f32>(data[0]));\n\
+             let rounds = data[1];\n\
+             var a = vec4f(bitcast<f32>(data[2])); var b = a + 1.0; var c = a + 2.0; var d = a + 3.0;\n\
              for (var i = 0u; i < rounds; i++) {{\n\
                  a = fma(a, factor, factor); b = fma(b, factor, factor);\n\
                  c = fma(c, factor, factor); d = fma(d, factor, factor);\n\
              }}\n\
-             data[3u + id.x] = dot(a + b + c + d, vec4f(1.0));\n\
+             data[3u + id.x] = bitcast<u32>(dot(a + b + c + d, vec4f(1.0)));\n\
          }}\n"
     );
     let groups: u32 = if engine.is_software() { 64 } else { 16_384 };

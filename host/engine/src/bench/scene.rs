@@ -1,5 +1,6 @@
 //! The scenes that are measured: an arm of seven joints on a free base, a sphere in a drogue, a free target.
 
+use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::model::*;
 use softdock_kernels::params::{Params, UNLIMITED};
@@ -119,7 +120,7 @@ fn unending() -> Task {
 
 /// Floating-point operations of one ideal step, counted in the traced stages (fma = 2, all others 1).
 pub fn ideal_step_flops(plant: &Plant) -> usize {
-    let kernel = kernel(plant);
+    let kernel = kernel(plant, Batch::whole());
     let of = |name: &str| kernel.functions.iter().find(|f| f.name == name).map_or(0, |f| f.flops());
     let per_step = ["kinematics", "latch", "total_wrench", "observe", "advance"];
     let per_point = of("contact_point") + of("gather");

@@ -3,7 +3,6 @@
 use super::{GpuEngine, WORKGROUP};
 use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
-use softdock_kernels::frame::Loops;
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
@@ -38,9 +37,6 @@ struct Batch {
     lanes: u32,
     ticks: u32,
     key: [u32; 2],
-    noisy: u32,
-    space_only: u32,
-    padding: [u32; 2],
 }
 
 /// One batch on the device: buffers, pipeline, and who is in which lane.
@@ -73,7 +69,8 @@ impl Buffers {
             let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
             engine.device.create_buffer(&descriptor)
         };
-        let uniform = buffer("batch", 32, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
+        let uniform =
+            buffer("batch", size_of::<Batch>() as u64, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
         let controls = buffer("controls", words(4), usage);
         let inputs = buffer("inputs", words(fields::<f64, Params<f64>>().len()), usage);
         let states = buffer("states", words(kernel.state), usage);
@@ -90,18 +87,11 @@ impl Buffers {
 
 impl<'a> Farm<'a> {
     pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
-        let kernel = kernel(&job.plant);
+        let kernel = kernel(&job.plant, job.batch);
         let pipeline = engine.compile_once(&kernel.text, "slice")?;
         let parameters = vec![0.0; fields::<f64, Params<f64>>().len() * lanes];
         let buffers = engine.with_room(|| Buffers::new(engine, job, &kernel, lanes, &pipeline))?;
-        let batch = Batch {
-            lanes: lanes as u32,
-            ticks: 0,
-            key: job.batch.key,
-            noisy: u32::from(job.batch.noisy),
-            space_only: u32::from(job.batch.loops == Loops::SpaceOnly),
-            padding: [0; 2],
-        };
+        let batch = Batch { lanes: lanes as u32, ticks: 0, key: job.batch.key };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
         Ok(Self { engine, plant: &job.plant, kernel, batch, pipeline, buffers, lanes: vec![idle; lanes], parameters })
     }
