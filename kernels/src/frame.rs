@@ -297,17 +297,11 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             (crate::robot::transport(m, &self.params) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
-        let recalled = self.recall_commands(oldest);
+        let [first, second, third] = self.recall_commands(oldest);
         let (mut robots, mut sensed, mut seen) = (self.robots, self.sensor, self.hil.watch);
         for substep in 1..=m.timing.substeps {
             let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
-            let later = L::lit(1.0).le(place) & oldest.lt(L::lit(0.0));
-            let told = interpolate(
-                m,
-                &choose(later, &recalled[1], &recalled[0]),
-                &choose(later, &recalled[2], &recalled[1]),
-                L::select(later, place - L::lit(1.0), place),
-            );
+            let told = interpolate(m, &first, &second, &third, place);
             robots = follow_commands(m, &self.params, &robots, &told);
             let parts = crate::robot::mounted_parts(m, &robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);

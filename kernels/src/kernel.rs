@@ -17,7 +17,7 @@ const FRAME: &str = concat!(
     include_str!("../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs.
+/// Private variables that live across slices, with their structs; the bristles of the contact points follow.
 const STATE: [(&str, &str); 8] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
@@ -79,9 +79,13 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);
 
-    let (load, state) =
-        access(STATE.iter().map(|(variable, name)| (*variable, fields(name))), Direction::Load("states"));
-    let (store, _) = access(STATE.iter().map(|(variable, name)| (*variable, fields(name))), Direction::Store("states"));
+    let bristles = bristle_names(plant);
+    let variables = || {
+        let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
+        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(bristles)
+    };
+    let (load, state) = access(variables(), Direction::Load("states"));
+    let (store, _) = access(variables(), Direction::Store("states"));
     let (params, inputs) = access([("p", fields("Params"))].into_iter(), Direction::Load("inputs"));
     let (mut outcome, mut size) = access(
         [("p", fields("Params")), ("in_space", fields("Metrics")), ("on_facility", fields("Metrics"))].into_iter(),
@@ -99,6 +103,7 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let (commands, wrenches) = (fields("Parts").len(), fields("Wrench").len());
     text.push_str(&line("command", "Parts", fields("Parts"), 0));
     text.push_str(&line("wrench", "Wrench", fields("Wrench"), slots * commands));
+    text.push_str(&touches(plant));
     functions.iter().for_each(|f| {
         text.push('\n');
         text.push_str(&f.listing());
@@ -112,19 +117,51 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
 fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     let t = &plant.timing;
     format!(
-        "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\nconst POINTS = {}u;\n\
+        "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
          const NOISY = {};\nconst FACILITY = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
-        plant.contact.points.len(),
         plant.facility.sensor_substeps.min(t.substeps),
         SENSOR[0],
         SENSOR[1],
         batch.noisy,
         batch.loops == Loops::Both,
     )
+}
+
+/// The bristles of all contact points: of the loop in space, then of the facility's.
+fn bristle_names(plant: &Plant) -> Vec<String> {
+    let of = |side: &'static str| (0..plant.contact.points.len()).map(move |i| format!("{side}_bristle_{i}"));
+    of("space").chain(of("hil")).collect()
+}
+
+/// Bristles as variables, and all contact points of a pair of parts one after the other.
+///
+/// Written out point by point: a loop would have to keep the bristles in storage, which on some drivers costs more
+/// than the contact itself.
+fn touches(plant: &Plant) -> String {
+    let mut out = String::new();
+    let names = bristle_names(plant);
+    names.iter().for_each(|name| out.push_str(&format!("var<private> {name}: Vec3;\n")));
+    for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
+        let _ = write!(out, "\nfn {function}(pair: Pair, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
+        for (index, point) in plant.contact.points.iter().enumerate() {
+            let (r, bristle) = (point.position, format!("{side}_bristle_{index}"));
+            let [x, y, z, radius] = [r.x, r.y, r.z, point.radius].map(crate::wgsl::literal);
+            let _ = write!(
+                out,
+                "    let c{index} = contact_point(pair, parts, Point({x}, {y}, {z}, {radius}), {bristle});\n    \
+                 {bristle} = Vec3(c{index}.bristle_x, c{index}.bristle_y, c{index}.bristle_z);\n    \
+                 sum = gather(sum, c{index});\n"
+            );
+        }
+        out.push_str("    return sum;\n}\n");
+    }
+    out.push_str("\nfn reset_bristles() {\n");
+    names.iter().for_each(|name| out.push_str(&format!("    {name} = Vec3();\n")));
+    out + "}\n"
 }
 
 #[derive(Clone, Copy)]

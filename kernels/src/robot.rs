@@ -4,6 +4,7 @@
 //! relative translation, robot 2 carries part B and makes the rest the other way; each turns its own part.
 
 use crate::bundle;
+use crate::fields::Bundle;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -81,11 +82,15 @@ fn on_or_standing<R: Real>(moving: R::Mask, on: Motion<R>, last: Motion<R>) -> M
     }
 }
 
-/// Motion between two commands, `fraction` 0 at the earlier and 1 at the later: cubic Hermite in position, spherical in attitude (normalised Hermite of the
+/// Motion at a place between three neighbouring commands, 0 at the first and 2 at the third: cubic Hermite in position, spherical in attitude (normalised Hermite of the
 /// quaternion), linear in velocity. Exact for constant acceleration, as a tick with a held wrench gives.
 #[inline(always)]
-pub fn interpolate<R: Real>(m: &Plant, before: &Parts<R>, after: &Parts<R>, fraction: R) -> Parts<R> {
-    let period = R::lit(m.timing.tick());
+pub fn interpolate<R: Real>(m: &Plant, first: &Parts<R>, second: &Parts<R>, third: &Parts<R>, place: R) -> Parts<R> {
+    let (one, period) = (R::lit(1.0), R::lit(m.timing.tick()));
+    let later = one.le(place);
+    let before = first.combine(second, &mut |a, b| R::select(later, b, a));
+    let after = second.combine(third, &mut |a, b| R::select(later, b, a));
+    let fraction = R::select(later, place - one, place);
     Parts { a: between(period, before.a, after.a, fraction), b: between(period, before.b, after.b, fraction) }
 }
 

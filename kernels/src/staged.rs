@@ -68,7 +68,7 @@ staged! {
     /// [`crate::robot::substitute`]
     robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
-    robot::interpolate(m; before: &'a Parts<L>, after: &'a Parts<L>, fraction: L) -> Parts<L>;
+    robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
     /// [`crate::robot::robots`]
     robot::robots(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
     /// [`crate::sensor::feed_back`]

@@ -106,8 +106,8 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
         stage!(carry_on(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::carry_on(m, &parts, periods)),
         stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
-        stage!(interpolate(before: Parts<Sym>, after: Parts<Sym>, fraction: Sym) -> Parts<Sym>
-            => robot::interpolate(m, &before, &after, fraction)),
+        stage!(interpolate(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>, place: Sym) -> Parts<Sym>
+            => robot::interpolate(m, &first, &second, &third, place)),
         stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
         stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
         stage!(mounted_parts(s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &s)),

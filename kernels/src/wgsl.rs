@@ -214,7 +214,7 @@ impl<'a> Printer<'a> {
 }
 
 /// A number as an f32 literal; beyond the range of f32 it is cut there.
-fn literal(value: f64) -> String {
+pub(crate) fn literal(value: f64) -> String {
     let value = (value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX))) as f32;
     // Denormals may be flushed: write them as the zero that they would become.
     let value = if value.is_subnormal() { 0.0 } else { value };

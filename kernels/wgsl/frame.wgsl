@@ -23,9 +23,7 @@ struct Control {
 @group(0) @binding(2) var<storage, read> inputs: array<f32>;
 @group(0) @binding(3) var<storage, read_write> states: array<f32>;
 @group(0) @binding(4) var<storage, read_write> lines: array<f32>;
-@group(0) @binding(5) var<storage, read_write> bristles: array<f32>;
-@group(0) @binding(6) var<storage, read_write> outcomes: array<f32>;
-@group(0) @binding(7) var<storage, read> points: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> outcomes: array<f32>;
 
 var<private> lane: u32;
 var<private> run: vec2u;
@@ -44,22 +42,6 @@ fn zero_wrench() -> Wrench {
     return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
-// All contact points of a pair of parts, and the bristles they move; `side` 0 is space, 1 the facility.
-fn touch_points(pair: Pair, parts: Parts, side: u32) -> Touch {
-    var sum = no_touch();
-    for (var index = 0u; index < POINTS; index++) {
-        let at = ((side * POINTS + index) * 3u) * batch.lanes + lane;
-        let old = Vec3(bristles[at], bristles[at + batch.lanes], bristles[at + 2u * batch.lanes]);
-        let point = points[index];
-        let c = contact_point(pair, parts, Point(point.x, point.y, point.z, point.w), old);
-        bristles[at] = c.bristle_x;
-        bristles[at + batch.lanes] = c.bristle_y;
-        bristles[at + 2u * batch.lanes] = c.bristle_z;
-        sum = gather(sum, c);
-    }
-    return sum;
-}
-
 // The ideal twin: contact and space closed directly, every substep.
 fn tick_space(now: f32, last: f32) {
     let masses = space_masses(p);
@@ -75,7 +57,7 @@ fn tick_space(now: f32, last: f32) {
             }
             u = guide(p, masses, space, k, space_watch);
         }
-        let touch = touch_points(pair, parts, 0u);
+        let touch = touch_space(pair, parts);
         let hold = latch(p, parts, space_watch.closed);
         space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
         space = advance(masses, space, k, u, total_wrench(touch, hold));
@@ -121,16 +103,17 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let pair = hil_pair(p);
     let delay = max(transport(p) + jitter * (1.0 / (SUBSTEP * f32(SUBSTEPS))), 0.0);
     let oldest = max(floor(1.0 / f32(SUBSTEPS) - delay), 3.0 - f32(SLOTS));
+    // Three neighbouring commands cover the tick; they are read once, since storage is far away.
+    let back = i32(1.0 - oldest);
+    let first = get_command((tick + SLOTS - u32(back)) % SLOTS);
+    let second = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
+    let third = get_command((tick + SLOTS - u32(max(back - 2, 0))) % SLOTS);
     for (var substep = 1u; substep <= SUBSTEPS; substep++) {
         let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
-        let later = place >= 1.0 && oldest < 0.0;
-        let back = i32(1.0 - oldest) - i32(later);
-        let before = get_command((tick + SLOTS - u32(max(back, 0))) % SLOTS);
-        let after = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
-        robot = robots(p, robot, interpolate(before, after, select(place, place - 1.0, later)));
+        robot = robots(p, robot, interpolate(first, second, third, place));
         let parts = mounted_parts(robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
-        let touch = touch_points(pair, parts, 1u);
+        let touch = touch_facility(pair, parts);
         let hold = latch(p, parts, hil_watch.closed);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         sensed = low_pass(p, sensed, to_sensor(parts, total_wrench(touch, hold)));
@@ -189,9 +172,7 @@ fn reset() {
     space_watch = new_watch();
     hil_watch = new_watch();
     hil_watch.done = select(1.0, 0.0, FACILITY);
-    for (var index = 0u; index < 6u * POINTS; index++) {
-        bristles[index * batch.lanes + lane] = 0.0;
-    }
+    reset_bristles();
     let told = command(parts_of(kinematics(hil_masses(p), hil)));
     for (var age = 1u; age < SLOTS; age++) {
         put_command(SLOTS - age, carry_on(told, -f32(age)));
@@ -204,25 +185,38 @@ fn reset() {
     tick = 0u;
 }
 
+// Makes this invocation's lane known; false if the lane is not in the given status.
+fn enter(id: vec3u, status: u32) -> bool {
+    lane = id.x;
+    if (lane >= batch.lanes) {
+        return false;
+    }
+    let control = controls[lane];
+    run = control.run;
+    tick = control.tick;
+    return control.status == status;
+}
+
+// Puts fresh runs at their start.
+@compute @workgroup_size(64)
+fn begin(@builtin(global_invocation_id) id: vec3u) {
+    if (!enter(id, FRESH)) {
+        return;
+    }
+    load_params();
+    reset();
+    store_state();
+    controls[lane] = Control(run, RUNNING, 0u);
+}
+
 // A slice of one run per invocation.
 @compute @workgroup_size(64)
 fn slice(@builtin(global_invocation_id) id: vec3u) {
-    lane = id.x;
-    if (lane >= batch.lanes) {
+    if (!enter(id, RUNNING)) {
         return;
     }
-    let control = controls[lane];
-    if (control.status != FRESH && control.status != RUNNING) {
-        return;
-    }
-    run = control.run;
-    tick = control.tick;
     load_params();
-    if (control.status == FRESH) {
-        reset();
-    } else {
-        load_state();
-    }
+    load_state();
     var status = RUNNING;
     for (var count = 0u; count < batch.ticks; count++) {
         let now = f32(tick) * (SUBSTEP * f32(SUBSTEPS));
@@ -240,8 +234,16 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     store_state();
-    if (status == FINISHED) {
-        store_outcome(metrics(space_watch, space, 0.0), metrics(hil_watch, hil, 1.0));
-    }
     controls[lane] = Control(run, status, tick);
+}
+
+// Writes down what the finished runs have shown.
+@compute @workgroup_size(64)
+fn end(@builtin(global_invocation_id) id: vec3u) {
+    if (!enter(id, FINISHED)) {
+        return;
+    }
+    load_params();
+    load_state();
+    store_outcome(metrics(space_watch, space, 0.0), metrics(hil_watch, hil, 1.0));
 }

@@ -76,20 +76,20 @@ pub fn device_peak(engine: &GpuEngine) -> Result<f64, EngineError> {
              data[3u + id.x] = bitcast<u32>(dot(a + b + c + d, vec4f(1.0)));\n\
          }}\n"
     );
-    let groups: u32 = if engine.is_software() { 64 } else { 16_384 };
-    let mut data = vec![0u32; 3 + groups as usize * WORKGROUP];
-    (data[0], data[2]) = (0.5f32.to_bits(), 1.0f32.to_bits());
-    let mut seconds = |rounds: u32| {
-        data[1] = rounds;
-        engine.compute_timed(&text, "chains", groups, std::slice::from_ref(&data)).map(|answer| answer.1)
+    // Short loops and many invocations: some drivers cut a loop after 65,535 rounds.
+    const ROUNDS: u32 = 16_384;
+    let seconds = |groups: u32, rounds: u32| {
+        let mut data = vec![0u32; 3 + groups as usize * WORKGROUP];
+        (data[0], data[1], data[2]) = (0.5f32.to_bits(), rounds, 1.0f32.to_bits());
+        engine.compute_timed(&text, "chains", groups, &[data]).map(|answer| answer.1)
     };
-    // What the driver compiles at the first dispatch falls out of the difference of two lengths.
-    let (few, mut rounds) = (seconds(1)?, 64u32);
+    let mut groups = 64u32;
     loop {
-        let took = seconds(rounds)? - few;
-        if took > 0.1 || rounds > 1 << 26 {
-            return Ok(32.0 * f64::from(rounds - 1) * f64::from(groups) * WORKGROUP as f64 / took);
+        // What the driver compiles at the first dispatch falls out of the difference.
+        let took = seconds(groups, ROUNDS)? - seconds(groups, 1)?;
+        if took > 0.2 || groups >= 65_535 {
+            return Ok(32.0 * f64::from(ROUNDS - 1) * f64::from(groups) * WORKGROUP as f64 / took);
         }
-        rounds *= 4;
+        groups = (groups * 4).min(65_535);
     }
 }

@@ -32,11 +32,11 @@ impl GpuEngine {
         buffers: &[Vec<u32>],
     ) -> Result<(Vec<Vec<u32>>, f64), EngineError> {
         self.check()?;
-        let pipeline = self.compile(text, entry)?;
+        let [pipeline] = self.compile(text, [entry], None)?;
         let (on_device, bindings) = self.with_room(|| {
             let on_device: Vec<_> =
                 buffers.iter().map(|words| self.filled("words", bytemuck::cast_slice(words))).collect();
-            let bindings = self.bind(&pipeline, &on_device.iter().collect::<Vec<_>>());
+            let bindings = self.bind(&pipeline.get_bind_group_layout(0), &on_device.iter().collect::<Vec<_>>());
             (on_device, bindings)
         })?;
         self.wait()?;
@@ -59,37 +59,33 @@ impl GpuEngine {
         Ok((read?, seconds))
     }
 
-    /// As [`compile`](Self::compile), or the pipeline of the last call if the text is the same.
-    pub(super) fn compile_once(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, EngineError> {
-        let mut last = self.kernel.lock().expect("no holder panics");
-        match &*last {
-            Some((known, pipeline)) if known == text => Ok(pipeline.clone()),
-            _ => {
-                let pipeline = self.compile(text, entry)?;
-                *last = Some((text.to_owned(), pipeline.clone()));
-                Ok(pipeline)
-            }
-        }
-    }
-
-    /// Compiles a module; a fault in it is our own, and is said with the driver's words.
-    pub(super) fn compile(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, EngineError> {
+    /// Compiles the entry points of a module; a fault in it is our own, and is said with the driver's words.
+    ///
+    /// Without a layout each pipeline has its own, made of the bindings that its entry point uses.
+    pub(super) fn compile<const N: usize>(
+        &self,
+        text: &str,
+        entries: [&str; N],
+        layout: Option<&wgpu::PipelineLayout>,
+    ) -> Result<[wgpu::ComputePipeline; N], EngineError> {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("softdock"),
             source: wgpu::ShaderSource::Wgsl(text.into()),
         });
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: None,
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            cache: None,
+        let pipelines = entries.map(|entry| {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout,
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            })
         });
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(EngineError::Kernel(error.to_string())),
-            None => Ok(pipeline),
+            None => Ok(pipelines),
         }
     }
 
@@ -117,12 +113,11 @@ impl GpuEngine {
     }
 
     /// Binds buffers to the bindings 0, 1, ... of group 0.
-    pub(super) fn bind(&self, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    pub(super) fn bind(&self, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
             .collect();
-        let layout = &pipeline.get_bind_group_layout(0);
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 

@@ -39,13 +39,63 @@ struct Batch {
     key: [u32; 2],
 }
 
-/// One batch on the device: buffers, pipeline, and who is in which lane.
+/// The kernel's entry points, over one layout of bindings.
+#[derive(Clone, Debug)]
+pub(super) struct Pipelines {
+    bindings: wgpu::BindGroupLayout,
+    begin: wgpu::ComputePipeline,
+    slice: wgpu::ComputePipeline,
+    end: wgpu::ComputePipeline,
+}
+
+impl Pipelines {
+    /// Of the engine's last batch if its kernel was the same, else newly compiled.
+    fn of(engine: &GpuEngine, text: &str) -> Result<Self, EngineError> {
+        let mut last = engine.kernel.lock().expect("no holder panics");
+        if let Some((known, pipelines)) = &*last
+            && known == text
+        {
+            return Ok(pipelines.clone());
+        }
+        let pipelines = Self::compile(engine, text)?;
+        *last = Some((text.to_owned(), pipelines.clone()));
+        Ok(pipelines)
+    }
+
+    fn compile(engine: &GpuEngine, text: &str) -> Result<Self, EngineError> {
+        use wgpu::BufferBindingType::{Storage, Uniform};
+        let read = Storage { read_only: true };
+        let write = Storage { read_only: false };
+        // The frame's bindings: batch, controls, inputs, states, lines, outcomes.
+        let entries: Vec<_> = (0..)
+            .zip([Uniform, write, read, write, write, write])
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+                count: None,
+            })
+            .collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("farm"), entries: &entries };
+        let bindings = engine.device.create_bind_group_layout(&descriptor);
+        let layout = engine.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("farm"),
+            bind_group_layouts: &[Some(&bindings)],
+            ..Default::default()
+        });
+        let [begin, slice, end] = engine.compile(text, ["begin", "slice", "end"], Some(&layout))?;
+        Ok(Self { bindings, begin, slice, end })
+    }
+}
+
+/// One batch on the device: buffers, pipelines, and who is in which lane.
 pub(super) struct Farm<'a> {
     engine: &'a GpuEngine,
     plant: &'a Plant,
     kernel: Kernel,
     batch: Batch,
-    pipeline: wgpu::ComputePipeline,
+    pipelines: Pipelines,
+    fresh: bool,
     buffers: Buffers,
     lanes: Vec<Control>,
     parameters: Vec<f32>,
@@ -62,7 +112,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn new(engine: &GpuEngine, job: &Job, kernel: &Kernel, lanes: usize, pipeline: &wgpu::ComputePipeline) -> Self {
+    fn new(engine: &GpuEngine, kernel: &Kernel, lanes: usize, layout: &wgpu::BindGroupLayout) -> Self {
         let words = |count: usize| (count.max(1) * lanes * 4) as u64;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let buffer = |label, size, usage| {
@@ -75,25 +125,24 @@ impl Buffers {
         let inputs = buffer("inputs", words(fields::<f64, Params<f64>>().len()), usage);
         let states = buffer("states", words(kernel.state), usage);
         let lines = buffer("delay lines", words(kernel.lines), usage);
-        let bristles = buffer("bristles", words(6 * job.plant.contact.points.len()), usage);
         let outcomes = buffer("outcomes", words(kernel.outcome), usage);
-        let points = engine.filled("points", bytemuck::cast_slice(&prepared_points(&job.plant)));
         let landing_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let landing = buffer("landing", words(kernel.outcome.max(4)), landing_usage);
-        let bound = [&uniform, &controls, &inputs, &states, &lines, &bristles, &outcomes, &points];
-        Self { bindings: engine.bind(pipeline, &bound), uniform, controls, inputs, outcomes, landing }
+        let bound = [&uniform, &controls, &inputs, &states, &lines, &outcomes];
+        Self { bindings: engine.bind(layout, &bound), uniform, controls, inputs, outcomes, landing }
     }
 }
 
 impl<'a> Farm<'a> {
     pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
         let kernel = kernel(&job.plant, job.batch);
-        let pipeline = engine.compile_once(&kernel.text, "slice")?;
+        let pipelines = Pipelines::of(engine, &kernel.text)?;
         let parameters = vec![0.0; fields::<f64, Params<f64>>().len() * lanes];
-        let buffers = engine.with_room(|| Buffers::new(engine, job, &kernel, lanes, &pipeline))?;
+        let buffers = engine.with_room(|| Buffers::new(engine, &kernel, lanes, &pipelines.bindings))?;
         let batch = Batch { lanes: lanes as u32, ticks: 0, key: job.batch.key };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
-        Ok(Self { engine, plant: &job.plant, kernel, batch, pipeline, buffers, lanes: vec![idle; lanes], parameters })
+        let lanes = vec![idle; lanes];
+        Ok(Self { engine, plant: &job.plant, kernel, batch, pipelines, fresh: false, buffers, lanes, parameters })
     }
 
     /// Puts waiting runs into idle lanes; `false` when no lane has work.
@@ -112,6 +161,7 @@ impl<'a> Farm<'a> {
             }
             entered = true;
         }
+        self.fresh |= entered;
         if entered {
             self.engine.queue.write_buffer(&self.buffers.inputs, 0, bytemuck::cast_slice(&self.parameters));
             self.engine.queue.write_buffer(&self.buffers.controls, 0, bytemuck::cast_slice(&self.lanes));
@@ -119,17 +169,25 @@ impl<'a> Farm<'a> {
         self.lanes.iter().any(|c| c.status != Status::Idle as u32)
     }
 
+    fn dispatch(&self, pipeline: &wgpu::ComputePipeline) {
+        self.engine.dispatch(pipeline, &self.buffers.bindings, (self.lanes.len() / WORKGROUP) as u32);
+    }
+
     /// Steps every lane by up to `ticks` ticks and takes out what has finished; gives their number.
     pub(super) fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<usize, EngineError> {
         self.batch.ticks = ticks;
         self.engine.queue.write_buffer(&self.buffers.uniform, 0, bytemuck::bytes_of(&self.batch));
-        self.engine.dispatch(&self.pipeline, &self.buffers.bindings, (self.lanes.len() / WORKGROUP) as u32);
+        if std::mem::take(&mut self.fresh) {
+            self.dispatch(&self.pipelines.begin);
+        }
+        self.dispatch(&self.pipelines.slice);
         let controls: Vec<Control> =
             self.engine.read(&self.buffers.controls, &self.buffers.landing, self.lanes.len() * size_of::<Control>())?;
         self.lanes = controls;
         let ended: Vec<usize> =
             (0..self.lanes.len()).filter(|l| self.lanes[*l].status == Status::Finished as u32).collect();
         if !ended.is_empty() {
+            self.dispatch(&self.pipelines.end);
             let outcomes: Vec<f32> = self.engine.read(
                 &self.buffers.outcomes,
                 &self.buffers.landing,
@@ -171,16 +229,4 @@ impl<'a> Farm<'a> {
             touch: [vec3(extra[7], extra[8], extra[9]), vec3(extra[10], extra[11], extra[12])],
         }
     }
-}
-
-/// Part A's points as the frame reads them: centre and radius.
-fn prepared_points(plant: &Plant) -> Vec<[f32; 4]> {
-    let point = |p: &softdock_kernels::model::ContactPoint| {
-        [p.position.x, p.position.y, p.position.z, p.radius].map(|value| value as f32)
-    };
-    let mut points: Vec<_> = plant.contact.points.iter().map(point).collect();
-    if points.is_empty() {
-        points.push([0.0; 4]);
-    }
-    points
 }

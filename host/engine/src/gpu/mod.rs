@@ -4,7 +4,7 @@ mod compute;
 mod farm;
 
 use crate::{Engine, EngineError, Job, RunInput};
-use farm::Farm;
+use farm::{Farm, Pipelines};
 use softdock_kernels::outcome::Finished;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -34,8 +34,8 @@ pub struct GpuEngine {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     trouble: Arc<Mutex<Option<EngineError>>>,
-    /// Text and pipeline of the last batch: the next shard of a campaign has the same.
-    kernel: Mutex<Option<(String, wgpu::ComputePipeline)>>,
+    /// Text and pipelines of the last batch: the next shard of a campaign has the same.
+    kernel: Mutex<Option<(String, Pipelines)>>,
 }
 
 impl GpuEngine {
