@@ -33,20 +33,32 @@ const fn call(text: &'static str, results: &'static [&'static str], writes: [boo
 
 const NONE: [bool; 2] = [false, false];
 
+/// What `end` writes: parameters, metrics of both loops, and what the flags are made of.
+const OUTCOME: [&str; 16] = {
+    let mut names = ["f32"; 16];
+    (names[0], names[1], names[2]) = ("Params", "Metrics", "Metrics");
+    names
+};
+
+/// Functions that the kernel's own code writes for a scenario, besides those of `wgsl/frame.wgsl`.
+pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
+
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 11] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
-        "touch_points",
+        "touch_space",
         400.0,
         "forces of overlaps that are differences of positions",
-        call(
-            "let r0 = touch_points(space_pair(p), parts_of(kinematics(space_masses(p), space)), 0u);
-    let r1 = touch_points(hil_pair(p), mounted_parts(robot), 1u);",
-            &["Touch", "Touch"],
-            NONE,
-        ),
+        call("let r0 = touch_space(space_pair(p), parts_of(kinematics(space_masses(p), space)));", &["Touch"], NONE),
     ),
+    row(
+        "touch_facility",
+        400.0,
+        "as touch_space",
+        call("let r0 = touch_facility(hil_pair(p), mounted_parts(robot));", &["Touch"], NONE),
+    ),
+    row("reset_bristles", 0.0, "no arithmetic", call("reset_bristles();", &[], NONE)),
     row(
         "tick_space",
         1000.0,
@@ -91,6 +103,14 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 11] = [
     ),
     row("sensor_noise", 60.0, "deviates from logarithms near 1", call("let r0 = sensor_noise();", &["Wrench"], NONE)),
     row("reset", 12.0, "the start carried back along its twist", call("reset();", &[], NONE)),
+    row(
+        "enter",
+        0.0,
+        "no arithmetic",
+        call("let r0 = f32(enter(id, RUNNING)) + 2.0 * f32(enter(id, FRESH));", &["f32"], NONE),
+    ),
+    row("begin", 12.0, "as reset", call("", &[], NONE)),
+    row("end", 20000.0, "as metrics", call("", &OUTCOME, NONE)),
     row("slice", 4000.0, "as tick_space, with an arm of six joints", call("", &[], [true, true])),
 ];
 
@@ -107,17 +127,17 @@ const UNDECIDED_SHARE: f64 = 0.35;
 /// So many samples may be beyond their allowance: an event (slip, touch, a quantum of the sensor) that no repetition met.
 const MISSED_SHARE: f64 = 0.02;
 
-/// What one sample leaves: state, results, delay lines, bristles.
+/// What one sample leaves: state, results, delay lines.
 fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
-    [&lane.state[..], results, &lane.lines, &lane.bristles].concat()
+    [&lane.state[..], results, &lane.lines].concat()
 }
 
 /// Names of what [`flat`] gives.
-fn names<const N: usize>(kernel: &Kernel, call: &Call, lane: &LaneState) -> Vec<Field> {
+fn names<const N: usize>(kernel: &Kernel, call: &Call, points: usize, lane: &LaneState) -> Vec<Field> {
     let named = |prefix: &str, fields: Vec<Field>| -> Vec<Field> {
         fields.into_iter().map(|f| Field { name: join(prefix, &f.name), ..f }).collect()
     };
-    let mut out = state_fields::<N>();
+    let mut out = state_fields::<N>(points);
     for result in call.results {
         let one = vec![Field { name: String::new(), unit: "1", meaning: "" }];
         let structure = kernel.structs.iter().find(|s| s.name == *result);
@@ -127,7 +147,6 @@ fn names<const N: usize>(kernel: &Kernel, call: &Call, lane: &LaneState) -> Vec<
     let slots = lane.lines.len() / (command.len() + wrench.len());
     (0..slots).for_each(|_| out.extend(named("command", command.clone())));
     (0..slots).for_each(|_| out.extend(named("wrench", wrench.clone())));
-    (0..lane.bristles.len()).for_each(|_| out.push(Field { name: "bristle_x".to_owned(), unit: "m", meaning: "" }));
     out
 }
 
@@ -151,7 +170,6 @@ fn spread<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>, 
         move_all(&mut parameters);
         move_all(&mut moved.lane.state);
         move_all(&mut moved.lane.lines);
-        move_all(&mut moved.lane.bristles);
         moved.params = from_slice(&parameters);
         for (spread, (a, b)) in spread.iter_mut().zip(truth(case, &moved, twin).iter().zip(truth_here)) {
             *spread = spread.max((a - b).abs());
@@ -166,7 +184,14 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
     let (before, rest) = kernel.text.split_once("fn store_state() {").expect("the frame stores its state");
     let (store, after) = rest.split_once("}\n").expect("a body");
     let mut text = format!("{before}fn store_state() {{{}}}\n{after}", store.replace("states[", &behind))
-        .replace("var<uniform> batch", "var<storage, read_write> batch");
+        .replace("var<uniform> batch", "var<storage, read_write> batch")
+        .replace("    store_outcome(metrics(", "    store_state();\n    store_outcome(metrics(");
+    // Every binding must be used by every entry point, if only where no lane comes.
+    for status in ["FRESH", "RUNNING", "FINISHED"] {
+        let enter = format!("    if (!enter(id, {status})) {{\n");
+        let used = format!("{enter}        outcomes[0] = lines[0] + inputs[0] + states[0];\n");
+        text = text.replace(&enter, &used);
+    }
     let mut results = String::new();
     let mut index = 0;
     for (number, result) in row.twin.results.iter().enumerate() {
@@ -184,7 +209,7 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
 fn try_function(@builtin(global_invocation_id) id: vec3u) {{
     lane = id.x;
     if (lane >= batch.lanes) {{ // every binding must be used
-        outcomes[0] = points[0].x + lines[0] + bristles[0];
+        outcomes[0] = lines[0];
         return;
     }}
     run = controls[lane].run;
@@ -209,39 +234,32 @@ fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec
         (0..count).flat_map(|index| column(&|shot| value(shot, index))).collect()
     };
     let [low, high] = case.batch.key;
-    let controls = shots.iter().flat_map(|s| [s.run as u32, (s.run >> 32) as u32, 2, s.tick]);
+    let controls = shots.iter().flat_map(|s| [s.run as u32, (s.run >> 32) as u32, status(row), s.tick]);
     let parameters: Vec<Vec<f64>> = shots.iter().map(|s| to_vec(&s.params)).collect();
     let inputs = (0..parameters[0].len()).flat_map(|index| parameters.iter().map(move |p| p[index]));
     let mut states = columns(kernel.state, &|s, index| s.lane.state[index]);
     states.resize(2 * states.len(), POISON);
     let mut lines = columns(kernel.lines, &|s, index| s.lane.lines[index]);
-    let mut bristles = columns(shots[0].lane.bristles.len(), &|s, index| s.lane.bristles[index]);
-    poison(case, row, sends, &mut lines, &mut bristles);
-    let points = case.plant.contact.points.iter().flat_map(|p| [p.position.x, p.position.y, p.position.z, p.radius]);
+    poison(case, row, sends, &mut lines);
     vec![
         vec![SAMPLES as u32, 1, low, high],
         controls.collect(),
         words(inputs),
         states,
         lines,
-        bristles,
         vec![POISON; kernel.outcome * SAMPLES],
-        words(points),
     ]
 }
 
-/// Poisons the slots that a function writes (a loop that ends with this tick sends nothing), and all of a reset.
-fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32], bristles: &mut [u32]) {
+/// Poisons the slots that a function writes (a loop that ends with this tick sends nothing).
+fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32]) {
     let widths = [fields::<f64, Parts<f64>>().len(), fields::<f64, Wrench<f64>>().len()];
     let slots = case.snapshots[0].lane.lines.len() / (widths[0] + widths[1]);
-    if row.name == "reset" {
-        bristles.fill(POISON);
-    }
     for (sample, shot) in case.snapshots.iter().enumerate() {
         for (line, width) in widths.into_iter().enumerate() {
             let offset = if line == 0 { 0 } else { slots * widths[0] };
             let written = |slot: usize| match row.name {
-                "reset" => slot > 0,
+                "reset" | "begin" => slot > 0,
                 _ => sends[sample] && row.twin.writes[line] && slot == shot.tick as usize % slots,
             };
             for slot in (0..slots).filter(|slot| written(*slot)) {
@@ -256,12 +274,12 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
     let kernel = kernel(&case.plant, case.batch);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
-    let names = names::<N>(&kernel, &row.twin, &case.snapshots[0].lane);
-    let results = names.len() - kernel.state - kernel.lines - case.snapshots[0].lane.bristles.len();
+    let names = names::<N>(&kernel, &row.twin, case.plant.contact.points.len(), &case.snapshots[0].lane);
+    let results = names.len() - kernel.state - kernel.lines;
     let flats: Vec<Vec<f64>> = case.snapshots.iter().map(|shot| truth(case, shot, twin)).collect();
     let done = names.iter().position(|field| field.name == "hil_watch_done").expect("a row of the state");
     let sends: Vec<bool> = flats.iter().map(|flat| flat[done] <= 0.0).collect();
-    let entry = if row.name == "slice" { "slice" } else { "try_function" };
+    let entry = if ENTRIES.contains(&row.name) { row.name } else { "try_function" };
     let out = gpu
         .compute(&module(&kernel, row), entry, (SAMPLES / WORKGROUP) as u32, &buffers(case, &kernel, row, &sends))
         .unwrap_or_else(|error| panic!("{} of {}: {error}", row.name, case.name));
@@ -271,10 +289,8 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
         let spread = spread(case, shot, twin, truth);
         let column = |buffer: &[u32], index: usize| buffer[index * SAMPLES + sample];
         let state = (0..kernel.state).map(|i| column(&out[3], kernel.state + i));
-        let given = state
-            .chain((0..results).map(|i| column(&out[6], i)))
-            .chain((0..kernel.lines).map(|i| column(&out[4], i)))
-            .chain((0..shot.lane.bristles.len()).map(|i| column(&out[5], i)));
+        let given =
+            state.chain((0..results).map(|i| column(&out[5], i))).chain((0..kernel.lines).map(|i| column(&out[4], i)));
         let (mut well, mut beyond) = (true, String::new());
         for (index, word) in given.enumerate() {
             let what = || {
@@ -302,9 +318,7 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
         }
         missed.extend((!beyond.is_empty()).then_some(beyond));
         undecided += f64::from(u8::from(!well)) / SAMPLES as f64;
-        if row.name == "slice" {
-            check_end(case, shot, sample, &out);
-        }
+        check_control(case, row, shot, sample, &out);
     }
     if missed.len() as f64 > MISSED_SHARE * SAMPLES as f64 {
         faults.push(format!("{} of {}: {} samples beyond", row.name, case.name, missed.len()));
@@ -313,11 +327,28 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
     (seen, undecided)
 }
 
-/// The control block after a tick.
-fn check_end(case: &Case, shot: &Snapshot, sample: usize, out: &[Vec<u32>]) {
+/// The control block afterwards.
+fn check_control(case: &Case, row: &Row<Call>, shot: &Snapshot, sample: usize, out: &[Vec<u32>]) {
     let control = &out[1][4 * sample..][..4];
     assert_eq!(control[..2], [shot.run as u32, (shot.run >> 32) as u32], "{}: run", case.name);
-    assert_eq!(control[3], shot.tick + 1, "{}: tick", case.name);
+    let tick = match row.name {
+        "slice" => shot.tick + 1,
+        "begin" => 0,
+        _ => shot.tick,
+    };
+    assert_eq!(control[3], tick, "{} of {}: tick", row.name, case.name);
+}
+
+/// The kernel's entry points.
+const ENTRIES: [&str; 3] = ["begin", "slice", "end"];
+
+/// The status of a lane that a function finds, as the frame has it.
+fn status(row: &Row<Call>) -> u32 {
+    match row.name {
+        "begin" => 1,
+        "end" => 3,
+        _ => 2,
+    }
 }
 
 #[test]

@@ -156,7 +156,7 @@ fn with_effects(params: Params<f64>, run: u64) -> Params<f64> {
 
 /// Steps runs in f64 and keeps some of their states.
 fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Params<f64>) -> Vec<Snapshot> {
-    let names = state_fields::<N>();
+    let names = state_fields::<N>(plant.contact.points.len());
     let at = |name: &str| names.iter().position(|f| f.name == name).expect("a row of the state");
     let (touching, over) =
         (["space_watch_touching", "hil_watch_touching"].map(at), ["space_watch_done", "hil_watch_done"].map(at));
@@ -195,7 +195,7 @@ fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Par
             // One of them in its last tick.
             let tick = if number == 1 { plant.timing.max_ticks } else { tick };
             disturb(&mut lane.state, &names, DISTURBANCE, &mut draws);
-            [&mut lane.lines, &mut lane.bristles].into_iter().for_each(|values| round(values));
+            round(&mut lane.lines);
             out.push(Snapshot { run, tick, params, lane });
         }
     }
@@ -252,8 +252,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     let k = kinematics(plant, masses, &bodies_now);
     let robots: Robots<f64> = from_slice(robots);
     let mounted = if facility { mounted_parts(plant, &robots) } else { k.parts };
-    let half = shot.lane.bristles.len() / 2;
-    let bristles = &shot.lane.bristles[usize::from(facility) * half..][..half];
+    let bristles = shot.lane.bristles(facility, plant.contact.points.len());
     let points = plant.contact.points.iter().zip(bristles.chunks(3));
     let contacts: Vec<_> = points
         .map(|(p, b)| {
@@ -319,7 +318,7 @@ fn bundle<const N: usize>(
         "Touch" => flat(&s.touch),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
-        "Vec3" => shot.lane.bristles[3 * (index % s.contacts.len())..][..3].to_vec(),
+        "Vec3" => shot.lane.bristles(false, s.contacts.len())[3 * (index % s.contacts.len())..][..3].to_vec(),
         "Point" => {
             let point = plant.contact.points[index % plant.contact.points.len()];
             flat(&Point { position: point.position, radius: point.radius })
@@ -337,8 +336,9 @@ fn bundle<const N: usize>(
         "Parts" => {
             let told = command(plant, &s.simulated);
             flat(&match argument {
-                "told" | "last" | "after" => told,
-                "before" => carry_on(plant, &told, -1.0),
+                "told" | "last" | "second" => told,
+                "first" => carry_on(plant, &told, -1.0),
+                "third" => carry_on(plant, &told, 1.0),
                 "simulated" => s.simulated,
                 _ => s.mounted,
             })
@@ -361,7 +361,8 @@ fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &s
         "periods" => 1.0 - 130.0 * u,
         "lost_before" => (u * 6.0).floor(),
         "last" | "created" => f64::from(u8::from(u < 0.5)),
-        "fraction" | "age" | "u" | "v" => u,
+        "place" => 2.0 * u,
+        "age" | "u" | "v" => u,
         other => panic!("no sampler for the scalar `{other}`"),
     }
 }

@@ -6,19 +6,27 @@ use crate::fields::{Field, fields, from_slice, join, to_vec};
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench and link, in the order of [`state_fields`].
+    /// Bodies, watches, robots, sensor, held wrench, link and bristles, in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
     pub lines: Vec<f64>,
-    /// Bristles of the contact points in space, then of those on the facility.
-    pub bristles: Vec<f64>,
+}
+
+impl LaneState {
+    /// The bristles of the facility's loop, or of the one in space, with so many contact points: three numbers each.
+    pub fn bristles(&self, facility: bool, points: usize) -> &[f64] {
+        let from = self.state.len() - 3 * points * if facility { 1 } else { 2 };
+        &self.state[from..][..3 * points]
+    }
 }
 
 /// A frame function on a tile: gives the scalars that its WGSL twin returns.
 pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f64>;
 
-/// The rows of a lane's state, in the order of the kernel's state buffer.
-pub fn state_fields<const N: usize>() -> Vec<Field> {
+/// The rows of a lane's state with so many contact points, in the order of the kernel's state buffer.
+pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
+    let bristles =
+        ["space", "hil"].into_iter().flat_map(|side| (0..points).map(move |i| format!("{side}_bristle_{i}")));
     let variables = [
         ("space", fields::<f64, Bodies<f64, N>>()),
         ("space_watch", fields::<f64, Watch<f64>>()),
@@ -29,10 +37,12 @@ pub fn state_fields<const N: usize>() -> Vec<Field> {
         ("held", fields::<f64, Wrench<f64>>()),
         ("link", fields::<f64, Vec3<f64>>()),
     ];
-    let named = |(variable, fields): (&str, Vec<Field>)| {
-        fields.into_iter().map(|field| Field { name: join(variable, &field.name), ..field }).collect::<Vec<_>>()
+    let named = |(variable, fields): (String, Vec<Field>)| {
+        fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
     };
-    variables.into_iter().flat_map(named).collect()
+    let variables = variables.map(|(variable, fields)| (variable.to_owned(), fields));
+    let bristles = bristles.map(|name| (name, fields::<f64, Vec3<f64>>()));
+    variables.into_iter().chain(bristles).flat_map(named).collect()
 }
 
 /// The first `fields` numbers of a list as a bundle; the list goes on behind them.
@@ -50,9 +60,8 @@ impl<const N: usize> Tile<f64, N> {
         (tile.params, tile.tick, tile.step) = (params, f64::from(tick), tick as usize % tile.slots);
         let mut state = &lane.state[..];
         let sides = [(space_masses(&params), space_pair(&params)), (hil_masses(&params), hil_pair(&params))];
-        let half = lane.bristles.len() / 2;
         for (index, (masses, pair)) in sides.into_iter().enumerate() {
-            let bristles = lane.bristles[index * half..][..half].chunks(3).map(from_slice).collect();
+            let bristles = lane.bristles(index == 1, m.contact.points.len()).chunks(3).map(from_slice).collect();
             let (bodies, watch) = (take(&mut state), take(&mut state));
             let kinematics = kinematics(m, masses, &bodies);
             *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
@@ -82,8 +91,8 @@ impl<const N: usize> Tile<f64, N> {
         state.extend([self.lost, self.dropped, 0.0]);
         let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
         let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
-        let bristles = self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>);
-        LaneState { state, lines: commands.chain(wrenches).collect(), bristles: bristles.collect() }
+        state.extend(self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>));
+        LaneState { state, lines: commands.chain(wrenches).collect() }
     }
 
     /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
@@ -100,12 +109,18 @@ impl<const N: usize> Tile<f64, N> {
 pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)> {
     vec![
         ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
-        ("touch_points", |tile, m| {
+        ("touch_space", |tile, m| {
             let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.pair);
-            let mut touch = to_vec(&touch_points(m, pair, &parts, &mut tile.space.bristles, true));
+            to_vec(&touch_points(m, pair, &parts, &mut tile.space.bristles, true))
+        }),
+        ("touch_facility", |tile, m| {
             let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.robots), tile.hil.pair);
-            touch.extend(to_vec::<f64, _>(&touch_points(m, pair, &mounted, &mut tile.hil.bristles, true)));
-            touch
+            to_vec(&touch_points(m, pair, &mounted, &mut tile.hil.bristles, true))
+        }),
+        ("reset_bristles", |tile, _| {
+            let bristles = tile.space.bristles.iter_mut().chain(&mut tile.hil.bristles);
+            bristles.for_each(|bristle| *bristle = Vec3::zero());
+            Vec::new()
         }),
         ("tick_space", |tile, m| {
             let (now, last) = tile.clock(m);
@@ -135,16 +150,35 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("sensor_noise", |tile, _| to_vec(&tile.sensor_noise())),
-        ("reset", |tile, m| {
-            tile.step = 0;
-            tile.reset(m, true);
-            Vec::new()
-        }),
+        ("reset", from_the_start),
+        ("enter", |_, _| vec![1.0]),
+        ("begin", from_the_start),
         ("slice", |tile, m| {
             tile.step(m);
             Vec::new()
         }),
+        ("end", outcome),
     ]
+}
+
+/// Puts the run at its start.
+fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
+    tile.step = 0;
+    tile.reset(m, true);
+    Vec::new()
+}
+
+/// What a finished run leaves, in the order of the kernel's outcome buffer.
+fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
+    let (space, hil) = (&tile.space, &tile.hil);
+    let mut out = to_vec(&tile.params);
+    out.extend(to_vec(&metrics(m, &space.watch, &space.bodies, 0.0)));
+    out.extend(to_vec(&metrics(m, &hil.watch, &hil.bodies, 1.0)));
+    out.extend([space.watch.unstable, space.watch.contact_work, space.watch.absorbed, hil.watch.unstable]);
+    out.extend([tile.sensor.saturated, tile.robots.limited, tile.dropped]);
+    out.extend(to_vec::<f64, _>(&space.watch.normal));
+    out.extend(to_vec::<f64, _>(&space.watch.lever));
+    out
 }
 
 /// Kinematics of a loop's bodies.
