@@ -67,19 +67,19 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
     ),
     row(
         "tick_hil",
-        1000.0,
+        200.0,
         "the contact of the robots' parts; the rounding of the inputs alone moves it by hundreds",
         call("tick_hil(now, last);", &[], [true, true]),
     ),
     row(
         "send_command",
-        1000.0,
+        200.0,
         "a deviate from a logarithm near 1",
         call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)));", &["f32"], [true, false]),
     ),
     row(
         "tick_facility",
-        1000.0,
+        200.0,
         "four substeps of the robots' parts in contact",
         call(
             "let parts = parts_of(kinematics(hil_masses(p), hil));
@@ -110,8 +110,18 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
         call("let r0 = f32(enter(id, RUNNING)) + 2.0 * f32(enter(id, FRESH));", &["f32"], NONE),
     ),
     row("begin", 12.0, "as reset", call("", &[], NONE)),
-    row("end", 20000.0, "as metrics", call("", &OUTCOME, NONE)),
-    row("slice", 4000.0, "as tick_space, with an arm of six joints", call("", &[], [true, true])),
+    row(
+        "end",
+        100_000.0,
+        "as metrics; the rounding of the state alone moves momentum errors by thousands",
+        call("", &OUTCOME, NONE),
+    ),
+    row(
+        "slice",
+        4000.0,
+        "a contact moment: overlaps to 1e-7 m times the stiffness, at the end of an arm of six joints",
+        call("", &[], [true, true]),
+    ),
 ];
 
 /// The case on which the frame's functions are run one by one.
@@ -123,7 +133,7 @@ const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.
 const SPREADS: f64 = 8.0;
 /// So many samples may lie so close to an event that the spread is what bounds them.
-const UNDECIDED_SHARE: f64 = 0.35;
+const UNDECIDED_SHARE: f64 = 0.4;
 /// So many samples may be beyond their allowance: an event (slip, touch, a quantum of the sensor) that no repetition met.
 const MISSED_SHARE: f64 = 0.02;
 
@@ -194,7 +204,8 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
     }
     let mut results = String::new();
     let mut index = 0;
-    for (number, result) in row.twin.results.iter().enumerate() {
+    let returned = if ENTRIES.contains(&row.name) { &[] } else { row.twin.results };
+    for (number, result) in returned.iter().enumerate() {
         let structure = kernel.structs.iter().find(|s| s.name == *result);
         let members =
             structure.map_or(vec![String::new()], |s| s.fields.iter().map(|f| format!(".{}", f.name)).collect());
@@ -270,7 +281,12 @@ fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32]) {
 }
 
 /// Runs one function over a case; gives the largest error in f32 roundings of the field, and the undecided share.
-fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults: &mut Vec<String>) -> (f64, f64) {
+fn compare<const N: usize>(
+    gpu: &GpuEngine,
+    case: &Case,
+    row: &Row<Call>,
+    faults: &mut Vec<String>,
+) -> (f64, f64, String) {
     let kernel = kernel(&case.plant, case.batch);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
@@ -284,7 +300,7 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
         .compute(&module(&kernel, row), entry, (SAMPLES / WORKGROUP) as u32, &buffers(case, &kernel, row, &sends))
         .unwrap_or_else(|error| panic!("{} of {}: {error}", row.name, case.name));
     let scales = scales(&names, &flats);
-    let (mut seen, mut undecided, mut missed) = (0.0_f64, 0.0, Vec::new());
+    let (mut seen, mut undecided, mut missed, mut where_seen) = (0.0_f64, 0.0, Vec::new(), String::new());
     for (sample, (shot, truth)) in case.snapshots.iter().zip(&flats).enumerate() {
         let spread = spread(case, shot, twin, truth);
         let column = |buffer: &[u32], index: usize| buffer[index * SAMPLES + sample];
@@ -313,7 +329,9 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
             if slack > row.allowed * unit || error > allowed {
                 well = false;
             } else {
-                seen = seen.max(error / unit);
+                if error / unit > seen {
+                    (seen, where_seen) = (error / unit, names[index].name.clone());
+                }
             }
         }
         missed.extend((!beyond.is_empty()).then_some(beyond));
@@ -324,7 +342,7 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, row: &Row<Call>, faults
         faults.push(format!("{} of {}: {} samples beyond", row.name, case.name, missed.len()));
         faults.append(&mut missed);
     }
-    (seen, undecided)
+    (seen, undecided, where_seen)
 }
 
 /// The control block afterwards.
@@ -359,12 +377,12 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
             for case in CASES.iter().filter(|case| case.name == ALONE || row.name == "slice" && case.name == WHOLE) {
-                let (seen, undecided) = match case.plant.joints() {
+                let (seen, undecided, at) = match case.plant.joints() {
                     0 => compare::<0>(&gpu, case, row, &mut faults),
                     _ => compare::<6>(&gpu, case, row, &mut faults),
                 };
                 println!(
-                    "{:<16} {seen:>9.2} {:>8} {undecided:>9.4}  {} ({})",
+                    "{:<16} {seen:>9.2} {:>8} {undecided:>9.4}  {} ({}; {at})",
                     row.name, row.allowed, row.reason, case.name
                 );
                 if undecided > UNDECIDED_SHARE {
