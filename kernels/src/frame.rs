@@ -375,7 +375,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let run = self.runs[lane].unwrap_or(0);
             *draw = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
         }
-        std::array::from_fn(|i| L::gather(|lane| draws[lane][i]))
+        let at = |i: usize| L::gather(|lane| draws[lane][i]);
+        [at(0), at(1), at(2), at(3)]
     }
 
     /// Six normal deviates for a sample of the sensor.
@@ -384,7 +385,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !self.batch.noisy {
             return zero_wrench();
         }
-        let [a, b] = SENSOR.map(|channel| self.uniforms(channel));
+        let (a, b) = (self.uniforms(SENSOR[0]), self.uniforms(SENSOR[1]));
         let (p, q, r) = (normals(a[0], a[1]), normals(a[2], a[3]), normals(b[0], b[1]));
         Wrench {
             force: crate::vector::vec3(p.first, p.second, q.first),

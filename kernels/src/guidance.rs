@@ -59,8 +59,12 @@ fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) 
     let (a, b) = (&parts.a, &parts.b);
     let gap = b.attitude.rotate_back(a.position - b.position);
     let slide = b.attitude.rotate_back(a.velocity - b.velocity);
-    let lateral = |x: R, v: R| -(R::lit(lateral_stiffness).mul_add(x, R::lit(lateral_damping) * v));
-    let force = vec3(R::lit(speed_gain) * (closing_speed - slide.x), lateral(gap.y, slide.y), lateral(gap.z, slide.z));
+    let (spring, damper) = (R::lit(lateral_stiffness), R::lit(lateral_damping));
+    let force = vec3(
+        R::lit(speed_gain) * (closing_speed - slide.x),
+        -(spring.mul_add(gap.y, damper * slide.y)),
+        -(spring.mul_add(gap.z, damper * slide.z)),
+    );
     let relative = a.attitude.compose(b.attitude.conjugate());
     let twist = relative.v * R::select(relative.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
     let torque = (a.omega - b.omega).scale_add(R::lit(-attitude_damping), twist * R::lit(-attitude_stiffness));

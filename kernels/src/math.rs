@@ -52,8 +52,7 @@ pub fn atan2<R: Real>(y: R, x: R) -> R {
     let (ay, ax) = (y.abs(), x.abs());
     let ratio = ay.min(ax) / ay.max(ax).max(R::lit(1e-30));
     // Two half-angle steps bring the argument below 0.2, where 12 terms reach 1e-17.
-    let half = |t: R| t / (R::lit(1.0) + t.mul_add(t, R::lit(1.0)).sqrt());
-    let t = half(half(ratio));
+    let t = half_angle(half_angle(ratio));
     let mut coefficients = [0.0; 12];
     for (k, c) in coefficients.iter_mut().enumerate() {
         *c = if k % 2 == 0 { 4.0 } else { -4.0 } / (2 * k + 1) as f64;
@@ -62,6 +61,12 @@ pub fn atan2<R: Real>(y: R, x: R) -> R {
     let quadrant = R::select(ax.lt(ay), R::lit(TAU_4) - octant, octant);
     let half_plane = R::select(x.lt(R::lit(0.0)), R::lit(2.0 * TAU_4) - quadrant, quadrant);
     R::select(y.lt(R::lit(0.0)), -half_plane, half_plane)
+}
+
+/// Tangent of half the angle whose tangent is `t`.
+#[inline(always)]
+fn half_angle<R: Real>(t: R) -> R {
+    t / (R::lit(1.0) + t.mul_add(t, R::lit(1.0)).sqrt())
 }
 
 /// Arc cosine; arguments outside [-1, 1] are clamped.

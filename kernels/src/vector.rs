@@ -139,7 +139,8 @@ impl<R: Real> Vec3<R> {
     /// Componentwise clamp to [-limit, limit].
     #[inline(always)]
     pub fn clamp(self, limit: R) -> Self {
-        self.map(|a| a.min(limit).max(-limit))
+        let low = -limit;
+        vec3(self.x.min(limit).max(low), self.y.min(limit).max(low), self.z.min(limit).max(low))
     }
 }
 
