@@ -102,14 +102,19 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
         call("tick_simulation(hil_masses(p), kinematics(hil_masses(p), hil));", &[], NONE),
     ),
     row("sensor_noise", 60.0, "deviates from logarithms near 1", call("let r0 = sensor_noise();", &["Wrench"], NONE)),
-    row("reset", 12.0, "the start carried back along its twist", call("reset();", &[], NONE)),
+    row(
+        "reset",
+        100.0,
+        "the start carried back along its twist, through roots that SwiftShader rounds coarsely",
+        call("reset();", &[], NONE),
+    ),
     row(
         "enter",
         0.0,
         "no arithmetic",
         call("let r0 = f32(enter(id, RUNNING)) + 2.0 * f32(enter(id, FRESH));", &["f32"], NONE),
     ),
-    row("begin", 12.0, "as reset", call("", &[], NONE)),
+    row("begin", 100.0, "as reset", call("", &[], NONE)),
     row(
         "end",
         100_000.0,
