@@ -1,7 +1,7 @@
 //! `softdock bench`: what this machine makes of the loops, in one run, beside its own peak.
 
 use crate::args::BenchArgs;
-use crate::words::{Exit, say};
+use crate::words::{Exit, json, say};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use softdock_engine::bench::{Scene, cpu_peak, device_peak, ticks_per_second};
@@ -29,7 +29,8 @@ pub(crate) fn bench(args: &BenchArgs) -> miette::Result<Exit> {
     let length = if args.quick { Length { seconds: 0.1, repeats: 1 } } else { Length { seconds: 1.0, repeats: 3 } };
     let rows = backends(length)?;
     let growth = growth(length).into_diagnostic()?;
-    say(if args.json { in_json(&rows, &growth).to_string() } else { in_words(&rows, &growth) });
+    let flops = Scene::IdealStep.flops();
+    say(if args.json { json(&in_json(flops, &rows, &growth)) } else { in_words(flops, &rows, &growth) });
     Ok(Exit::Done)
 }
 
@@ -111,13 +112,12 @@ fn growth(length: Length) -> Result<Vec<(u64, f64)>, EngineError> {
 
 impl Row {
     /// Share of the peak that the ideal steps reach.
-    fn share(&self) -> f64 {
-        self.ideal_steps * Scene::IdealStep.flops() as f64 / self.peak
+    fn share(&self, flops: usize) -> f64 {
+        self.ideal_steps * flops as f64 / self.peak
     }
 }
 
-fn in_words(rows: &[Row], growth: &[(u64, f64)]) -> String {
-    let flops = Scene::IdealStep.flops();
+fn in_words(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> String {
     let mut out = format!(
         "Scene: free base, 7 joints, free target, sphere in a cone with friction; {flops} flop per ideal step of 1 ms.\n\
          Loops: tick 1 ms in 4 substeps; HIL = both loops, delay 8 ms, lagging robots, noisy sensor.\n\n\
@@ -133,7 +133,7 @@ fn in_words(rows: &[Row], growth: &[(u64, f64)]) -> String {
             row.ideal_ticks,
             row.hil_ticks,
             row.peak / 1e9,
-            100.0 * row.share()
+            100.0 * row.share(flops)
         );
     }
     out += "\nCost against the number of runs (HIL loop, CPU lanes, all threads):\n";
@@ -143,18 +143,18 @@ fn in_words(rows: &[Row], growth: &[(u64, f64)]) -> String {
     out.trim_end().to_owned()
 }
 
-fn in_json(rows: &[Row], growth: &[(u64, f64)]) -> Value {
+fn in_json(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> Value {
     let rows: Vec<Value> = rows
         .iter()
         .map(|row| {
             json!({
                 "backend": row.backend, "threads": row.threads, "ideal_steps_per_s": row.ideal_steps,
                 "ideal_ticks_per_s": row.ideal_ticks, "hil_ticks_per_s": row.hil_ticks,
-                "peak_flop_per_s": row.peak, "share_of_peak": row.share(),
+                "peak_flop_per_s": row.peak, "share_of_peak": row.share(flops),
             })
         })
         .collect();
     let growth: Vec<Value> =
         growth.iter().map(|(runs, rate)| json!({ "runs": runs, "hil_ticks_per_s": rate })).collect();
-    json!({ "flop_per_ideal_step": Scene::IdealStep.flops(), "backends": rows, "growth": growth })
+    json!({ "flop_per_ideal_step": flops, "backends": rows, "growth": growth })
 }

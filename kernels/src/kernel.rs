@@ -79,7 +79,7 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);
 
-    let bristles = bristle_names(plant);
+    let bristles = bristle_names(plant.contact.points.len());
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
         STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(bristles)
@@ -131,9 +131,9 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     )
 }
 
-/// The bristles of all contact points: of the loop in space, then of the facility's.
-fn bristle_names(plant: &Plant) -> Vec<String> {
-    let of = |side: &'static str| (0..plant.contact.points.len()).map(move |i| format!("{side}_bristle_{i}"));
+/// Variables of the bristles of so many contact points: of the loop in space, then of the facility's.
+pub(crate) fn bristle_names(points: usize) -> Vec<String> {
+    let of = |side: &'static str| (0..points).map(move |i| format!("{side}_bristle_{i}"));
     of("space").chain(of("hil")).collect()
 }
 
@@ -143,7 +143,7 @@ fn bristle_names(plant: &Plant) -> Vec<String> {
 /// than the contact itself.
 fn touches(plant: &Plant) -> String {
     let mut out = String::new();
-    let names = bristle_names(plant);
+    let names = bristle_names(plant.contact.points.len());
     names.iter().for_each(|name| out.push_str(&format!("var<private> {name}: Vec3;\n")));
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
         let _ = write!(out, "\nfn {function}(pair: Pair, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
+use crate::kernel::bristle_names;
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +26,6 @@ pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f6
 
 /// The rows of a lane's state with so many contact points, in the order of the kernel's state buffer.
 pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
-    let bristles =
-        ["space", "hil"].into_iter().flat_map(|side| (0..points).map(move |i| format!("{side}_bristle_{i}")));
     let variables = [
         ("space", fields::<f64, Bodies<f64, N>>()),
         ("space_watch", fields::<f64, Watch<f64>>()),
@@ -41,7 +40,7 @@ pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
         fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
     };
     let variables = variables.map(|(variable, fields)| (variable.to_owned(), fields));
-    let bristles = bristles.map(|name| (name, fields::<f64, Vec3<f64>>()));
+    let bristles = bristle_names(points).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
     variables.into_iter().chain(bristles).flat_map(named).collect()
 }
 

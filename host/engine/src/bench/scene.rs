@@ -7,7 +7,7 @@ use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 
-/// Ticks per run before the bench scales them.
+/// A limit that no run meets.
 const ENDLESS: f64 = f64::INFINITY;
 
 /// The scene with a tick of `substeps` steps of `substep` seconds, ended after `ticks`.
