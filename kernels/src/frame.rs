@@ -216,7 +216,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     pub fn step(&mut self, m: &Plant) {
         let now = self.tick * L::lit(m.timing.tick());
-        let last = L::select(L::lit(f64::from(m.timing.max_ticks)).le(self.tick), L::lit(1.0), L::lit(0.0));
+        let last = L::select(L::lit(f64::from(m.timing.max_ticks) - 1.0).le(self.tick), L::lit(1.0), L::lit(0.0));
         self.tick_space(m, now, last);
         self.tick_hil(m, now, last);
         self.tick = self.tick + L::lit(1.0);
@@ -227,18 +227,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     fn tick_space(&mut self, m: &Plant, now: L, last: L) {
         let s = &mut self.space;
-        if !any::<L>(s.watch.done.le(L::lit(0.0))) {
+        let live = s.watch.done.le(L::lit(0.0));
+        if !any::<L>(live) {
             return;
         }
         let (mut bodies, mut seen, mut u) = (s.bodies, s.watch, still());
-        let mut live = s.watch.done.le(L::lit(0.0));
         for substep in 0..m.timing.substeps {
             let k = &mut s.kinematics;
             update_kinematics(m, s.masses, &bodies, k);
             if substep == 0 {
-                s.watch = finish(m, &s.watch, now, &k.parts, last);
-                live = s.watch.done.le(L::lit(0.0));
-                seen = s.watch;
                 u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(&seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
@@ -247,27 +244,26 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             seen = observe(m, &seen, time, &k.parts, &k.parts, &touch, &latch);
             bodies = advance(m, s.masses, &bodies, k, &u, monitor::total_wrench(&touch, &latch));
         }
-        s.watch = choose(live, &seen, &s.watch);
+        s.watch = choose(live, &finish(m, &seen, now + L::lit(m.timing.tick()), &s.kinematics.parts, last), &s.watch);
         s.bodies = choose(live, &settle(bodies), &s.bodies);
     }
 
     /// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
     #[inline(always)]
     fn tick_hil(&mut self, m: &Plant, now: L, last: L) {
-        if !any::<L>(self.hil.watch.done.le(L::lit(0.0))) {
-            return;
-        }
-        update_kinematics(m, self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
-        let parts = self.hil.kinematics.parts;
-        self.hil.watch = finish(m, &self.hil.watch, now, &parts, last);
         let live = self.hil.watch.done.le(L::lit(0.0));
         if !any::<L>(live) {
             return;
         }
+        update_kinematics(m, self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
+        let parts = self.hil.kinematics.parts;
         let jitter = self.send_command(m, &parts, live);
         self.tick_facility(m, &parts, now, jitter, live);
         self.receive_wrench(m, &parts, live);
         self.tick_simulation(m, live);
+        let s = &mut self.hil;
+        let ended = finish(m, &s.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
+        s.watch = choose(live, &ended, &s.watch);
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].

@@ -6,6 +6,8 @@ const FRESH = 1u;
 const RUNNING = 2u;
 const FINISHED = 3u;
 
+const TICK = SUBSTEP * f32(SUBSTEPS);
+
 struct Batch {
     lanes: u32,
     ticks: u32,
@@ -47,14 +49,11 @@ fn tick_space(now: f32, last: f32) {
     let masses = space_masses(p);
     let pair = space_pair(p);
     var u: Actuation;
+    var parts: Parts;
     for (var substep = 0u; substep < SUBSTEPS; substep++) {
         let k = kinematics(masses, space);
-        let parts = parts_of(k);
+        parts = parts_of(k);
         if (substep == 0u) {
-            space_watch = finish(space_watch, now, parts, last);
-            if (space_watch.done > 0.0) {
-                return;
-            }
             u = guide(p, masses, space, k, space_watch);
         }
         let touch = touch_space(pair, parts);
@@ -63,6 +62,7 @@ fn tick_space(now: f32, last: f32) {
         space = advance(masses, space, k, u, total_wrench(touch, hold));
     }
     space = settle(space);
+    space_watch = finish(space_watch, now + TICK, parts, last);
 }
 
 // The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
@@ -70,14 +70,11 @@ fn tick_hil(now: f32, last: f32) {
     let masses = hil_masses(p);
     let k = kinematics(masses, hil);
     let parts = parts_of(k);
-    hil_watch = finish(hil_watch, now, parts, last);
-    if (hil_watch.done > 0.0) {
-        return;
-    }
     let jitter = send_command(parts);
     tick_facility(parts, now, jitter);
     receive_wrench(parts);
-    tick_simulation(masses, k);
+    let reached = tick_simulation(masses, k);
+    hil_watch = finish(hil_watch, now + TICK, reached, last);
 }
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
@@ -101,7 +98,7 @@ fn send_command(parts: Parts) -> f32 {
 // Robots, contact and sensor over the tick that ends now.
 fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let pair = hil_pair(p);
-    let delay = max(transport(p) + jitter * (1.0 / (SUBSTEP * f32(SUBSTEPS))), 0.0);
+    let delay = max(transport(p) + jitter * (1.0 / TICK), 0.0);
     let oldest = max(floor(1.0 / f32(SUBSTEPS) - delay), 3.0 - f32(SLOTS));
     // Three neighbouring commands cover the tick; they are read once, since storage is far away.
     let back = i32(1.0 - oldest);
@@ -126,7 +123,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
 // The measured wrench as it arrives: delayed, between two samples.
 fn receive_wrench(parts: Parts) {
     put_wrench(tick % SLOTS, output_of(sensed));
-    let age = p.sensor_delay * (1.0 / (SUBSTEP * f32(SUBSTEPS)));
+    let age = p.sensor_delay * (1.0 / TICK);
     let whole = floor(age);
     let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
     let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);
@@ -136,20 +133,22 @@ fn receive_wrench(parts: Parts) {
     held = next;
 }
 
-// The simulation computer's tick: guidance, then the bodies under the held wrench.
-fn tick_simulation(masses: Masses, first: Kinematics) {
+// The simulation computer's tick: guidance, then the bodies under the held wrench; gives the parts at the last substep.
+fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
     let u = guide(p, masses, hil, first, hil_watch);
     var k = first;
+    var parts: Parts;
     for (var substep = 0u; substep < SUBSTEPS; substep++) {
         if (substep > 0u) {
             k = kinematics(masses, hil);
         }
-        let parts = parts_of(k);
+        parts = parts_of(k);
         let fed = feed_back(parts, held);
         hil_watch.port_energy = fma(port_power(parts, fed), SUBSTEP, hil_watch.port_energy);
         hil = advance(masses, hil, k, u, fed);
     }
     hil = settle(hil);
+    return parts;
 }
 
 // Six normal deviates for a sample of the sensor.
@@ -219,8 +218,8 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     load_state();
     var status = RUNNING;
     for (var count = 0u; count < batch.ticks; count++) {
-        let now = f32(tick) * (SUBSTEP * f32(SUBSTEPS));
-        let last = select(0.0, 1.0, tick >= MAX_TICKS);
+        let now = f32(tick) * TICK;
+        let last = select(0.0, 1.0, tick + 1u >= MAX_TICKS);
         if (space_watch.done <= 0.0) {
             tick_space(now, last);
         }

@@ -96,7 +96,7 @@ impl<const N: usize> Tile<f64, N> {
 
     /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
     fn clock(&self, m: &Plant) -> (f64, f64) {
-        let last = if f64::from(m.timing.max_ticks) <= self.tick { 1.0 } else { 0.0 };
+        let last = if f64::from(m.timing.max_ticks) - 1.0 <= self.tick { 1.0 } else { 0.0 };
         (self.tick * m.timing.tick(), last)
     }
 }
