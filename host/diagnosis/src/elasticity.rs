@@ -7,7 +7,7 @@ use crate::motion::{Motion, Preparation};
 use serde::Serialize;
 use softdock_campaign::Robot;
 
-/// Share of the difference's variance that the load must explain before a stiffness is believed.
+/// Share of the variance that the load must explain, of what the recorder's lag leaves, before a stiffness is believed.
 const LEAST_EXPLAINED: f64 = 0.5;
 
 /// What the second encoder of a joint shows.
@@ -15,18 +15,22 @@ const LEAST_EXPLAINED: f64 = 0.5;
 pub struct Elasticity {
     /// Joint, from 0.
     pub joint: usize,
-    /// Stiffness `load / (motor angle - link angle)` \[N m/rad\].
-    pub stiffness_n_m_per_rad: f64,
-    /// Share of the difference's variance that the load explains.
-    pub explained: f64,
-    /// Root mean square of the difference \[rad\].
+    /// Root mean square of motor angle - link angle about its mean \[rad\].
     pub difference_rad: f64,
+    /// Time by which the second encoder's samples are older than the motor's \[s\].
+    pub lag_s: f64,
+    /// Share of the difference's variance that this lag explains.
+    pub explained_by_lag: f64,
+    /// Stiffness `load / (motor angle - link angle)` of what the lag leaves \[N m/rad\].
+    pub stiffness_n_m_per_rad: f64,
+    /// Share of the variance that the load explains of what the lag leaves.
+    pub explained_by_load: f64,
 }
 
 impl Elasticity {
     /// Worth writing into the model.
     pub fn is_believed(&self) -> bool {
-        self.explained >= LEAST_EXPLAINED && self.stiffness_n_m_per_rad > 0.0
+        self.explained_by_load >= LEAST_EXPLAINED && self.stiffness_n_m_per_rad > 0.0
     }
 }
 
@@ -47,30 +51,42 @@ pub fn elasticity(robot: &Robot, recordings: &[Recording], preparation: &Prepara
     let smoother = Smoother::LowPass { cutoff: preparation.cutoff };
     let joints = 0..robot.model.joints.len();
     let of_joint = |joint: usize| {
-        let (mut load, mut difference) = (Vec::new(), Vec::new());
+        let (mut load, mut rate, mut difference) = (Vec::new(), Vec::new(), Vec::new());
         for recording in recordings {
             let Some(link) = recording.link_angle.get(&joint) else { continue };
             let motion = Motion::new(recording, &preparation).ok()?;
             load.extend(predicted(&bare, &motion).swap_remove(joint));
+            rate.extend_from_slice(&motion.rate[joint]);
             let link = smoother.smooth(link, recording.step);
             difference.extend(motion.angle[joint].iter().zip(link).map(|(motor, link)| motor - link));
         }
-        (!load.is_empty()).then(|| slope(joint, &load, &difference))
+        (!load.is_empty()).then(|| split(joint, centred(&load), &centred(&rate), centred(&difference)))
     };
     joints.filter_map(of_joint).collect()
 }
 
-fn slope(joint: usize, load: &[f64], difference: &[f64]) -> Elasticity {
-    let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
-    let (of_load, of_difference) = (mean(load), mean(difference));
-    let product = |a: &[f64], b: &[f64], ma: f64, mb: f64| a.iter().zip(b).map(|(a, b)| (a - ma) * (b - mb)).sum::<f64>();
-    let cross = product(load, difference, of_load, of_difference);
-    let power = product(load, load, of_load, of_load).max(f64::MIN_POSITIVE);
-    let variance = product(difference, difference, of_difference, of_difference).max(f64::MIN_POSITIVE);
+fn centred(series: &[f64]) -> Vec<f64> {
+    let mean = series.iter().sum::<f64>() / series.len() as f64;
+    series.iter().map(|value| value - mean).collect()
+}
+
+/// Lag first: it belongs to the recorder; then the stiffness from what is left of load and difference.
+fn split(joint: usize, load: Vec<f64>, rate: &[f64], difference: Vec<f64>) -> Elasticity {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let power = |a: &[f64]| product(a, a).max(f64::MIN_POSITIVE);
+    let without_rate = |series: &[f64]| -> (f64, Vec<f64>) {
+        let factor = product(series, rate) / power(rate);
+        (factor, series.iter().zip(rate).map(|(value, rate)| value - factor * rate).collect())
+    };
+    let (lag_s, rest) = without_rate(&difference);
+    let (_, load) = without_rate(&load);
+    let cross = product(&load, &rest);
     Elasticity {
         joint,
-        stiffness_n_m_per_rad: power / cross,
-        explained: cross * cross / (power * variance),
-        difference_rad: crate::system::rms(difference),
+        difference_rad: crate::system::rms(&difference),
+        lag_s,
+        explained_by_lag: 1.0 - power(&rest) / power(&difference),
+        stiffness_n_m_per_rad: power(&load) / cross,
+        explained_by_load: cross * cross / (power(&load) * power(&rest)),
     }
 }

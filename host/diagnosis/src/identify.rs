@@ -166,7 +166,8 @@ const LEAST_TRAVEL: f64 = 0.01;
 fn still_joints(robot: &Robot, motions: &[Motion]) -> Result<()> {
     for (joint, facts) in robot.joints.iter().enumerate() {
         let all = || motions.iter().flat_map(|motion| motion.angle[joint].iter());
-        let (least, greatest) = (all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(f64::NEG_INFINITY, f64::max));
+        let (least, greatest) =
+            (all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(f64::NEG_INFINITY, f64::max));
         if greatest - least < LEAST_TRAVEL {
             let what = format!("joint {} moves by {:.4} deg only", facts.name, (greatest - least).to_degrees());
             let remedy = "record a motion that moves every joint; `identify robot MODEL --design` makes one";

@@ -5,13 +5,17 @@ pub mod choose;
 pub mod consistent;
 pub mod elasticity;
 mod error;
+pub mod excitation;
 pub mod filter;
 mod identify;
 pub mod layout;
 pub mod log;
+pub mod marks;
 pub mod model;
 pub mod motion;
 pub mod regressor;
+pub mod report;
+pub mod series;
 pub mod system;
 pub mod whiteness;
 

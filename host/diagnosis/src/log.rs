@@ -170,7 +170,12 @@ fn clean(cell: &str) -> &str {
 fn equal_step(path: &Path, time: &[f64]) -> Result<f64> {
     if time.len() < FEWEST_ROWS {
         let what = format!("{} rows are too few to filter", time.len());
-        return Err(Error::log(path, None, what, format!("record at least {FEWEST_ROWS} rows, better several seconds")));
+        return Err(Error::log(
+            path,
+            None,
+            what,
+            format!("record at least {FEWEST_ROWS} rows, better several seconds"),
+        ));
     }
     let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     let unequal = time.windows(2).position(|pair| ((pair[1] - pair[0]) - step).abs() > JITTER * step.abs());

@@ -56,8 +56,7 @@ fn raw_torques<const N: usize>(robot: &Manipulator, motion: &Motion) -> Vec<Vec<
     let mut out = vec![Vec::with_capacity(motion.rows()); N];
     for k in 0..motion.rows() {
         let at = |columns: &[Vec<f64>]| -> [f64; N] { std::array::from_fn(|joint| columns[joint][k]) };
-        let torques =
-            inverse_dynamics(robot, at(&motion.angle), at(&motion.rate), at(&motion.acceleration), at(&slip));
+        let torques = inverse_dynamics(robot, at(&motion.angle), at(&motion.rate), at(&motion.acceleration), at(&slip));
         out.iter_mut().zip(torques).for_each(|(series, torque)| series.push(torque));
     }
     out

@@ -69,8 +69,7 @@ impl System {
         let mut raw = vec![vec![vec![0.0; motion.rows()]; 10 * n]; n];
         for k in 0..motion.rows() {
             let at = |columns: &[Vec<f64>]| columns.iter().map(|column| column[k]).collect::<Vec<f64>>();
-            let rows =
-                rigid_regressor(&robot.model, &at(&motion.angle), &at(&motion.rate), &at(&motion.acceleration));
+            let rows = rigid_regressor(&robot.model, &at(&motion.angle), &at(&motion.rate), &at(&motion.acceleration));
             for (columns, row) in raw.iter_mut().zip(&rows) {
                 columns.iter_mut().zip(row).for_each(|(column, value)| column[k] = *value);
             }

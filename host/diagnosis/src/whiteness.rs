@@ -23,11 +23,11 @@ impl Whiteness {
         let series: Vec<f64> = residual.iter().copied().step_by(every.max(1)).collect();
         let n = series.len() as f64;
         let mean = series.iter().sum::<f64>() / n;
-        let product =
-            |lag: usize| series.iter().zip(&series[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+        let product = |lag: usize| series.iter().zip(&series[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
         let power = product(0).max(f64::MIN_POSITIVE);
         let lags = LAGS.min(series.len().saturating_sub(2));
-        let ljung_box = (1..=lags).map(|lag| (product(lag) / power).powi(2) / (n - lag as f64)).sum::<f64>() * n * (n + 2.0);
+        let ljung_box =
+            (1..=lags).map(|lag| (product(lag) / power).powi(2) / (n - lag as f64)).sum::<f64>() * n * (n + 2.0);
         let p_value = ChiSquared::new(lags as f64).map_or(1.0, |chi| 1.0 - chi.cdf(ljung_box));
         Self { lag_one: product(1) / power, ljung_box, p_value }
     }
