@@ -48,6 +48,64 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// List what runs can be made on.
     Devices,
+    /// Identify a robot from recorded motions, or design a motion that shows its parameters.
+    Identify(IdentifyArgs),
+}
+
+/// Arguments of `identify`.
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyArgs {
+    /// What is identified.
+    #[command(subcommand)]
+    pub(crate) what: Identify,
+}
+
+/// What can be identified.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Identify {
+    /// Links, rotors and friction of an industrial robot.
+    Robot(Box<RobotArgs>),
+}
+
+/// Arguments of `identify robot`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Recordings are CSV or Parquet; the model file's [log] says which column is what. DIR gets the identified model, the
+page and the figures as JSON.
+
+Examples:
+  softdock identify robot campaigns/models/kr300_r2500.toml traj_A.csv --validate traj_B.csv --out results/kr300
+  softdock identify robot campaigns/models/kr300_r2500.toml --design --out results/kr300_motion")]
+pub(crate) struct RobotArgs {
+    /// Robot model file: what is known before.
+    pub(crate) model: PathBuf,
+    /// Recordings that are fitted.
+    #[arg(value_name = "LOG", required_unless_present = "design", conflicts_with = "design")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Recordings that are only predicted.
+    #[arg(long, value_name = "LOG", num_args = 1.., conflicts_with = "design")]
+    pub(crate) validate: Vec<PathBuf>,
+    /// Known errors to show beside: a CSV with a name and one percentage per joint in each line.
+    #[arg(long, value_name = "FILE", conflicts_with = "design")]
+    pub(crate) marks: Option<PathBuf>,
+    /// Results folder; `results/identify_ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Low-pass of positions and torques, or highest frequency of the Fourier series \[Hz\].
+    #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
+    pub(crate) cutoff: f64,
+    /// Period of a periodic motion \[s\]: its periods are averaged and differentiated as a Fourier series.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) period: Option<f64>,
+    /// Weight of the a-priori model, instead of choosing it by cross-validation.
+    #[arg(long, value_name = "WEIGHT", value_parser = positive)]
+    pub(crate) weight: Option<f64>,
+    /// Design a motion that shows the parameters well, inside all limits, instead of identifying.
+    #[arg(long)]
+    pub(crate) design: bool,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Arguments of `kernel`.
@@ -201,6 +259,8 @@ pub(crate) enum SchemaKind {
     Campaign,
     /// What is simulated, and on which facility.
     Scenario,
+    /// An industrial robot.
+    Robot,
 }
 
 /// Backends as typed.
@@ -244,6 +304,11 @@ fn share(text: &str) -> Result<f64, String> {
     let value = number.trim().parse::<f64>().map_err(|_| "write a share as 99% or 0.99".to_owned())? / scale;
     let possible = value > 0.0 && value <= 0.999_999;
     possible.then_some(value).ok_or_else(|| "a share lies above 0 and is at most 99.9999%".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "write a number above 0".to_owned())
 }
 
 fn part(text: &str) -> Result<Part, String> {

@@ -8,6 +8,7 @@ mod farm;
 mod finish;
 mod folder;
 mod half_step;
+mod identify;
 mod kernel;
 mod merge;
 mod page;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Schema(args) => schema::schema(&args),
         Command::Kernel(args) => kernel::kernel_listing(&args),
         Command::Bench(args) => bench::bench(&args),
+        Command::Identify(args) => identify::identify(&args),
         Command::Devices => devices::devices(),
     };
     words::leave(answer)

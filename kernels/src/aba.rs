@@ -67,7 +67,7 @@ pub(crate) fn momentum<R: Real>(mass: R, com: Vec3<R>, inertia: Sym3<R>, v: Spat
 
 /// The force that moves a rigid body with a twist and an acceleration.
 #[inline(always)]
-fn inertial_force<R: Real>(
+pub(crate) fn inertial_force<R: Real>(
     mass: R,
     com: Vec3<R>,
     inertia: Sym3<R>,

@@ -13,6 +13,7 @@ pub mod frame;
 pub mod guidance;
 pub mod kernel;
 pub mod lanes;
+pub mod manipulator;
 pub mod math;
 pub mod metrics;
 pub mod model;

@@ -9,7 +9,7 @@ pub mod facts;
 pub mod number;
 pub mod parity;
 pub mod plan;
-mod plots;
+pub mod plots;
 mod reading;
 pub mod report;
 mod summarise;
@@ -19,7 +19,7 @@ mod terminal;
 
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
-pub use report::{Dispersion, Fact, ReportInput, report_page, write_report, write_summary};
+pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Summary, Verdict};
 pub use terminal::verdict_text;

@@ -22,6 +22,9 @@ use crate::plots::success::success_figure;
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
 
+/// The style sheet of every page, to stand inside it.
+pub const STYLE: &str = include_str!("page/style.css");
+
 /// One dispersed parameter, in the words of the campaign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dispersion {
@@ -129,7 +132,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         success.extend(success_figure(&sample, column)?);
     }
     let page = Page {
-        style: include_str!("page/style.css"),
+        style: STYLE,
         summary,
         campaign_text: input.campaign.text,
         reading: agreement_reading(summary),

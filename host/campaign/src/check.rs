@@ -1,13 +1,14 @@
 //! From values as written to numbers in SI: units, ranges and lengths of lists, every problem noted.
 
 use crate::problem::Problem;
-use crate::ranges::{ANGLE, LENGTH, Range, legal};
+use crate::ranges::{ANGLE, INERTIA, LENGTH, Range, legal};
 use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
+use crate::written::scenario::InertiaTable;
 use crate::written::{At, Quantities, Quantity, Scalar};
 use softdock_kernels::fields::fields;
 use softdock_kernels::params::Params;
-use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Range as Span;
 
 /// Reads the values of one file and collects what is wrong with them.
@@ -133,6 +134,20 @@ impl Checker {
         let position = self.vector_or_zero(position, "m", Range::size(LENGTH));
         let rpy = self.vector_or_zero(rotation, "rad", Range::size(ANGLE));
         Pose { position, attitude: from_roll_pitch_yaw(rpy) }
+    }
+
+    /// An inertia tensor; whether a body can have it is not checked here.
+    pub(crate) fn inertia(&mut self, t: &InertiaTable) -> Sym3<f64> {
+        let unit = "kg m^2";
+        let (moment, product) = (Range::above(0.0, INERTIA), Range::size(INERTIA));
+        Sym3 {
+            xx: self.number(&t.ixx, unit, moment),
+            yy: self.number(&t.iyy, unit, moment),
+            zz: self.number(&t.izz, unit, moment),
+            xy: self.number_or(&t.ixy, 0.0, unit, product),
+            xz: self.number_or(&t.ixz, 0.0, unit, product),
+            yz: self.number_or(&t.iyz, 0.0, unit, product),
+        }
     }
 
     /// One of several words.

@@ -1,4 +1,4 @@
-//! Campaign and scenario files: read as written, checked into types that cannot be wrong, drawn run by run.
+//! Campaign, scenario and robot files: read as written, checked into types that cannot be wrong, drawn run by run.
 
 mod arm;
 pub mod campaign;
@@ -16,6 +16,7 @@ mod problem;
 mod ranges;
 mod read;
 pub mod requirement;
+pub mod robot;
 mod sampling;
 mod scenario;
 mod source;
@@ -28,6 +29,7 @@ mod written;
 pub use campaign::Campaign;
 pub use histogram::histograms;
 pub use problem::{Problem, Problems};
+pub use robot::Robot;
 pub use sampling::Draw;
 pub use scenario::Scenario;
 
@@ -51,6 +53,11 @@ pub fn json_schema() -> String {
 /// JSON Schema of scenario files, for editors.
 pub fn scenario_json_schema() -> String {
     pretty(&schemars::schema_for!(written::scenario::ScenarioFile))
+}
+
+/// JSON Schema of robot model files, for editors.
+pub fn robot_json_schema() -> String {
+    pretty(&schemars::schema_for!(written::robot::RobotFile))
 }
 
 fn pretty(schema: &schemars::Schema) -> String {

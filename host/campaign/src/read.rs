@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 /// What to write for a key that must be there.
 const EXAMPLES: &[(&str, &str)] = &[
-    ("schema", "schema = \"campaign/1\" (or \"scenario/1\")"),
+    ("schema", "schema = \"campaign/1\" (or \"scenario/1\", \"robot/1\")"),
     ("id", "id = \"a-name\""),
     ("title", "title = \"one line for people\""),
     ("seed", "seed = 20261121 (any whole number; the same seed gives the same runs)"),
@@ -23,6 +23,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("stiffness", "stiffness = \"1e5 N/m\""),
     ("law", "law = \"linear\""),
     ("max_depth", "max_depth = \"20 mm\""),
+    ("source", "source = \"where the values come from\""),
     ("probability", "probability = \"99 %\""),
     ("confidence", "confidence = \"90 %\""),
 ];

@@ -139,6 +139,7 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("m/s", "a speed", "m/s, mm/s"),
     ("m/s^2", "an acceleration", "m/s^2, mm/s^2"),
     ("rad/s", "an angular rate", "deg/s, rad/s, rpm"),
+    ("rad/s^2", "an angular acceleration", "deg/s^2, rad/s^2"),
     ("Hz", "a frequency", "Hz, kHz"),
     ("N/m", "a stiffness", "N/m, N/mm, kN/m"),
     ("N s/m", "a damping", "N s/m, N s/mm"),

@@ -5,6 +5,7 @@
 
 mod atomic;
 mod error;
+pub mod foreign;
 pub mod merge;
 pub mod parity;
 mod read;

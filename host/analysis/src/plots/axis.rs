@@ -8,7 +8,8 @@ use crate::number::significant;
 
 /// How values are laid out along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Scale {
+pub enum Scale {
+    /// Evenly.
     Linear,
     /// Positive values only.
     Log,
@@ -18,7 +19,7 @@ pub(crate) enum Scale {
 
 /// One axis of a figure.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub struct Axis {
     pub(crate) label: String,
     pub(crate) lo: f64,
     pub(crate) hi: f64,
@@ -30,19 +31,19 @@ const LOG_RATIO: f64 = 10.0;
 
 impl Axis {
     /// A linear axis; an empty range is widened.
-    pub(crate) fn linear(label: impl Into<String>, lo: f64, hi: f64) -> Self {
+    pub fn linear(label: impl Into<String>, lo: f64, hi: f64) -> Self {
         let half = if hi > lo { 0.0 } else { 0.5 * lo.abs().max(1e-12) };
         Self { label: label.into(), lo: lo - half, hi: hi.max(lo) + half, scale: Scale::Linear }
     }
 
     /// Logarithmic if the quantity is positive and spans more than a decade.
-    pub(crate) fn fitting(label: impl Into<String>, lo: f64, hi: f64) -> Self {
+    pub fn fitting(label: impl Into<String>, lo: f64, hi: f64) -> Self {
         let scale = if lo > 0.0 && hi / lo > LOG_RATIO { Scale::Log } else { Scale::Linear };
         Self { scale, ..Self::linear(label, lo, hi) }
     }
 
     /// With some room at both ends of a linear axis.
-    pub(crate) fn padded(self, share: f64) -> Self {
+    pub fn padded(self, share: f64) -> Self {
         let room = share * (self.hi - self.lo);
         Self { lo: self.lo - room, hi: self.hi + room, ..self }
     }

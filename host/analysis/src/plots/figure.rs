@@ -15,25 +15,38 @@ use crate::{Error, Result};
 const SCALE: u32 = 4;
 
 /// Colours that remain distinct for colour-blind readers and in grey print (Okabe and Ito; Tol).
-pub(crate) mod colour {
+pub mod colour {
     use super::RGBColor;
-    pub(crate) const SPACE: RGBColor = RGBColor(0x00, 0x72, 0xB2);
-    pub(crate) const FACILITY: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
-    pub(crate) const TRUE_PASS: RGBColor = RGBColor(0x6B, 0xB3, 0xA3);
-    pub(crate) const FALSE_PASS: RGBColor = RGBColor(0xAA, 0x33, 0x77);
-    pub(crate) const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
-    pub(crate) const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
-    pub(crate) const LIMIT: RGBColor = RGBColor(0x22, 0x22, 0x22);
-    pub(crate) const GRID: RGBColor = RGBColor(0xE6, 0xE6, 0xE3);
-    pub(crate) const FRAME: RGBColor = RGBColor(0x8A, 0x8A, 0x86);
-    pub(crate) const TEXT: RGBColor = RGBColor(0x33, 0x33, 0x33);
+    /// The loop in space; what is measured.
+    pub const SPACE: RGBColor = RGBColor(0x00, 0x72, 0xB2);
+    /// The loop on the facility; what a model predicts.
+    pub const FACILITY: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
+    /// Both pass.
+    pub const TRUE_PASS: RGBColor = RGBColor(0x6B, 0xB3, 0xA3);
+    /// Only the facility passes.
+    pub const FALSE_PASS: RGBColor = RGBColor(0xAA, 0x33, 0x77);
+    /// Both fail.
+    pub const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
+    /// Only the facility fails.
+    pub const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
+    /// Limits.
+    pub const LIMIT: RGBColor = RGBColor(0x22, 0x22, 0x22);
+    /// Grid lines.
+    pub const GRID: RGBColor = RGBColor(0xE6, 0xE6, 0xE3);
+    /// Frame.
+    pub const FRAME: RGBColor = RGBColor(0x8A, 0x8A, 0x86);
+    /// Letters.
+    pub const TEXT: RGBColor = RGBColor(0x33, 0x33, 0x33);
 }
 
 /// Width and height of a figure on the page, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Size {
+pub enum Size {
+    /// The page's width.
     Wide,
+    /// Two side by side.
     Half,
+    /// Three side by side.
     Third,
 }
 
@@ -59,7 +72,7 @@ enum Layer {
 
 /// A figure under construction.
 #[derive(Clone, Debug)]
-pub(crate) struct Figure {
+pub struct Figure {
     title: String,
     size: Size,
     x: Axis,
@@ -71,18 +84,18 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 impl Figure {
     /// An empty figure; the title is for screen readers and error messages, the caption stands on the page.
-    pub(crate) fn new(title: impl Into<String>, size: Size, x: Axis, y: Axis) -> Self {
+    pub fn new(title: impl Into<String>, size: Size, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), size, x, y, layers: Vec::new() }
     }
 
     /// A line through points.
-    pub(crate) fn line(mut self, points: Vec<(f64, f64)>, colour: RGBColor, width: f64) -> Self {
+    pub fn line(mut self, points: Vec<(f64, f64)>, colour: RGBColor, width: f64) -> Self {
         self.layers.push(Layer::Line { points, colour, width });
         self
     }
 
     /// A filled area between a lower and an upper line: x, lower, upper.
-    pub(crate) fn band(mut self, points: &[(f64, f64, f64)], colour: RGBColor, opacity: f64) -> Self {
+    pub fn band(mut self, points: &[(f64, f64, f64)], colour: RGBColor, opacity: f64) -> Self {
         let upper = points.iter().map(|(x, _, hi)| (*x, *hi));
         let lower = points.iter().rev().map(|(x, lo, _)| (*x, *lo));
         self.layers.push(Layer::Area { outline: upper.chain(lower).collect(), colour, opacity });
@@ -90,25 +103,25 @@ impl Figure {
     }
 
     /// Bars from the x axis: left, right, height.
-    pub(crate) fn bars(mut self, bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64) -> Self {
+    pub fn bars(mut self, bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64) -> Self {
         self.layers.push(Layer::Bars { bars, colour, opacity });
         self
     }
 
     /// Dots.
-    pub(crate) fn points(mut self, points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64) -> Self {
+    pub fn points(mut self, points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64) -> Self {
         self.layers.push(Layer::Points { points, colour, radius, opacity });
         self
     }
 
     /// A vertical line with its name, as high as this share of the y axis.
-    pub(crate) fn limit(mut self, x: f64, label: impl Into<String>, colour: RGBColor, height: f64) -> Self {
+    pub fn limit(mut self, x: f64, label: impl Into<String>, colour: RGBColor, height: f64) -> Self {
         self.layers.push(Layer::Limit { x, label: label.into(), colour, height });
         self
     }
 
     /// The figure as an inline SVG element.
-    pub(crate) fn svg(&self) -> Result<String> {
+    pub fn svg(&self) -> Result<String> {
         let (width, height) = self.size.pixels();
         let mut out = String::new();
         self.draw(&mut out, (width * SCALE, height * SCALE))

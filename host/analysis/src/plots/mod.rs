@@ -1,8 +1,8 @@
 //! The report's figures: what each shows, from data to SVG.
 
-mod axis;
+pub mod axis;
 pub(crate) mod energy;
-mod figure;
+pub mod figure;
 pub(crate) mod force;
 pub(crate) mod margin;
 pub(crate) mod sample;

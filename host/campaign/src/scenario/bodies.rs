@@ -4,7 +4,7 @@ use crate::arm::{self, Arm};
 use crate::check::{Checker, inverse};
 use crate::inertia::fault;
 use crate::placement::end_frame;
-use crate::ranges::{ANGLE, INERTIA, Range};
+use crate::ranges::{ANGLE, Range};
 use crate::source::Source;
 use crate::written::At;
 use crate::written::scenario::{ArmTable, InertiaTable, ScenarioFile};
@@ -117,16 +117,7 @@ fn angles(c: &mut Checker, table: &ArmTable, arm: &Arm) -> Vec<f64> {
 
 fn inertia(c: &mut Checker, table: &At<InertiaTable>) -> Sym3<f64> {
     let noted = c.problems.len();
-    let (unit, t) = ("kg m^2", &table.value);
-    let (moment, product) = (Range::above(0.0, INERTIA), Range::size(INERTIA));
-    let inertia = Sym3 {
-        xx: c.number(&t.ixx, unit, moment),
-        yy: c.number(&t.iyy, unit, moment),
-        zz: c.number(&t.izz, unit, moment),
-        xy: c.number_or(&t.ixy, 0.0, unit, product),
-        xz: c.number_or(&t.ixz, 0.0, unit, product),
-        yz: c.number_or(&t.iyz, 0.0, unit, product),
-    };
+    let inertia = c.inertia(&table.value);
     if c.problems.len() == noted
         && let Some(fault) = fault(inertia)
     {

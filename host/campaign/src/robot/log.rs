@@ -1,0 +1,105 @@
+//! The column map of recordings: which signal stands in which column, in which unit.
+
+use crate::check::Checker;
+use crate::ranges::Range;
+use crate::suggest::suggestion;
+use crate::units::{UnitError, noun, quantity, suggestions};
+use crate::written::At;
+use crate::written::robot::LogTable;
+use std::collections::BTreeMap;
+
+/// What a signal measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Time \[s\].
+    Time,
+    /// Joint angle by the motor's encoder \[rad\].
+    Angle,
+    /// Joint angle by an encoder behind the gear \[rad\].
+    LinkAngle,
+    /// Commanded joint angle \[rad\].
+    Reference,
+    /// Drive torque at the motor's side \[N m\].
+    MotorTorque,
+    /// Drive torque at the joint's side \[N m\].
+    JointTorque,
+}
+
+/// Names of the signals, their SI units and meanings; a robot's number and an axis from 1 complete all but `t`.
+pub const SIGNALS: [(&str, Quantity, &str, &str); 6] = [
+    ("t", Quantity::Time, "s", "time"),
+    ("q", Quantity::Angle, "rad", "joint angle by the motor's encoder"),
+    ("q_link", Quantity::LinkAngle, "rad", "joint angle by an encoder behind the gear"),
+    ("q_ref", Quantity::Reference, "rad", "commanded joint angle"),
+    ("tau_motor", Quantity::MotorTorque, "N m", "drive torque at the motor's side"),
+    ("tau", Quantity::JointTorque, "N m", "drive torque at the joint's side"),
+];
+
+/// A signal of one joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Signal {
+    /// What is measured.
+    pub quantity: Quantity,
+    /// Joint, from 0; 0 for time.
+    pub joint: usize,
+}
+
+/// A column and what turns it into SI: `factor * column + offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// What the column holds.
+    pub signal: Signal,
+    /// The signal's name in the file (`r1.q.1`).
+    pub name: String,
+    /// Name of the column.
+    pub column: String,
+    /// SI per unit of the column.
+    pub factor: f64,
+    /// Added in SI.
+    pub offset: f64,
+}
+
+pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, joints: usize) -> Vec<Channel> {
+    let mut channels: Vec<Channel> =
+        table.iter().filter_map(|(name, written)| channel(c, name, written, joints)).collect();
+    channels.sort_by_key(|channel| channel.signal);
+    channels
+}
+
+fn channel(c: &mut Checker, name: &str, written: &At<LogTable>, joints: usize) -> Option<Channel> {
+    let t = &written.value;
+    let Some((signal, si)) = signal(name, joints) else {
+        let known: Vec<String> =
+            SIGNALS.iter().map(|row| if row.0 == "t" { "t".into() } else { format!("r1.{}.1", row.0) }).collect();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let message = format!("there is no signal `{name}` of a robot with {joints} joints");
+        c.refuse(&written.span, message, suggestion(name, &known));
+        return None;
+    };
+    let factor = match quantity(&format!("1 {}", t.unit.value), si) {
+        Ok(factor) => factor,
+        Err(error) => {
+            let message = match error {
+                UnitError::Mismatch { found } => format!("the unit of {found}, not of {}", noun(si)),
+                _ => format!("`{}` is no unit that is read", t.unit.value),
+            };
+            c.refuse(&t.unit.span, message, format!("write one of: {}", suggestions(si)));
+            return None;
+        }
+    };
+    let scale = c.number_or(&t.scale, 1.0, "1", Range::size(1e9));
+    let offset = c.number_or(&t.offset, 0.0, si, Range::size(1e9));
+    Some(Channel { signal, name: name.to_owned(), column: t.column.value.clone(), factor: factor * scale, offset })
+}
+
+/// `t`, or `r1.q.3`: the signal and its SI unit.
+fn signal(name: &str, joints: usize) -> Option<(Signal, &'static str)> {
+    let row = |word: &str| SIGNALS.iter().find(|row| row.0 == word);
+    if name == "t" {
+        return row("t").map(|row| (Signal { quantity: row.1, joint: 0 }, row.2));
+    }
+    let (_, rest) = name.strip_prefix('r')?.split_once('.').filter(|(robot, _)| robot.parse::<u32>().is_ok())?;
+    let (word, axis) = rest.split_once('.')?;
+    let joint = axis.parse::<usize>().ok().filter(|axis| (1..=joints).contains(axis))? - 1;
+    row(word).filter(|row| row.0 != "t").map(|row| (Signal { quantity: row.1, joint }, row.2))
+}

@@ -1,0 +1,80 @@
+//! `softdock identify robot`: a robot's model from its recorded motions, or a motion worth recording.
+
+use crate::args::{Identify, IdentifyArgs, RobotArgs, default_results};
+use crate::words::{Exit, explain, json, refuse, say};
+use miette::{IntoDiagnostic, Report};
+use softdock_campaign::Robot;
+use softdock_diagnosis::marks::read_marks;
+use softdock_diagnosis::motion::Preparation;
+use softdock_diagnosis::report::{page, summary, terminal};
+use softdock_diagnosis::{Error, Options};
+use softdock_results::write_file;
+use std::path::{Path, PathBuf};
+
+/// Identifies what is asked.
+pub(crate) fn identify(args: &IdentifyArgs) -> miette::Result<Exit> {
+    let Identify::Robot(args) = &args.what;
+    robot(args)
+}
+
+fn robot(args: &RobotArgs) -> miette::Result<Exit> {
+    let prior = Robot::load(&args.model).map_err(explain)?;
+    let preparation = Preparation { cutoff: args.cutoff, period: args.period };
+    let options = Options { preparation, lambda: args.weight, ..Options::default() };
+    let marks =
+        args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_marks(path, prior.joints.len())).map_err(told)?;
+    let found =
+        softdock_diagnosis::identify(&prior, &paths(&args.logs), &paths(&args.validate), &options).map_err(told)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", prior.id)));
+    let remarks = [
+        format!("{}, identified by softdock {}", prior.title, env!("CARGO_PKG_VERSION")),
+        command(args),
+        "A robot model: what no motion showed stands near its a-priori value.".to_owned(),
+    ];
+    let figures = summary(&found, &marks);
+    let files = [
+        ("robot.toml", found.robot.to_toml(&remarks)),
+        ("identify.html", page(&found, &marks, &command(args)).map_err(told)?),
+        ("identify.json", json(&figures) + "\n"),
+    ];
+    write(&folder, &files)?;
+    if args.json {
+        say(json(&figures));
+    } else {
+        say(format!("{}\n\n{}", terminal(&found, &marks), listed(&folder, &files)));
+    }
+    Ok(Exit::Done)
+}
+
+/// The files that were written, one a line.
+fn listed(folder: &Path, files: &[(&str, String)]) -> String {
+    files.iter().map(|(name, _)| folder.join(name).display().to_string()).collect::<Vec<_>>().join("\n")
+}
+
+fn write(folder: &Path, files: &[(&str, String)]) -> miette::Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| refuse(format!("{}: {error}", folder.display()), "name a folder that can be written"))?;
+    files.iter().try_for_each(|(name, text)| write_file(&folder.join(name), text.as_bytes())).into_diagnostic()
+}
+
+fn told(error: Error) -> Report {
+    refuse(&error, error.remedy())
+}
+
+fn paths(paths: &[PathBuf]) -> Vec<&Path> {
+    paths.iter().map(PathBuf::as_path).collect()
+}
+
+/// The command that repeats the work, with file names alone: no path of the machine stands in a result.
+fn command(args: &RobotArgs) -> String {
+    let name = |path: &PathBuf| path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let names = |paths: &[PathBuf]| paths.iter().map(|path| format!(" {}", name(path))).collect::<String>();
+    let mut text = format!("softdock identify robot {}{}", name(&args.model), names(&args.logs));
+    if !args.validate.is_empty() {
+        text += &format!(" --validate{}", names(&args.validate));
+    }
+    text += &args.marks.as_ref().map_or_else(String::new, |path| format!(" --marks {}", name(path)));
+    text += &format!(" --cutoff {}", args.cutoff);
+    text += &args.period.map_or_else(String::new, |period| format!(" --period {period}"));
+    text + &args.weight.map_or_else(String::new, |weight| format!(" --weight {weight}"))
+}

@@ -1,0 +1,207 @@
+//! Identification of a robot: from recordings to a physically consistent model with its errors and what is left.
+
+use crate::base::{Base, LeastSquares};
+use crate::choose::{Folds, Score};
+use crate::consistent::Prior;
+use crate::elasticity::{Elasticity, elasticity};
+use crate::layout::Layout;
+use crate::log::Recording;
+use crate::model::{identified, predicted};
+use crate::motion::{Motion, Preparation};
+use crate::system::{Shape, System, rms, shapes};
+use crate::whiteness::Whiteness;
+use crate::{Error, Result};
+use nalgebra::DVector;
+use softdock_campaign::Robot;
+use std::path::Path;
+
+/// What may be chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Filter and period.
+    pub preparation: Preparation,
+    /// Weight of the a-priori robot; `None` chooses it by cross-validation.
+    pub lambda: Option<f64>,
+    /// Choose the shape of each joint's friction by cross-validation; otherwise the a-priori robot's stays.
+    pub choose_shapes: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let preparation = Preparation { cutoff: 10.0, period: None };
+        Self { preparation, lambda: None, choose_shapes: true }
+    }
+}
+
+/// Measured and predicted torque of one joint over one recording.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// RMS(measured - predicted) / RMS(measured).
+    pub relative_error: f64,
+    /// The same for unregularised weighted least squares over the base parameters.
+    pub plain_error: f64,
+    /// Root mean square of the residual \[N m\], joint side.
+    pub residual_rms: f64,
+    /// Correlation over time of the residual.
+    pub whiteness: Whiteness,
+    /// Measured torque \[N m\], joint side.
+    pub measured: Vec<f64>,
+    /// Predicted torque \[N m\], joint side.
+    pub predicted: Vec<f64>,
+}
+
+/// One recording with all its joints.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Name of the recording.
+    pub name: String,
+    /// Sampling period \[s\].
+    pub step: f64,
+    /// By joint.
+    pub joints: Vec<Comparison>,
+}
+
+/// What an identification found.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// The a-priori robot.
+    pub prior: Robot,
+    /// The identified robot: what is written.
+    pub robot: Robot,
+    /// Places and names of the parameters.
+    pub layout: Layout,
+    /// The physically consistent parameters.
+    pub theta: DVector<f64>,
+    /// A-priori values of the same.
+    pub prior_theta: DVector<f64>,
+    /// Weighted least squares over the base parameters, with standard errors.
+    pub least_squares: LeastSquares,
+    /// Friction shapes.
+    pub shapes: Vec<Shape>,
+    /// The weight of the a-priori robot and how it predicts inside the fitted recordings.
+    pub score: Score,
+    /// All weights tried.
+    pub scores: Vec<Score>,
+    /// What second encoders show.
+    pub elasticity: Vec<Elasticity>,
+    /// The fitted recordings.
+    pub fitted: Vec<Compared>,
+    /// Recordings that were not fitted.
+    pub validated: Vec<Compared>,
+}
+
+/// Identifies a robot from recordings and judges it on others.
+///
+/// Errors: recordings that cannot be read, too few equations, a motion that moves some joint too little.
+pub fn identify(prior: &Robot, logs: &[&Path], validation: &[&Path], options: &Options) -> Result<Identification> {
+    let read = |paths: &[&Path]| paths.iter().map(|path| Recording::read(path, prior)).collect::<Result<Vec<_>>>();
+    let (recordings, others) = (read(logs)?, read(validation)?);
+    identify_recordings(prior, &recordings, &others, options)
+}
+
+/// As [`identify`], from recordings in memory.
+pub fn identify_recordings(
+    prior: &Robot,
+    recordings: &[Recording],
+    others: &[Recording],
+    options: &Options,
+) -> Result<Identification> {
+    let ready = |recordings: &[Recording]| {
+        recordings.iter().map(|recording| Motion::new(recording, &options.preparation)).collect::<Result<Vec<_>>>()
+    };
+    let (motions, other_motions) = (ready(recordings)?, ready(others)?);
+    still_joints(prior, &motions)?;
+    let mut shape = shapes(prior);
+    let mut system = System::new(prior, &motions, &shape);
+    let base = Base::of(prior);
+    let knowledge = Prior::of(prior);
+    let mut least_squares = LeastSquares::new(&system, &base, &motions);
+    let mut folds = Folds::new(&system, &least_squares.sigma);
+    if options.choose_shapes {
+        folds.choose_shapes(&mut system, &motions, &knowledge, &mut shape);
+        least_squares = LeastSquares::new(&system, &base, &motions);
+    }
+    let scores = match options.lambda {
+        Some(lambda) => vec![folds.score(&knowledge, lambda)],
+        None => folds.scores(&knowledge),
+    };
+    let score = scores.iter().min_by(|a, b| a.mean().total_cmp(&b.mean())).cloned().expect("at least one weight");
+    let theta = folds.fit(&knowledge, score.lambda);
+    let source = format!("identified from {}", names(recordings));
+    let mut robot = identified(prior, &theta, &shape, &source);
+    let elasticity = elasticity(&robot, recordings, &options.preparation);
+    for row in elasticity.iter().filter(|row| row.is_believed()) {
+        robot.model.joints[row.joint].drive.gear_stiffness = row.stiffness_n_m_per_rad;
+        robot.joints[row.joint].sources.drive.insert_str(0, "gear stiffness: second encoder; ");
+    }
+    let plain = base.spread(&least_squares.beta);
+    let compare = |motions: &[Motion]| {
+        motions.iter().map(|motion| compared(&robot, prior, motion, &shape, &plain, options)).collect::<Vec<_>>()
+    };
+    let (fitted, validated) = (compare(&motions), compare(&other_motions));
+    Ok(Identification {
+        prior: prior.clone(),
+        layout: Layout::of(prior),
+        prior_theta: knowledge.theta,
+        least_squares,
+        shapes: shape,
+        score,
+        scores,
+        elasticity,
+        fitted,
+        validated,
+        robot,
+        theta,
+    })
+}
+
+/// The recordings' names in a row.
+pub(crate) fn names(recordings: &[Recording]) -> String {
+    recordings.iter().map(|recording| recording.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Every joint must slide: less travel than this is taken for a joint at rest \[rad\].
+const LEAST_TRAVEL: f64 = 0.01;
+
+fn still_joints(robot: &Robot, motions: &[Motion]) -> Result<()> {
+    for (joint, facts) in robot.joints.iter().enumerate() {
+        let all = || motions.iter().flat_map(|motion| motion.angle[joint].iter());
+        let (least, greatest) =
+            (all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(f64::NEG_INFINITY, f64::max));
+        if greatest - least < LEAST_TRAVEL {
+            let what = format!("joint {} moves by {:.4} deg only", facts.name, (greatest - least).to_degrees());
+            let remedy = "record a motion that moves every joint; `identify robot MODEL --design` makes one";
+            return Err(Error::unfit(what, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Prediction by the written model, through the kernels, beside that of plain least squares.
+fn compared(
+    robot: &Robot,
+    prior: &Robot,
+    motion: &Motion,
+    shapes: &[Shape],
+    plain: &DVector<f64>,
+    options: &Options,
+) -> Compared {
+    let system = System::new(prior, std::slice::from_ref(motion), shapes);
+    let predicted = predicted(&robot.model, motion);
+    let every = (0.5 / (options.preparation.cutoff * motion.step)).round() as usize;
+    let joint = |(index, predicted): (usize, Vec<f64>)| {
+        let measured = motion.torque[index].clone();
+        let residual: Vec<f64> = measured.iter().zip(&predicted).map(|(m, p)| m - p).collect();
+        let whole = rms(&measured).max(f64::MIN_POSITIVE);
+        Comparison {
+            relative_error: rms(&residual) / whole,
+            plain_error: rms(system.residual(index, plain).iter()) / whole,
+            residual_rms: rms(&residual),
+            whiteness: Whiteness::of(&residual, every),
+            measured,
+            predicted,
+        }
+    };
+    let joints = predicted.into_iter().enumerate().map(joint).collect();
+    Compared { name: motion.name.clone(), step: motion.step, joints }
+}

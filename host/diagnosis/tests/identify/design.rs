@@ -1,0 +1,25 @@
+//! A designed motion: inside every limit, better than chance, and at rest where it begins.
+
+use crate::kr300;
+use softdock_diagnosis::excitation::{DesignOptions, design};
+
+#[test]
+fn a_designed_motion_keeps_its_limits_and_beats_chance() {
+    let robot = kr300();
+    let options = DesignOptions { starts: 20, steps: 60, ..DesignOptions::default() };
+    let found = design(&robot, &options).expect("a motion");
+    assert!(found.condition < 0.5 * found.random_condition, "{} {}", found.condition, found.random_condition);
+    assert!(found.uses.greatest() <= 1.0, "{:?}", found.uses);
+    for (series, joint) in found.joints.iter().zip(&robot.model.joints) {
+        let limits = &joint.limits;
+        for k in 0..5000 {
+            let [q, v, a] = series.at(options.period * f64::from(k) / 5000.0);
+            assert!((limits.lower..=limits.upper).contains(&q), "{q}");
+            assert!(v.abs() <= limits.speed && a.abs() <= limits.acceleration, "{v} {a}");
+        }
+        let [_, v, a] = series.at(0.0);
+        assert!(v.abs() < 1e-12 && a.abs() < 1e-12, "the motion begins at rest");
+    }
+    let again = design(&robot, &options).expect("a motion");
+    assert_eq!(again.condition, found.condition, "the same seed gives the same motion");
+}

@@ -1,0 +1,126 @@
+//! Recordings that are read as they are, and spoiled ones with their errors.
+
+use crate::kr300;
+use softdock_campaign::Robot;
+use softdock_diagnosis::log::Recording;
+use softdock_diagnosis::{Options, identify};
+use softdock_results::{Column, Kind, Table, Values, write_table};
+use std::path::PathBuf;
+
+const JOINTS: usize = 6;
+
+/// Names of the columns that the shipped map asks for.
+fn names(robot: &Robot) -> Vec<String> {
+    robot.log.iter().map(|channel| channel.column.clone()).collect()
+}
+
+/// A CSV with a slow motion of every joint at 100 Hz.
+fn text(robot: &Robot, rows: usize, amplitude: f64) -> String {
+    let names = names(robot);
+    let mut text = names.join(",") + "\n";
+    for row in 0..rows {
+        let value = |(column, name): (usize, &String)| match name.as_str() {
+            "t_s" => format!("{}", row as f64 * 0.01),
+            _ => format!("{:.6}", amplitude * (0.05 * (row as f64) * (1.0 + 0.1 * column as f64)).sin()),
+        };
+        text += &(names.iter().enumerate().map(value).collect::<Vec<_>>().join(",") + "\n");
+    }
+    text
+}
+
+fn written(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+#[test]
+fn csv_and_parquet_give_the_same_recording() {
+    let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let text = text(&robot, 200, 20.0);
+    let csv = Recording::read(&written(&folder, "log.csv", &text), &robot).expect("a recording");
+    assert_eq!((csv.rows(), csv.angle.len(), csv.link_angle.len()), (200, JOINTS, 3));
+    assert!((csv.step - 0.01).abs() < 1e-12);
+    // The map's offset and unit, and the gear ratio of a motor-side torque.
+    let column = |name: &str| {
+        let at = names(&robot).iter().position(|column| column == name).expect(name);
+        text.lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(at).expect("a cell").parse().expect("a number"))
+            .collect::<Vec<f64>>()
+    };
+    assert!((csv.angle[1][7] - (column("mot_pos_deg_2")[7] - 90.0).to_radians()).abs() < 1e-12);
+    assert!((csv.torque[0][7] - column("tau_abs_nm_1")[7] * 256.857_142_857_142_83).abs() < 1e-9);
+
+    let columns = names(&robot).into_iter().map(|name| Column {
+        values: Values::F64(column(&name).into_iter().map(Some).collect()),
+        unit: "1".to_owned(),
+        description: "a column".to_owned(),
+        source: String::new(),
+        kind: Kind::Signal,
+        name,
+    });
+    let path = folder.path().join("log.parquet");
+    write_table(&path, &Table { columns: columns.collect() }, &[]).expect("a table");
+    let parquet = Recording::read(&path, &robot).expect("a recording");
+    assert_eq!((parquet.angle, parquet.torque, parquet.link_angle), (csv.angle, csv.torque, csv.link_angle));
+}
+
+#[test]
+fn spoiled_recordings_say_what_is_wrong() {
+    let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let good = text(&robot, 200, 20.0);
+    let line = |number: usize| good.lines().nth(number - 1).expect("a line").to_owned();
+    let first_cell_of = |number: usize, cell: &str| {
+        let rest = line(number);
+        let rest = rest.split_once(',').expect("cells").1.to_owned();
+        good.replacen(&line(number), &format!("{cell},{rest}"), 1)
+    };
+    let cases = [
+        (String::new(), ": the file is empty", "CSV file with a header"),
+        (
+            good.replace("tau_abs_nm_3", "torque_3"),
+            ":1: there is no column `tau_abs_nm_3`, which [log] of kr300_r2500.toml names for `r1.tau_motor.3`",
+            "name one of its columns there: t_s, mot_pos_deg_1",
+        ),
+        (first_cell_of(8, "NaN"), ":8: `NaN` in column `t_s` is no finite number", "every row is complete"),
+        (
+            good.replacen(&line(9), "1,2,3", 1),
+            ":9: 3 values where the header names 16 columns",
+            "complete or remove the row",
+        ),
+        (
+            good.replacen(&(line(20) + "\n"), "", 1),
+            ": the time steps are not equal: 0.020000 s after row 18, 0.010050 s on the average",
+            "resample",
+        ),
+        (good.lines().take(20).collect::<Vec<_>>().join("\n"), ": 19 rows are too few to filter", "at least 50 rows"),
+    ];
+    for (text, message, remedy) in cases {
+        let path = written(&folder, "bad.csv", &text);
+        let error = Recording::read(&path, &robot).expect_err(message);
+        assert_eq!(error.to_string(), format!("{}{message}", path.display()));
+        assert!(error.remedy().contains(remedy), "{message}: {}", error.remedy());
+    }
+    let missing = Recording::read(&folder.path().join("none.csv"), &robot).expect_err("no file");
+    assert!(missing.to_string().contains("none.csv: cannot be read"), "{missing}");
+}
+
+#[test]
+fn what_a_recording_cannot_tell_is_said() {
+    let (mut robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let still = written(&folder, "still.csv", &text(&robot, 200, 0.1));
+    let error = identify(&robot, &[&still], &[], &Options::default()).err().expect("a robot at rest");
+    assert_eq!(error.to_string(), "joint A1 moves by 0.2000 deg only");
+    let moving = written(&folder, "moving.csv", &text(&robot, 200, 20.0));
+    let mut options = Options::default();
+    options.preparation.period = Some(0.333);
+    let error = identify(&robot, &[&moving], &[], &options).err().expect("no whole period");
+    assert_eq!(error.to_string(), "moving.csv: a period of 0.333 s is not a whole number of steps of 0.010000 s");
+    options.preparation.period = Some(5.0);
+    let error = identify(&robot, &[&moving], &[], &options).err().expect("too short");
+    assert_eq!(error.to_string(), "moving.csv: 2.000 s are shorter than one period of 5 s");
+    robot.log.retain(|channel| channel.name != "r1.q.4");
+    let error = identify(&robot, &[&moving], &[], &Options::default()).err().expect("no angle");
+    assert!(error.to_string().ends_with("the signal `r1.q.4` is not mapped to any column"), "{error}");
+}
