@@ -5,7 +5,7 @@
 
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::space::{Actuation, Kinematics, Wrench};
+use crate::space::{Actuation, Kinematics, LinkState, Wrench};
 use crate::vector::{Mat3, Sym3, Vec3, vec3};
 
 /// A spatial vector: motion (angular, linear) or force (moment, force) at O.
@@ -164,48 +164,107 @@ pub(crate) fn joint_accelerations<R: Real, const N: usize>(
     if N == 0 {
         return rate;
     }
-    let zero = R::lit(0.0);
-    // Outwards: inertial forces of the links while no joint and no base accelerates, only the motion itself does.
-    let (mut axes, mut force) = ([Spatial::zero(); N], [Spatial::zero(); N]);
-    let mut twist = Spatial { angular: k.omega, linear: k.velocity };
+    let twist = Spatial { angular: k.omega, linear: k.velocity };
     let still = twist.cross_force(momentum(base_mass, k.base_com, k.base_inertia, twist));
-    let mut drift = Spatial::zero();
+    let mut axes = [Spatial::zero(); N];
     for i in 0..N {
         axes[i] = joint_axis(k, i);
-        drift = twist.cross_motion(axes[i]).scale_add(rate[i], drift);
-        twist = axes[i].scale_add(rate[i], twist);
-        let link = &k.links[i];
-        force[i] = inertial_force(R::lit(m.links[i].mass), link.com, link.inertia, twist, drift);
     }
-
-    // Inwards: articulated inertia and force of everything outboard, carried from joint to joint.
-    let mut resist = axes;
-    let (mut inverse_d, mut drive) = ([zero; N], [zero; N]);
-    let mut outboard = Articulated::zero();
-    let mut load = Spatial { angular: -(w.moment + point.cross(w.force)), linear: -w.force };
-    for i in (0..N).rev() {
-        let link = &k.links[i];
-        outboard = outboard.plus_rigid(R::lit(m.links[i].mass), link.com, link.inertia);
-        load = load.plus(force[i]);
-        resist[i] = outboard.times(axes[i]);
-        inverse_d[i] = R::lit(1.0) / axes[i].dot(resist[i]);
-        drive[i] = u.joint[i] - axes[i].dot(load);
-        outboard = outboard.released(resist[i], inverse_d[i]);
-        load = resist[i].scale_add(drive[i] * inverse_d[i], load);
-    }
-
-    // Outwards again: what base and joints add to the drift, starting from the free base.
+    let force = drift_forces(&m.link_masses, &k.links, &axes, rate, twist, Spatial::zero());
+    let tip = Spatial { angular: w.moment + point.cross(w.force), linear: w.force };
+    let chain = fold(&m.link_masses, &k.links, axes, &force, &u.joint, None, tip);
+    // What base and joints add to the drift, starting from the free base.
+    let load = chain.load;
     let push = Spatial {
         angular: k.base_com.cross(u.thrust) + u.torque - still.angular - load.angular,
         linear: u.thrust - still.linear - load.linear,
     };
-    let mut acceleration = outboard.plus_rigid(base_mass, k.base_com, k.base_inertia).solve(push);
-    let mut joint = [zero; N];
+    let base = chain.outboard.plus_rigid(base_mass, k.base_com, k.base_inertia).solve(push);
+    chain.accelerations(base)
+}
+
+/// A chain folded into what its base feels: the inward pass of the algorithm.
+pub(crate) struct Folded<R, const N: usize> {
+    axes: [Spatial<R>; N],
+    resist: [Spatial<R>; N],
+    inverse_d: [R; N],
+    drive: [R; N],
+    outboard: Articulated<R>,
+    load: Spatial<R>,
+}
+
+/// Outwards: inertial forces of the links while no joint accelerates, from the base's twist and acceleration.
+#[inline(always)]
+pub(crate) fn drift_forces<R: Real, const N: usize>(
+    masses: &[f64],
+    links: &[LinkState<R>; N],
+    axes: &[Spatial<R>; N],
+    rate: [R; N],
+    base_twist: Spatial<R>,
+    base_acceleration: Spatial<R>,
+) -> [Spatial<R>; N] {
+    let mut force = [Spatial::zero(); N];
+    let (mut twist, mut drift) = (base_twist, base_acceleration);
     for i in 0..N {
-        joint[i] = (drive[i] - resist[i].dot(acceleration)) * inverse_d[i];
-        acceleration = axes[i].scale_add(joint[i], acceleration);
+        drift = twist.cross_motion(axes[i]).scale_add(rate[i], drift);
+        twist = axes[i].scale_add(rate[i], twist);
+        let link = &links[i];
+        force[i] = inertial_force(R::lit(masses[i]), link.com, link.inertia, twist, drift);
     }
-    joint
+    force
+}
+
+/// Inwards: articulated inertia and force of everything outboard, carried from joint to joint.
+///
+/// `armature` is inertia that only the joint's own acceleration feels (a rotor behind its gear); `tip` the spatial
+/// force on the last link.
+#[inline(always)]
+pub(crate) fn fold<R: Real, const N: usize>(
+    masses: &[f64],
+    links: &[LinkState<R>; N],
+    axes: [Spatial<R>; N],
+    force: &[Spatial<R>; N],
+    torque: &[R; N],
+    armature: Option<&[R; N]>,
+    tip: Spatial<R>,
+) -> Folded<R, N> {
+    let zero = R::lit(0.0);
+    let mut chain = Folded {
+        axes,
+        resist: axes,
+        inverse_d: [zero; N],
+        drive: [zero; N],
+        outboard: Articulated::zero(),
+        load: Spatial { angular: -tip.angular, linear: -tip.linear },
+    };
+    for i in (0..N).rev() {
+        let link = &links[i];
+        chain.outboard = chain.outboard.plus_rigid(R::lit(masses[i]), link.com, link.inertia);
+        chain.load = chain.load.plus(force[i]);
+        chain.resist[i] = chain.outboard.times(axes[i]);
+        let mut inertia = axes[i].dot(chain.resist[i]);
+        if let Some(armature) = armature {
+            inertia = inertia + armature[i];
+        }
+        chain.inverse_d[i] = R::lit(1.0) / inertia;
+        chain.drive[i] = torque[i] - axes[i].dot(chain.load);
+        chain.outboard = chain.outboard.released(chain.resist[i], chain.inverse_d[i]);
+        chain.load = chain.resist[i].scale_add(chain.drive[i] * chain.inverse_d[i], chain.load);
+    }
+    chain
+}
+
+impl<R: Real, const N: usize> Folded<R, N> {
+    /// Outwards again: the joints' accelerations when the base accelerates so, beyond what `drift_forces` was given.
+    #[inline(always)]
+    pub(crate) fn accelerations(&self, base: Spatial<R>) -> [R; N] {
+        let (mut joint, mut acceleration) = ([R::lit(0.0); N], base);
+        for i in 0..N {
+            joint[i] = (self.drive[i] - self.resist[i].dot(acceleration)) * self.inverse_d[i];
+            acceleration = self.axes[i].scale_add(joint[i], acceleration);
+        }
+        joint
+    }
 }
 
 /// Spatial axis of joint `i` at O.

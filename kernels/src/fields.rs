@@ -36,6 +36,7 @@ pub fn unit_suffix(unit: &str) -> &'static str {
         "J" => "j",
         "rad" => "rad",
         "m/s" => "m_per_s",
+        "m/s^2" => "m_per_s2",
         "rad/s" => "rad_per_s",
         "N m" => "n_m",
         "N s" => "n_s",
@@ -47,6 +48,7 @@ pub fn unit_suffix(unit: &str) -> &'static str {
         "kg m/s" => "kg_m_per_s",
         "kg m^2/s" => "kg_m2_per_s",
         "Hz" => "hz",
+        "1/s" => "per_s",
         other => panic!("unit `{other}` has no column suffix: add it to unit_suffix"),
     }
 }

@@ -3,6 +3,7 @@
 //! The WGSL twin is `wgsl/frame.wgsl`, function for function. A [`Tile`] steps as many runs as the scalar has lanes;
 //! what a lane computes depends on its own run alone.
 
+mod arms;
 pub mod tile_state;
 
 use crate::contact::{Pair, Point, hil_pair, space_pair};
@@ -20,9 +21,10 @@ use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
     advance, carry_on, command, contact_point, feed_back, finish, gather, guide, interpolate, kinematics, latch,
-    low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute, update_kinematics,
+    low_pass, metrics, normals, observe, sample, start, substitute, update_kinematics,
 };
 use crate::vector::Vec3;
+use arms::Arms;
 
 /// What a batch has in common besides the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +69,8 @@ pub struct Tile<L: Lane, const N: usize> {
     space: Loop<L, N>,
     hil: Loop<L, N>,
     robots: Robots<L>,
+    /// The robots' joints, at the joint level.
+    arms: Option<Box<Arms<L>>>,
     sensor: Sensor<L>,
     held: Wrench<L>,
     lost: L,
@@ -146,6 +150,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             hil: space.clone(),
             space,
             robots: crate::robot::robots_at(m, &command(m, &parts)),
+            arms: m.cells.as_ref().map(|_| Box::new(Arms::idle())),
             sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
             held: zero_wrench(),
             lost: zero,
@@ -203,7 +208,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
         let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
-        self.robots = choose(fresh, &crate::robot::robots_at(m, &at), &self.robots);
+        self.place_robots(m, &at, fresh);
         let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
         self.sensor = choose(fresh, &sensor, &self.sensor);
         self.held = choose(fresh, &zero_wrench(), &self.held);
@@ -294,28 +299,29 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
-        let (mut robots, mut sensed, mut seen) = (self.robots, self.sensor, self.hil.watch);
+        let (mut sensed, mut seen) = (self.sensor, self.hil.watch);
+        let (robots, arms) = (self.robots, self.arms.clone());
+        self.take_command(m, &interpolate(m, &first, &second, &third, (L::lit(1.0 / substeps) - delay) - oldest));
         for substep in 1..=m.timing.substeps {
             let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
-            let told = interpolate(m, &first, &second, &third, place);
-            robots = follow_commands(m, &self.params, &robots, &told);
-            let parts = crate::robot::mounted_parts(m, &robots);
+            self.move_robots(m, &interpolate(m, &first, &second, &third, place));
+            let parts = crate::robot::mounted_parts(m, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
             let latch = latch(m, &self.params, &parts, seen.closed);
             seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
-            sensed = low_pass(
-                m,
-                &self.params,
-                &sensed,
-                crate::sensor::to_sensor(parts.a, monitor::total_wrench(&touch, &latch)),
-            );
+            let pushed = monitor::total_wrench(&touch, &latch);
+            self.push_robots(pushed);
+            sensed = low_pass(m, &self.params, &sensed, crate::sensor::to_sensor(parts.a, pushed));
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
                 sensed = sample(m, &self.params, &sensed, self.sensor_noise());
             }
         }
         self.hil.watch = choose(live, &seen, &self.hil.watch);
-        self.robots = choose(live, &robots, &self.robots);
+        self.robots = choose(live, &self.robots, &robots);
+        if let (Some(arms), Some(before)) = (&mut self.arms, arms) {
+            arms.keep(live, &before);
+        }
         self.sensor = choose(live, &sensed, &self.sensor);
     }
 

@@ -8,6 +8,9 @@ use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
 use std::fmt::Write;
 
+/// The hand-written part of the robots: those that lag, and those of the joint level.
+const ROBOTS: [&str; 2] = [include_str!("../wgsl/robots_lag.wgsl"), include_str!("../wgsl/robots_joint.wgsl")];
+
 /// The hand-written parts.
 const FRAME: &str = concat!(
     include_str!("../wgsl/math.wgsl"),
@@ -17,7 +20,8 @@ const FRAME: &str = concat!(
     include_str!("../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs; the bristles of the contact points follow.
+/// Private variables that live across slices, with their structs; those of the joint level and the bristles of the
+/// contact points follow.
 const STATE: [(&str, &str); 8] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
@@ -28,6 +32,10 @@ const STATE: [(&str, &str); 8] = [
     ("held", "Wrench"),
     ("link", "Vec3"),
 ];
+
+/// Private variables of the joint level that live across slices.
+const JOINT_STATE: [(&str, &str); 5] =
+    [("drives_a", "Drives"), ("drives_b", "Drives"), ("set_a", "SetPoint"), ("set_b", "SetPoint"), ("push", "Wrench")];
 
 /// What a finished run leaves besides parameters and metrics, as `member of a variable`.
 const EXTRAS: [&str; 13] = [
@@ -69,7 +77,7 @@ pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
 }
 
 fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
-    let structs = structures::<N>();
+    let structs = structures::<N>(plant);
     let functions = functions::<N>(plant);
     let fields = |name: &str| -> &[Field] {
         &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
@@ -78,11 +86,14 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let mut text = constants(plant, batch, slots);
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);
+    text.push('\n');
+    text.push_str(ROBOTS[usize::from(plant.cells.is_some())]);
 
     let bristles = bristle_names(plant.contact.points.len());
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
-        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(bristles)
+        let joint_level = JOINT_STATE.iter().filter(|_| plant.cells.is_some());
+        STATE.iter().chain(joint_level).map(|(variable, name)| (*variable, fields(name))).chain(bristles)
     };
     let (load, state) = access(variables(), Direction::Load("states"));
     let (store, _) = access(variables(), Direction::Store("states"));

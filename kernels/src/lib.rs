@@ -11,6 +11,7 @@ pub mod effects;
 pub mod fields;
 pub mod frame;
 pub mod guidance;
+pub mod joint_level;
 pub mod kernel;
 pub mod lanes;
 pub mod manipulator;

@@ -3,6 +3,8 @@
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
 //! What may vary from run to run is not here but in [`Params`].
 
+use crate::manipulator::Manipulator;
+use crate::manipulator::cell::{Mount, Servo};
 use crate::params::Params;
 use crate::vector::{Pose, Sym3, Vec3};
 
@@ -292,6 +294,19 @@ pub struct Facility {
     pub crosstalk: [[f64; 6]; 6],
     /// The HIL loop counts as diverged above this relative speed of the simulated parts \[m/s\].
     pub unstable_speed: f64,
+    /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
+    pub joint_level: Option<JointLevel>,
+}
+
+/// Two robots of one make, with their drives and controllers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointLevel {
+    /// The robot.
+    pub robot: Manipulator,
+    /// Where robot 1 (part A) and robot 2 (part B) stand, and what they hold.
+    pub mounts: [Mount; 2],
+    /// The controllers of their joints.
+    pub servo: Servo,
 }
 
 /// A linear axis under robot 1.

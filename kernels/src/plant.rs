@@ -1,7 +1,10 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
 use crate::contact::profile::Profile;
-use crate::model::{Model, Solid};
+use crate::manipulator::cell::{Cell, Misplaced};
+use crate::model::{JointLevel, Model, Solid};
+use crate::robot::{command, robots_at};
+use crate::space::{Motion, Parts};
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Deref;
 
@@ -13,12 +16,16 @@ pub struct Plant {
     pub link_attitudes: Vec<Quat<f64>>,
     /// Pose of part A at the start posture, from the base's centre of mass in body axes.
     pub tool_start: Pose<f64>,
+    /// Mass of each link \[kg\].
+    pub link_masses: Vec<f64>,
     /// Mass of all links \[kg\].
     pub arm_mass: f64,
     /// Inverse of the target's nominal inertia.
     pub target_inverse_inertia: Sym3<f64>,
     /// Solids of part B, their outlines prepared.
     pub solids: Vec<PreparedSolid>,
+    /// Robots 1 and 2 in their places, at the joint level.
+    pub cells: Option<[Cell; 2]>,
 }
 
 /// A solid with its placement as a matrix and its outline, if it is a body of revolution.
@@ -40,15 +47,47 @@ impl Plant {
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
-        let arm_mass = model.links.iter().map(|link| link.mass).sum();
+        let link_masses: Vec<f64> = model.links.iter().map(|link| link.mass).collect();
+        let arm_mass = link_masses.iter().sum();
         let target_inverse_inertia = model.target_inertia.inverse();
-        Self { model, link_attitudes, tool_start, arm_mass, target_inverse_inertia, solids }
+        let mut plant = Self {
+            model,
+            link_attitudes,
+            tool_start,
+            link_masses,
+            arm_mass,
+            target_inverse_inertia,
+            solids,
+            cells: None,
+        };
+        plant.cells = plant.model.facility.joint_level.clone().map(|level| {
+            place(&plant, &level)
+                .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))
+        });
+        plant
     }
 
     /// Number of arm joints.
     pub fn joints(&self) -> usize {
         self.model.links.len()
     }
+}
+
+/// Puts both robots where their parts start; or says which of them cannot stand there, 1 or 2.
+///
+/// # Errors
+/// The number of the robot and why it cannot reach its start.
+pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplaced)> {
+    let at = |position, attitude| Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() };
+    let a = m.base_pose.compose(m.tool_start);
+    let b = m.target_pose.compose(m.seat);
+    let told = command(m, &Parts { a: at(a.position, a.attitude), b: at(b.position, b.attitude) });
+    let start = robots_at(m, &told);
+    let cell = |robot: usize, motion: Motion<f64>| {
+        let home = Pose { position: motion.position, attitude: motion.attitude };
+        Cell::new(&level.robot, &level.mounts[robot], &level.servo, home, &m.timing).map_err(|why| (robot + 1, why))
+    };
+    Ok([cell(0, start.robot1.motion)?, cell(1, start.robot2.motion)?])
 }
 
 /// Forward kinematics of the start posture.

@@ -2,6 +2,7 @@
 
 use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::lanes::{Lane, Stage};
+use crate::manipulator::cell::{Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
@@ -71,6 +72,22 @@ staged! {
     robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
     /// [`crate::robot::robots`]
     robot::robots(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
+    /// [`crate::robot::rail`]
+    robot::rail(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
+    /// [`crate::joint_level::set_point1`]
+    joint_level::set_point1(m; p: &'a Params<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Parts<L>) -> SetPoint<L>;
+    /// [`crate::joint_level::set_point2`]
+    joint_level::set_point2(m; p: &'a Params<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Parts<L>) -> SetPoint<L>;
+    /// [`crate::joint_level::drive1`]
+    joint_level::drive1(m; p: &'a Params<L>, s: &'a Drives<L>, set: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
+    /// [`crate::joint_level::drive2`]
+    joint_level::drive2(m; p: &'a Params<L>, s: &'a Drives<L>, set: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
+    /// [`crate::joint_level::held`]
+    joint_level::held(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
+    /// [`crate::joint_level::drives_at1`]
+    joint_level::drives_at1(m; p: &'a Params<L>, told: &'a Parts<L>) -> Drives<L>;
+    /// [`crate::joint_level::drives_at2`]
+    joint_level::drives_at2(m; p: &'a Params<L>, told: &'a Parts<L>) -> Drives<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::low_pass`]

@@ -2,6 +2,8 @@
 
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
 use crate::fields::{Bundle, fields, to_vec};
+use crate::joint_level;
+use crate::manipulator::cell::{Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{self, Normals};
@@ -40,8 +42,8 @@ macro_rules! stage {
 }
 
 /// The structs that the frame names, besides those of [`functions`].
-pub fn structures<const N: usize>() -> Vec<Struct> {
-    vec![
+pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
+    let mut all = vec![
         structure::<Params<Sym>>(),
         structure::<Masses<Sym>>(),
         structure::<Pair<Sym>>(),
@@ -60,7 +62,11 @@ pub fn structures<const N: usize>() -> Vec<Struct> {
         structure::<Sensor<Sym>>(),
         structure::<Normals<Sym>>(),
         structure::<Metrics<Sym>>(),
-    ]
+    ];
+    if m.cells.is_some() {
+        all.extend([structure::<Drives<Sym>>(), structure::<SetPoint<Sym>>()]);
+    }
+    all
 }
 
 /// Every stage function of a scenario, in the order of the loop.
@@ -68,6 +74,9 @@ pub fn functions<const N: usize>(m: &Plant) -> Vec<Function> {
     let mut all = body_stages::<N>(m);
     all.extend(contact_stages(m));
     all.extend(facility_stages(m));
+    if m.cells.is_some() {
+        all.extend(joint_stages(m));
+    }
     all.extend(monitor_stages::<N>(m));
     all
 }
@@ -118,6 +127,25 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
         stage!(normals(u: Sym, v: Sym) -> Normals<Sym> => noise::normals(u, v)),
+    ]
+}
+
+fn joint_stages(m: &Plant) -> Vec<Function> {
+    vec![
+        stage!(rail(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::rail(m, &p, &s, &told)),
+        stage!(set_point1(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
+            => joint_level::set_point1(m, &p, &s, &last, &told)),
+        stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
+            => joint_level::set_point2(m, &p, &s, &last, &told)),
+        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => joint_level::drive1(m, &p, &s, &set, &at, load)),
+        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => joint_level::drive2(m, &p, &s, &set, &at, load)),
+        stage!(held(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
+            => joint_level::held(m, &s, &drives1, &drives2)),
+        stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at1(m, &p, &told)),
+        stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at2(m, &p, &told)),
+        stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => joint_level::first_set_point(&s)),
     ]
 }
 

@@ -105,15 +105,18 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let first = get_command((tick + SLOTS - u32(back)) % SLOTS);
     let second = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
     let third = get_command((tick + SLOTS - u32(max(back - 2, 0))) % SLOTS);
+    take_command(interpolate(first, second, third, (1.0 / f32(SUBSTEPS) - delay) - oldest));
     for (var substep = 1u; substep <= SUBSTEPS; substep++) {
         let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
-        robot = robots(p, robot, interpolate(first, second, third, place));
+        move_robots(interpolate(first, second, third, place));
         let parts = mounted_parts(robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
         let touch = touch_facility(pair, parts);
         let hold = latch(p, parts, hil_watch.closed);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
-        sensed = low_pass(p, sensed, to_sensor(parts, total_wrench(touch, hold)));
+        let pushed = total_wrench(touch, hold);
+        push_robots(pushed);
+        sensed = low_pass(p, sensed, to_sensor(parts, pushed));
         if (substep % SENSOR_SUBSTEPS == 0u) {
             sensed = sample(p, sensed, sensor_noise());
         }
@@ -177,7 +180,7 @@ fn reset() {
         put_command(SLOTS - age, carry_on(told, -f32(age)));
         put_wrench(SLOTS - age, zero_wrench());
     }
-    robot = robots_at(carry_on(told, -(transport(p) + 1.0)));
+    place_robots(carry_on(told, -(transport(p) + 1.0)));
     sensed = Sensor();
     held = zero_wrench();
     link = Vec3();

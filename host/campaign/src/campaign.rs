@@ -351,6 +351,9 @@ fn hash(campaign: &Source, scenario: &Scenario, tables: &[Source]) -> String {
     add("campaign", campaign.text());
     add("scenario", scenario.text());
     add("urdf", scenario.urdf_text().unwrap_or(""));
+    if let Some(robot) = scenario.robot_text() {
+        add("robot", robot);
+    }
     for table in tables {
         add("table", table.text());
     }

@@ -95,6 +95,24 @@ const RANGES: &[(&str, Range)] = &[
     ("robot2_lag", Range::within(0.0, 10.0)),
     ("robot2_lag_damping", Range::within(0.0, 100.0)),
     ("robot2_lag_zero", Range::within(0.0, 10.0)),
+    ("robot_position_gain", Range::within(0.0, 1e3)),
+    ("robot_velocity_feedforward", Range::within(0.0, 2.0)),
+    ("robot_velocity_gain", Range::within(0.0, 100.0)),
+    ("robot_gear_ratio", Range::within(0.1, 10.0)),
+    ("robot_coulomb_error", Range::within(-1.0, 10.0)),
+    ("robot_viscous_error", Range::within(-1.0, 10.0)),
+    ("robot_stribeck", Range::within(0.0, 100.0)),
+    ("robot_presliding", Range::within(0.0, 1e4)),
+    ("robot_load_friction", Range::within(0.0, 1.0)),
+    ("robot_gear_compliance", Range::within(0.0, 1e3)),
+    ("robot_backlash", Range::within(0.0, 1e3)),
+    ("robot_transmission_error", Range::within(0.0, 0.1)),
+    ("robot_torque_ripple", Range::within(0.0, 1.0)),
+    ("robot_torque_constant_error", Range::above(-1.0, 10.0)),
+    ("robot_current_lag", Range::within(0.0, 1.0)),
+    ("robot_model_inertia_error", Range::within(-1.0, 10.0)),
+    ("robot_model_gravity_error", Range::within(-1.0, 10.0)),
+    ("robot_model_friction_error", Range::within(-1.0, 10.0)),
     ("rail_lag", Range::within(0.0, 10.0)),
     ("rail_lag_damping", Range::within(0.0, 100.0)),
     ("sensor_delay", Range::within(0.0, LONGEST_DELAY)),
@@ -112,6 +130,11 @@ const RANGES: &[(&str, Range)] = &[
     ("sensor_range_moment", Range::above(0.0, UNLIMITED)),
 ];
 
+/// The name that both robots' drives have in common (`robot_backlash` of `robot1_backlash`).
+fn either_robot(field: &str) -> Option<String> {
+    ["robot1_", "robot2_"].iter().find_map(|one| field.strip_prefix(one)).map(|rest| format!("robot_{rest}"))
+}
+
 /// The whole vector's name of a component (`offset` of `offset_y`).
 pub(crate) fn vector_name(field: &str) -> Option<&str> {
     ["_x", "_y", "_z"].iter().find_map(|suffix| field.strip_suffix(suffix))
@@ -120,7 +143,11 @@ pub(crate) fn vector_name(field: &str) -> Option<&str> {
 /// The legal range of a field of `Params`.
 pub(crate) fn legal(field: &str) -> Range {
     let row = |name: &str| RANGES.iter().find(|row| row.0 == name).map(|row| row.1);
-    row(field).or_else(|| row(vector_name(field)?)).expect("every field of Params has a row: see the test")
+    let shared = || row(&either_robot(field)?);
+    row(field)
+        .or_else(|| row(vector_name(field)?))
+        .or_else(shared)
+        .expect("every field of Params has a row: see the test")
 }
 
 #[cfg(test)]
@@ -135,10 +162,13 @@ mod tests {
         for field in &fields {
             let exact = RANGES.iter().filter(|row| row.0 == field.name).count();
             let whole = RANGES.iter().filter(|row| Some(row.0) == vector_name(&field.name)).count();
-            assert_eq!(exact + whole, 1, "{}", field.name);
+            let shared = RANGES.iter().filter(|row| either_robot(&field.name).as_deref() == Some(row.0)).count();
+            assert_eq!(exact + whole + shared, 1, "{}", field.name);
         }
         for (name, range) in RANGES {
-            assert!(fields.iter().any(|f| f.name == *name || vector_name(&f.name) == Some(name)), "{name}");
+            let names =
+                |f: &str| f == *name || vector_name(f) == Some(name) || either_robot(f).as_deref() == Some(name);
+            assert!(fields.iter().any(|f| names(&f.name)), "{name}");
             assert!(range.min < range.max, "{name}");
         }
     }

@@ -97,7 +97,7 @@ impl Robot {
         Self::from_source(Source::new(path.to_owned(), text.to_owned()))
     }
 
-    fn from_source(source: Source) -> Result<Self, Problems> {
+    pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
         let file: RobotFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));

@@ -4,6 +4,7 @@ mod bodies;
 mod contact;
 mod control;
 mod facility;
+mod joint_level;
 
 use crate::check::Checker;
 use crate::placement::{base_from_tool, end_frame};
@@ -43,6 +44,8 @@ pub struct Scenario {
     source: Source,
     /// The URDF, if there is an arm.
     urdf: Option<Source>,
+    /// The robots' model, at the joint level.
+    robot: Option<Source>,
 }
 
 impl Scenario {
@@ -61,9 +64,14 @@ impl Scenario {
         self.urdf.as_ref().map(Source::text)
     }
 
-    /// The file and the URDF.
+    /// The robot model's text, at the joint level.
+    pub fn robot_text(&self) -> Option<&str> {
+        self.robot.as_ref().map(Source::text)
+    }
+
+    /// The file, the URDF and the robots' model.
     pub(crate) fn sources(&self) -> impl Iterator<Item = &Source> {
-        std::iter::once(&self.source).chain(&self.urdf)
+        std::iter::once(&self.source).chain(&self.urdf).chain(&self.robot)
     }
 
     pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
@@ -72,7 +80,7 @@ impl Scenario {
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
         let bodies = bodies::read(&mut c, &file);
-        let model = compile(&mut c, &file, &bodies);
+        let (model, robot) = compile(&mut c, &file, &bodies);
         Problems::check(std::mem::take(&mut c.problems))?;
 
         let mut scenario = Self {
@@ -82,8 +90,12 @@ impl Scenario {
             joints: bodies.joints,
             source: c.source.clone(),
             urdf: bodies.urdf,
+            robot,
         };
         contact::complete(&mut c, &file.contact.value, &file.start, &mut scenario.model);
+        if let Some(level) = &file.facility.joint_level {
+            joint_level::check_places(&mut c, &level.value, &mut scenario.model);
+        }
         Problems::check(std::mem::take(&mut c.problems))?;
         let nominal = scenario.model.nominal;
         scenario.check_steps(&Extremes { least: nominal, greatest: nominal }, |_| None)?;
@@ -124,14 +136,14 @@ impl Scenario {
     }
 }
 
-/// The model, with harmless values where there are problems.
-fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> Model {
+/// The model, with harmless values where there are problems; and the robots' model file, if there is one.
+fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> (Model, Option<Source>) {
     let timing = timing(c, &file.timing);
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
     let contact = contact::read(c, file, &mut nominal);
-    let facility = facility::read(c, &file.facility, &timing, &mut nominal);
+    let (facility, robot) = facility::read(c, &file.facility, &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
         // Without its URDF an arm has no joints to control; that problem is noted already.
@@ -145,7 +157,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> Model {
     };
     let field =
         file.field.as_ref().map_or(Vec3::zero(), |field| c.vector(&field.acceleration, "m/s^2", Range::size(SPEED)));
-    Model {
+    let model = Model {
         timing,
         base_inertia: bodies.base_inertia,
         base_pose: place_base(c, file, bodies),
@@ -163,7 +175,8 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> Model {
         facility,
         task: task(c, &file.task, file.latch.is_some()),
         nominal,
-    }
+    };
+    (model, robot)
 }
 
 /// The base either as stated or from the gap between the parts.

@@ -3,11 +3,12 @@
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
 use crate::kernel::bristle_names;
+use crate::manipulator::cell::{Drives, SetPoint};
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link and bristles, in the order of [`state_fields`].
+    /// Bodies, watches, robots, sensor, held wrench, link, the joint level's and bristles, in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
     pub lines: Vec<f64>,
@@ -24,9 +25,9 @@ impl LaneState {
 /// A frame function on a tile: gives the scalars that its WGSL twin returns.
 pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f64>;
 
-/// The rows of a lane's state with so many contact points, in the order of the kernel's state buffer.
-pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
-    let variables = [
+/// The rows of a lane's state, in the order of the kernel's state buffer.
+pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
+    let mut variables = vec![
         ("space", fields::<f64, Bodies<f64, N>>()),
         ("space_watch", fields::<f64, Watch<f64>>()),
         ("hil", fields::<f64, Bodies<f64, N>>()),
@@ -36,12 +37,21 @@ pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
         ("held", fields::<f64, Wrench<f64>>()),
         ("link", fields::<f64, Vec3<f64>>()),
     ];
+    if m.cells.is_some() {
+        variables.extend([
+            ("drives_a", fields::<f64, Drives<f64>>()),
+            ("drives_b", fields::<f64, Drives<f64>>()),
+            ("set_a", fields::<f64, SetPoint<f64>>()),
+            ("set_b", fields::<f64, SetPoint<f64>>()),
+            ("push", fields::<f64, Wrench<f64>>()),
+        ]);
+    }
     let named = |(variable, fields): (String, Vec<Field>)| {
         fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
     };
-    let variables = variables.map(|(variable, fields)| (variable.to_owned(), fields));
-    let bristles = bristle_names(points).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
-    variables.into_iter().chain(bristles).flat_map(named).collect()
+    let variables = variables.into_iter().map(|(variable, fields)| (variable.to_owned(), fields));
+    let bristles = bristle_names(m.contact.points.len()).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
+    variables.chain(bristles).flat_map(named).collect()
 }
 
 /// The first `fields` numbers of a list as a bundle; the list goes on behind them.
@@ -67,6 +77,12 @@ impl<const N: usize> Tile<f64, N> {
         }
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
         [tile.lost, tile.dropped] = [state[0], state[1]];
+        state = &state[3..];
+        if let Some(arms) = &mut tile.arms {
+            arms.drives = [take(&mut state), take(&mut state)];
+            arms.set = [take(&mut state), take(&mut state)];
+            arms.push = take(&mut state);
+        }
         let (commands, wrenches) = lane.lines.split_at(tile.slots * fields::<f64, Parts<f64>>().len());
         for (slot, values) in commands.chunks(commands.len() / tile.slots).enumerate() {
             tile.commands.put(slot, &from_slice(values), true);
@@ -88,6 +104,11 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.sensor));
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
+        if let Some(arms) = &self.arms {
+            state.extend(arms.drives.iter().flat_map(to_vec::<f64, _>));
+            state.extend(arms.set.iter().flat_map(to_vec::<f64, _>));
+            state.extend(to_vec::<f64, _>(&arms.push));
+        }
         let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
         let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
         state.extend(self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>));
@@ -129,6 +150,25 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("tick_hil", |tile, m| {
             let (now, last) = tile.clock(m);
             tile.tick_hil(m, now, last);
+            Vec::new()
+        }),
+        ("take_command", |tile, m| {
+            let told = command(m, &simulated(m, &tile.hil).parts);
+            tile.take_command(m, &told);
+            Vec::new()
+        }),
+        ("move_robots", |tile, m| {
+            let told = command(m, &simulated(m, &tile.hil).parts);
+            tile.move_robots(m, &told);
+            Vec::new()
+        }),
+        ("push_robots", |tile, _| {
+            tile.push_robots(tile.held);
+            Vec::new()
+        }),
+        ("place_robots", |tile, m| {
+            let told = command(m, &simulated(m, &tile.hil).parts);
+            tile.place_robots(m, &told, true);
             Vec::new()
         }),
         ("send_command", |tile, m| vec![tile.send_command(m, &simulated(m, &tile.hil).parts, true)]),

@@ -2,7 +2,7 @@
 //!
 //! Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; gravity enters as an acceleration of the base.
 
-use super::{Counterweight, Manipulator, friction_torque, joint_axis, link_frames};
+use super::{Counterweight, Levels, Manipulator, joint_axis, link_frames};
 use crate::aba::{Spatial, inertial_force};
 use crate::math::sin_cos;
 use crate::real::Real;
@@ -63,6 +63,6 @@ pub fn inverse_dynamics<R: Real, const N: usize>(
         let helped = joint.counterweight.map_or(R::lit(0.0), |c| counterweight_torque(&c, angle[i]));
         let load = rigid[i] - helped;
         let rotor = acceleration[i] * R::lit(joint.drive.reflected_inertia());
-        load + rotor + friction_torque(&joint.friction, slip[i], rate[i], load) + R::lit(joint.drive.torque_offset)
+        load + rotor + Levels::of(&joint.friction).torque(slip[i], rate[i], load) + R::lit(joint.drive.torque_offset)
     })
 }

@@ -3,12 +3,19 @@
 //! World axes are the robot base's: z up, origin on the floor under axis 1. A joint is a [`Link`] whose frame turns
 //! about its own z axis by `sign * q`, so that modified (Craig) Denavit-Hartenberg tables fit as they are.
 
+pub mod cell;
+mod drive;
+mod forward_dynamics;
 mod friction;
 mod inverse_dynamics;
+mod inverse_kinematics;
 mod kinematics;
 
-pub use friction::{bristle, friction_torque};
+pub use drive::{DriveParams, JointState, VelocityLoop};
+pub use forward_dynamics::{accelerations, forward_dynamics};
+pub use friction::{Levels, bristle};
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
+pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, nearest_turn};
 pub use kinematics::{flange, joint_axis, link_frames};
 
 use crate::model::Link;
@@ -153,3 +160,6 @@ fn turn(axis: Vec3<f64>, angle: f64) -> Quat<f64> {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod cell_tests;

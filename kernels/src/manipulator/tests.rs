@@ -130,3 +130,55 @@ fn a_joint_that_stops_keeps_its_friction() {
     assert_eq!(bristle(state, 0.0, travel), state, "rest changes nothing");
     assert!((bristle(0.5, -1e-4, travel) - (1.5 * f64::exp(-1.0) - 1.0)).abs() < 1e-12);
 }
+
+/// A stream of numbers in [0, 1): splitmix64.
+fn uniform(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[test]
+fn inverse_and_forward_kinematics_round_trip_in_all_eight_branches() {
+    let robot = robot();
+    let wrist = SphericalWrist::of(&robot).expect("a spherical wrist");
+    let (mut seed, mut seen, mut poses) = (7, [0; 8], 0);
+    while poses < 10_000 {
+        let angle: [f64; 6] = std::array::from_fn(|_| std::f64::consts::PI * (2.0 * uniform(&mut seed) - 1.0));
+        let told = link_frames(&robot, angle)[5];
+        let own: Vec<_> = Branch::all().map(|branch| wrist.inverse(branch, told)).collect();
+        // Reachable and away from the singular postures, where the angles are not determined.
+        if own.iter().any(|posture| posture.singular > 0.0 || posture.angle.iter().any(|q| q.is_nan())) {
+            continue;
+        }
+        poses += 1;
+        let mut found = false;
+        for (index, posture) in own.iter().enumerate().filter(|(_, posture)| posture.singular == 0.0) {
+            let at = link_frames(&robot, posture.angle)[5];
+            assert!((at.position - told.position).norm() < 1e-9, "{angle:?} {posture:?}");
+            let turn = at.attitude.compose(told.attitude.conjugate()).v.norm();
+            assert!(turn < 1e-9, "{angle:?} {posture:?}: {turn}");
+            let same = (0..6).all(|i| (nearest_turn(posture.angle[i], angle[i]) - angle[i]).abs() < 1e-9);
+            (found, seen[index]) = (found || same, seen[index] + usize::from(same));
+        }
+        assert!(found, "no branch gives back {angle:?}");
+    }
+    assert!(seen.iter().all(|count| *count > 500), "every branch was the pose's own: {seen:?}");
+}
+
+#[test]
+fn forward_and_inverse_dynamics_are_inverse() {
+    let robot = robot();
+    let mut seed = 11;
+    for _ in 0..1000 {
+        let mut draw = |size: f64| -> [f64; 6] { std::array::from_fn(|_| size * (2.0 * uniform(&mut seed) - 1.0)) };
+        let (angle, rate, acceleration) = (draw(3.0), draw(2.0), draw(10.0));
+        let torque = rigid_torques(&robot, angle, rate, acceleration);
+        let back = accelerations(&robot, angle, rate, &torque);
+        for (a, b) in acceleration.iter().zip(back) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}

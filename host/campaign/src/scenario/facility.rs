@@ -1,11 +1,12 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
-use super::whole_steps;
+use super::{joint_level, whole_steps};
 use crate::check::Checker;
 use crate::ranges::{RATE, Range, SPEED};
+use crate::source::Source;
 use crate::written::At;
 use crate::written::scenario::{FacilityTable, RailTable, SensorTable};
-use softdock_kernels::model::{Facility, Rail, Timing};
+use softdock_kernels::model::{Facility, JointLevel, Rail, Timing};
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::vector::vec3;
 
@@ -15,7 +16,13 @@ const UNSTABLE_SPEED: f64 = 2.0;
 /// Lost commands are carried on along their twist for this many ticks.
 const DROP_HOLD_TICKS: u32 = 2;
 
-pub(crate) fn read(c: &mut Checker, table: &FacilityTable, timing: &Timing, p: &mut Params<f64>) -> Facility {
+/// The facility, and the file of its robots' model if there is one.
+pub(crate) fn read(
+    c: &mut Checker,
+    table: &FacilityTable,
+    timing: &Timing,
+    p: &mut Params<f64>,
+) -> (Facility, Option<Source>) {
     sensor(c, &table.sensor, p);
     let own = timing.own_delay() + p.sensor_delay;
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
@@ -35,7 +42,8 @@ pub(crate) fn read(c: &mut Checker, table: &FacilityTable, timing: &Timing, p: &
         c.count(&written, 0, 1000) as u32
     });
     let period = c.number_or(&table.sensor.period, timing.substep, "s", Range::above(0.0, 0.128));
-    Facility {
+    let (joint_level, robot) = joint_level(c, table, p).unzip();
+    let facility = Facility {
         robot1_share: c.number_or(&table.robot1_share, 0.5, "1", Range::within(0.0, 1.0)),
         rail,
         max_speed: c.number_or(&table.max_speed, UNLIMITED, "m/s", limit),
@@ -44,7 +52,22 @@ pub(crate) fn read(c: &mut Checker, table: &FacilityTable, timing: &Timing, p: &
         sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
         crosstalk: crosstalk(c, &table.sensor),
         unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
+        joint_level,
+    };
+    (facility, robot)
+}
+
+/// The joint level, which takes the place of the robots' responses.
+fn joint_level(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) -> Option<(JointLevel, Source)> {
+    let level = table.joint_level.as_ref()?;
+    let responses = [&table.robot1, &table.robot2];
+    let written = responses.iter().flat_map(|response| [&response.lag, &response.damping, &response.zero]);
+    for response in written.chain([&table.max_speed, &table.max_rate]).flatten() {
+        let remedy =
+            "remove it: at the joint level the robots follow by their drives, and keep the limits of their joints";
+        c.refuse(&response.span, "this does nothing beside [facility.joint_level]", remedy);
     }
+    joint_level::read(c, &level.value, p)
 }
 
 fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {

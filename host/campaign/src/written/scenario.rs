@@ -1,5 +1,6 @@
 //! The scenario file as written.
 
+use super::joint_level::JointLevelTable;
 use super::{At, Quantities, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -345,6 +346,8 @@ pub(crate) struct FacilityTable {
     /// Response of the robot with part B.
     #[serde(default)]
     pub(crate) robot2: ResponseTable,
+    /// Both robots joint by joint, in place of their responses.
+    pub(crate) joint_level: Option<At<JointLevelTable>>,
     /// The rail under robot 1.
     pub(crate) rail: Option<RailTable>,
     /// The force/torque sensor.

@@ -1,0 +1,105 @@
+//! The joint level of the facility's robots, as written.
+
+use super::scenario::InertiaTable;
+use super::{At, Quantities, Quantity};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Both robots joint by joint: links, drives, controllers; contact pushes them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct JointLevelTable {
+    /// Robot model file of both robots, relative to this file.
+    pub(crate) robot: At<String>,
+    /// What the controllers add to the velocity loops' torque: "off" (default), "gravity" or "full".
+    pub(crate) feedforward: Option<At<String>>,
+    /// The controllers of the joints.
+    pub(crate) servo: ServoTable,
+    /// The drives, of both robots; what differs from run to run or from robot to robot is dispersed.
+    #[serde(default)]
+    pub(crate) drives: DrivesTable,
+    /// Where robot 1 (part A) stands and what it holds.
+    pub(crate) robot1: At<MountTable>,
+    /// Where robot 2 (part B) stands and what it holds.
+    pub(crate) robot2: At<MountTable>,
+}
+
+/// Position loops once a command period, velocity loops every substep.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ServoTable {
+    /// Gain of the position loops.
+    pub(crate) position_gain: Quantity,
+    /// Share of the commanded joint rate that the position loops add; default 0.
+    pub(crate) velocity_feedforward: Option<Quantity>,
+    /// Torque at the joint per error of the motor's speed behind the gear, joint by joint.
+    pub(crate) velocity_gain: Quantities,
+    /// Integral time of the velocity loops; without it they have no integral part.
+    pub(crate) integral_time: Option<Quantity>,
+}
+
+/// Drives against the robot model file.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DrivesTable {
+    /// Factor on the gains of the velocity loops; default 1.
+    pub(crate) velocity_gain: Option<Quantity>,
+    /// Factor on all gear ratios; default 1.
+    pub(crate) gear_ratio: Option<Quantity>,
+    /// Relative error of the Coulomb friction; default 0.
+    pub(crate) coulomb_error: Option<Quantity>,
+    /// Relative error of the viscous friction; default 0.
+    pub(crate) viscous_error: Option<Quantity>,
+    /// Factor on the static friction beyond Coulomb's; default 1.
+    pub(crate) stribeck: Option<Quantity>,
+    /// Factor on the travel before sliding; default 1.
+    pub(crate) presliding: Option<Quantity>,
+    /// Coulomb friction per transmitted torque, besides the model file's; default 0.
+    pub(crate) load_friction: Option<Quantity>,
+    /// Factor on the compliance of the gears; default 1, 0 is rigid.
+    pub(crate) gear_compliance: Option<Quantity>,
+    /// Factor on the backlash of the gears; default 1.
+    pub(crate) backlash: Option<Quantity>,
+    /// Amplitude of the transmission error, once a turn of the motor; default 0.
+    pub(crate) transmission_error: Option<Quantity>,
+    /// Amplitude of the torque ripple as a share of the greatest torque; default 0.
+    pub(crate) torque_ripple: Option<Quantity>,
+    /// Relative error of the torque constant; default 0.
+    pub(crate) torque_constant_error: Option<Quantity>,
+    /// Time constant of the current loops; default 1 / (2 pi 600 Hz).
+    pub(crate) current_lag: Option<Quantity>,
+    /// Relative error of the feedforward's inertial torques; default 0.
+    pub(crate) model_inertia_error: Option<Quantity>,
+    /// Relative error of the feedforward's gravity torques; default 0.
+    pub(crate) model_gravity_error: Option<Quantity>,
+    /// Relative error of the feedforward's friction torques; default 0.
+    pub(crate) model_friction_error: Option<Quantity>,
+}
+
+/// One robot's place and load.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MountTable {
+    /// Position of the robot's base in the laboratory; its origin is where the parts meet.
+    pub(crate) position: Quantities,
+    /// Rotation of the robot's base, as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// Position of the part's frame in the last link's frame.
+    pub(crate) part_position: Option<Quantities>,
+    /// Rotation of the part's frame in the last link's frame, as roll, pitch, yaw.
+    pub(crate) part_rotation: Option<Quantities>,
+    /// The part and what holds it; without it the robot carries nothing.
+    pub(crate) payload: Option<At<PayloadTable>>,
+}
+
+/// What a robot carries.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PayloadTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Centre of mass in the part's frame.
+    pub(crate) com: Quantities,
+    /// Inertia about the centre of mass, axes of the part's frame.
+    pub(crate) inertia: InertiaTable,
+}

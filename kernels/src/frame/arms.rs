@@ -1,0 +1,84 @@
+//! The robots in the frame: those that lag, or joint by joint; the twin of `wgsl/robots_lag.wgsl` and `robots_joint.wgsl`.
+
+use super::{Tile, choose, zero_wrench};
+use crate::fields::filled;
+use crate::joint_level::first_set_point;
+use crate::lanes::Lane;
+use crate::manipulator::cell::{Drives, SetPoint};
+use crate::plant::Plant;
+use crate::space::{Parts, Wrench};
+use crate::staged::{
+    drive1, drive2, drives_at1, drives_at2, held, rail, robots as follow_commands, set_point1, set_point2,
+};
+
+/// Both robots joint by joint, and the wrench on part A that the next substep feels.
+#[derive(Clone)]
+pub(super) struct Arms<L: Lane> {
+    pub(super) drives: [Drives<L>; 2],
+    pub(super) set: [SetPoint<L>; 2],
+    pub(super) push: Wrench<L>,
+}
+
+impl<L: Lane> Arms<L> {
+    /// Before the first run.
+    pub(super) fn idle() -> Self {
+        let zero = L::lit(0.0);
+        Self { drives: [filled(zero); 2], set: [filled(zero); 2], push: zero_wrench() }
+    }
+
+    /// Puts back what stood before in the lanes outside the mask.
+    #[inline(always)]
+    pub(super) fn keep(&mut self, mask: L::Mask, before: &Self) {
+        for i in 0..2 {
+            self.drives[i] = choose(mask, &self.drives[i], &before.drives[i]);
+            self.set[i] = choose(mask, &self.set[i], &before.set[i]);
+        }
+        self.push = choose(mask, &self.push, &before.push);
+    }
+}
+
+impl<L: Lane, const N: usize> Tile<L, N> {
+    /// The controllers take a tick's command.
+    #[inline(always)]
+    pub(super) fn take_command(&mut self, m: &Plant, told: &Parts<L>) {
+        if let Some(arms) = &mut self.arms {
+            arms.set[0] = set_point1(m, &self.params, &arms.drives[0], &arms.set[0], told);
+            arms.set[1] = set_point2(m, &self.params, &arms.drives[1], &arms.set[1], told);
+        }
+    }
+
+    /// One substep of both robots and the rail.
+    #[inline(always)]
+    pub(super) fn move_robots(&mut self, m: &Plant, told: &Parts<L>) {
+        let Some(arms) = &mut self.arms else {
+            self.robots = follow_commands(m, &self.params, &self.robots, told);
+            return;
+        };
+        let on_rail = rail(m, &self.params, &self.robots, told);
+        arms.drives[0] = drive1(m, &self.params, &arms.drives[0], &arms.set[0], &on_rail, arms.push);
+        arms.drives[1] = drive2(m, &self.params, &arms.drives[1], &arms.set[1], &on_rail, arms.push);
+        self.robots = held(m, &on_rail, &arms.drives[0], &arms.drives[1]);
+    }
+
+    /// The wrench on part A, laboratory axes, that the next substep feels.
+    #[inline(always)]
+    pub(super) fn push_robots(&mut self, w: Wrench<L>) {
+        if let Some(arms) = &mut self.arms {
+            arms.push = w;
+        }
+    }
+
+    /// Puts the robots of the lanes in the mask on their first command.
+    #[inline(never)]
+    pub(super) fn place_robots(&mut self, m: &Plant, told: &Parts<L>, fresh: L::Mask) {
+        let mut placed = crate::robot::robots_at(m, told);
+        if let Some(arms) = &mut self.arms {
+            let drives = [drives_at1(m, &self.params, told), drives_at2(m, &self.params, told)];
+            let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
+            placed = held(m, &placed, &drives[0], &drives[1]);
+            let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
+            arms.keep(fresh, &before);
+        }
+        self.robots = choose(fresh, &placed, &self.robots);
+    }
+}

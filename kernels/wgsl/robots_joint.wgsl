@@ -1,0 +1,36 @@
+// Robots joint by joint: controllers once a tick, drives and links every substep, pushed by the contact.
+
+var<private> drives_a: Drives;
+var<private> drives_b: Drives;
+var<private> set_a: SetPoint;
+var<private> set_b: SetPoint;
+var<private> push: Wrench;
+
+// The controllers take a tick's command.
+fn take_command(told: Parts) {
+    set_a = set_point1(p, drives_a, set_a, told);
+    set_b = set_point2(p, drives_b, set_b, told);
+}
+
+// One substep of both robots and the rail.
+fn move_robots(told: Parts) {
+    let on_rail = rail(p, robot, told);
+    drives_a = drive1(p, drives_a, set_a, on_rail, push);
+    drives_b = drive2(p, drives_b, set_b, on_rail, push);
+    robot = held(on_rail, drives_a, drives_b);
+}
+
+// The wrench on part A, laboratory axes, that the next substep feels.
+fn push_robots(w: Wrench) {
+    push = w;
+}
+
+// Puts the robots on their first command.
+fn place_robots(told: Parts) {
+    drives_a = drives_at1(p, told);
+    drives_b = drives_at2(p, told);
+    set_a = first_set_point(drives_a);
+    set_b = first_set_point(drives_b);
+    push = zero_wrench();
+    robot = held(robots_at(told), drives_a, drives_b);
+}

@@ -1,0 +1,17 @@
+// Robots that follow their commands with a lag: contact does not push them.
+
+// The controllers take a tick's command.
+fn take_command(told: Parts) {}
+
+// One substep of both robots and the rail.
+fn move_robots(told: Parts) {
+    robot = robots(p, robot, told);
+}
+
+// The wrench on part A, laboratory axes, that the next substep feels.
+fn push_robots(w: Wrench) {}
+
+// Puts the robots on their first command.
+fn place_robots(told: Parts) {
+    robot = robots_at(told);
+}
