@@ -16,12 +16,12 @@ pub fn drive1<R: Real>(
     m: &Plant,
     p: &Params<R>,
     s: &Drives<R>,
-    set: &SetPoint<R>,
+    aim: &SetPoint<R>,
     at: &Robots<R>,
     load: Wrench<R>,
 ) -> Drives<R> {
     let push = m.facility.rail.map_or(Vec3::zero(), |rail| Vec3::lit(rail.axis) * at.robot1.rail_acceleration);
-    cell::drive(&cells(m)[0], &p.robot1, s, set, load, push)
+    cell::drive(&cells(m)[0], &p.robot1, s, aim, load, push)
 }
 
 /// One substep of robot 2 at the joint level; `load` is the wrench on part A about A's origin, its negative acts on B.
@@ -30,14 +30,14 @@ pub fn drive2<R: Real>(
     m: &Plant,
     p: &Params<R>,
     s: &Drives<R>,
-    set: &SetPoint<R>,
+    aim: &SetPoint<R>,
     at: &Robots<R>,
     load: Wrench<R>,
 ) -> Drives<R> {
     let parts = mounted_parts(m, at);
     let lever = parts.a.position - parts.b.position;
     let own = Wrench { force: -load.force, moment: -(load.moment + lever.cross(load.force)) };
-    cell::drive(&cells(m)[1], &p.robot2, s, set, own, Vec3::zero())
+    cell::drive(&cells(m)[1], &p.robot2, s, aim, own, Vec3::zero())
 }
 
 /// The parts where the joints hold them, on the rail as it is.

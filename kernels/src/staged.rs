@@ -79,9 +79,9 @@ staged! {
     /// [`crate::joint_level::set_point2`]
     joint_level::set_point2(m; p: &'a Params<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Parts<L>) -> SetPoint<L>;
     /// [`crate::joint_level::drive1`]
-    joint_level::drive1(m; p: &'a Params<L>, s: &'a Drives<L>, set: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
+    joint_level::drive1(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
     /// [`crate::joint_level::drive2`]
-    joint_level::drive2(m; p: &'a Params<L>, s: &'a Drives<L>, set: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
+    joint_level::drive2(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
     /// [`crate::joint_level::held`]
     joint_level::held(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
     /// [`crate::joint_level::drives_at1`]

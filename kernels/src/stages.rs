@@ -137,10 +137,10 @@ fn joint_stages(m: &Plant) -> Vec<Function> {
             => joint_level::set_point1(m, &p, &s, &last, &told)),
         stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
             => joint_level::set_point2(m, &p, &s, &last, &told)),
-        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => joint_level::drive1(m, &p, &s, &set, &at, load)),
-        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => joint_level::drive2(m, &p, &s, &set, &at, load)),
+        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => joint_level::drive1(m, &p, &s, &aim, &at, load)),
+        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => joint_level::drive2(m, &p, &s, &aim, &at, load)),
         stage!(held(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
             => joint_level::held(m, &s, &drives1, &drives2)),
         stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at1(m, &p, &told)),

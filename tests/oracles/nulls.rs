@@ -5,13 +5,30 @@ use super::lanes::six_joints;
 use softdock_engine::Engine;
 use softdock_engine::Job;
 use softdock_engine::cpu::CpuEngine;
-use softdock_kernels::effects::{EFFECTS, EffectParameter, Null};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, Null};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
+use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::{Model, Rail};
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::vec3;
+
+/// The same on two robots with joints, their whole model fed forward.
+fn jointed() -> Model {
+    let mut model = model();
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/scenarios/smoke_joint.toml");
+    let shipped = softdock_campaign::load_scenario(&path).expect("a shipped scenario loads").model;
+    let mut level = shipped.facility.joint_level.expect("robots with joints");
+    level.servo.feedforward = Feedforward::Full;
+    model.facility.joint_level = Some(level);
+    model
+}
+
+/// Whether an effect is one of robots with joints.
+fn of_joints(effect: &Effect) -> bool {
+    effect.id.starts_with('J')
+}
 
 /// An arm that touches a plane with friction on a facility where every effect has something to act on.
 fn model() -> Model {
@@ -84,12 +101,15 @@ fn an_effect_at_its_null_value_changes_no_bit() {
 
 #[test]
 fn an_effect_at_its_scale_changes_the_facility_and_never_space() {
-    let params: Vec<_> = std::iter::once(plain())
-        .chain(EFFECTS.iter().map(|effect| with(plain(), effect.parameters, |parameter| parameter.scale)))
-        .collect();
-    let rows = made(&job(model(), &params), &params);
-    for (row, effect) in rows[1..].iter().zip(EFFECTS) {
-        assert!(bits(&row.space) == bits(&rows[0].space), "{} changes space", effect.id);
-        assert!(bits(&row.hil) != bits(&rows[0].hil), "{} does nothing", effect.id);
+    for (model, joints) in [(model(), false), (jointed(), true)] {
+        let effects: Vec<_> = EFFECTS.iter().filter(|effect| of_joints(effect) == joints).collect();
+        let params: Vec<_> = std::iter::once(plain())
+            .chain(effects.iter().map(|effect| with(plain(), effect.parameters, |parameter| parameter.scale)))
+            .collect();
+        let rows = made(&job(model, &params), &params);
+        for (row, effect) in rows[1..].iter().zip(effects) {
+            assert!(bits(&row.space) == bits(&rows[0].space), "{} changes space", effect.id);
+            assert!(bits(&row.hil) != bits(&rows[0].hil), "{} does nothing", effect.id);
+        }
     }
 }

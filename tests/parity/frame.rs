@@ -10,6 +10,7 @@ use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
 use softdock_kernels::frame::Tile;
 use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
 use softdock_kernels::kernel::{Kernel, kernel};
+use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Parts, Wrench};
 use std::fmt::Write;
 
@@ -44,7 +45,7 @@ const OUTCOME: [&str; 16] = {
 pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 20] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
         "touch_space",
@@ -90,6 +91,25 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
         ),
     ),
     row(
+        "take_command",
+        2000.0,
+        "angles of a posture found in f32 to 1e-7 of metres, then to 1e-7 of their change",
+        call("take_command(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
+    ),
+    row(
+        "move_robots",
+        2000.0,
+        "one substep; accelerations of a chain of six behind springs",
+        call("move_robots(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
+    ),
+    row("push_robots", 0.0, "no arithmetic", call("push_robots(held);", &[], NONE)),
+    row(
+        "place_robots",
+        2000.0,
+        "as take_command",
+        call("place_robots(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
+    ),
+    row(
         "receive_wrench",
         4.0,
         "one interpolation",
@@ -133,6 +153,9 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
 const ALONE: &str = "smoke";
 /// The one on which, besides it, a whole tick is run: with an arm.
 const WHOLE: &str = "probe_drogue";
+/// Robots with joints, and what is run on them.
+const JOINTS: &str = "smoke_joint";
+const ON_JOINTS: [&str; 5] = ["take_command", "move_robots", "push_robots", "place_robots", "slice"];
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.
@@ -148,11 +171,11 @@ fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
 }
 
 /// Names of what [`flat`] gives.
-fn names<const N: usize>(kernel: &Kernel, call: &Call, points: usize, lane: &LaneState) -> Vec<Field> {
+fn names<const N: usize>(kernel: &Kernel, call: &Call, plant: &Plant, lane: &LaneState) -> Vec<Field> {
     let named = |prefix: &str, fields: Vec<Field>| -> Vec<Field> {
         fields.into_iter().map(|f| Field { name: join(prefix, &f.name), ..f }).collect()
     };
-    let mut out = state_fields::<N>(points);
+    let mut out = state_fields::<N>(plant);
     for result in call.results {
         let one = vec![Field { name: String::new(), unit: "1", meaning: "" }];
         let structure = kernel.structs.iter().find(|s| s.name == *result);
@@ -295,7 +318,7 @@ fn compare<const N: usize>(
     let kernel = kernel(&case.plant, case.batch);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
-    let names = names::<N>(&kernel, &row.twin, case.plant.contact.points.len(), &case.snapshots[0].lane);
+    let names = names::<N>(&kernel, &row.twin, &case.plant, &case.snapshots[0].lane);
     let results = names.len() - kernel.state - kernel.lines;
     let flats: Vec<Vec<f64>> = case.snapshots.iter().map(|shot| truth(case, shot, twin)).collect();
     let done = names.iter().position(|field| field.name == "hil_watch_done").expect("a row of the state");
@@ -381,7 +404,13 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
-            for case in CASES.iter().filter(|case| case.name == ALONE || row.name == "slice" && case.name == WHOLE) {
+            let runs_on = |case: &&Case| match case.name {
+                ALONE => true,
+                WHOLE => row.name == "slice",
+                JOINTS => ON_JOINTS.contains(&row.name),
+                _ => false,
+            };
+            for case in CASES.iter().filter(runs_on) {
                 let (seen, undecided, at) = match case.plant.joints() {
                     0 => compare::<0>(&gpu, case, row, &mut faults),
                     _ => compare::<6>(&gpu, case, row, &mut faults),

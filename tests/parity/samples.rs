@@ -7,6 +7,7 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
+use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust};
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -72,6 +73,7 @@ pub(crate) struct Case {
 pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
     vec![
         case("smoke", "smoke.toml", |_| {}, |_| {}),
+        case("smoke_joint", "smoke_joint.toml", |model| feed_all_forward(model), |_| {}),
         case("plate_impact", "plate_impact.toml", |_| {}, |_| {}),
         case("probe_drogue", "probe_drogue.toml", |_| {}, |_| {}),
         case("computed torque, Power law, box and ball", "probe_drogue.toml", crowded, |p| {
@@ -104,6 +106,11 @@ fn crowded(model: &mut Model) {
     };
     model.orbit_rate = 1.1e-3;
     model.field = vec3(1e-3, 0.0, -2e-3);
+}
+
+/// The whole feedforward, so that every stage of the joint level does all that it can.
+fn feed_all_forward(model: &mut Model) {
+    model.facility.joint_level.as_mut().expect("robots with joints").servo.feedforward = Feedforward::Full;
 }
 
 /// A bore with a chamfer, and a soft end-effector.
@@ -156,7 +163,7 @@ fn with_effects(params: Params<f64>, run: u64) -> Params<f64> {
 
 /// Steps runs in f64 and keeps some of their states.
 fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Params<f64>) -> Vec<Snapshot> {
-    let names = state_fields::<N>(plant.contact.points.len());
+    let names = state_fields::<N>(plant);
     let at = |name: &str| names.iter().position(|f| f.name == name).expect("a row of the state");
     let (touching, over) =
         (["space_watch_touching", "hil_watch_touching"].map(at), ["space_watch_done", "hil_watch_done"].map(at));
@@ -228,6 +235,8 @@ struct Scene<const N: usize> {
     watch: Watch<f64>,
     robots: Robots<f64>,
     sensor: Sensor<f64>,
+    drives: [Drives<f64>; 2],
+    aims: [SetPoint<f64>; 2],
     kinematics: Kinematics<f64, N>,
     simulated: Parts<f64>,
     mounted: Parts<f64>,
@@ -260,7 +269,18 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
             contact_point(plant, pair, &mounted, point, from_slice(b))
         })
         .collect();
+    let behind = [fields::<f64, Sensor<f64>>(), fields::<f64, Wrench<f64>>(), fields::<f64, Vec3<f64>>()];
+    let mut joints = &rest[behind.iter().map(Vec::len).sum()..];
+    let mut next = |width: usize| -> Vec<f64> {
+        let (own, more) = joints.split_at(if plant.cells.is_some() { width } else { 0 });
+        joints = more;
+        own.iter().copied().chain(std::iter::repeat(0.0)).take(width).collect()
+    };
+    let drives = [(); 2].map(|()| from_slice(&next(fields::<f64, Drives<f64>>().len())));
+    let aims = [(); 2].map(|()| from_slice(&next(fields::<f64, SetPoint<f64>>().len())));
     Scene {
+        drives,
+        aims,
         facility,
         bodies: bodies_now,
         watch: watch_now,
@@ -316,6 +336,8 @@ fn bundle<const N: usize>(
         "Robots" => flat(&s.robots),
         "Sensor" => flat(&s.sensor),
         "Touch" => flat(&s.touch),
+        "Drives" => flat(&s.drives[usize::from(argument == "drives2")]),
+        "SetPoint" => flat(&s.aims[0]),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
         "Vec3" => shot.lane.bristles(false, s.contacts.len())[3 * (index % s.contacts.len())..][..3].to_vec(),

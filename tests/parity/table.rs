@@ -7,7 +7,9 @@ use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
+use softdock_kernels::joint_level;
 use softdock_kernels::kernel::kernel;
+use softdock_kernels::manipulator::cell::{Drives, SetPoint};
 use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise;
 use softdock_kernels::params::Params;
@@ -65,6 +67,7 @@ pub(crate) fn stage_rows<const N: usize>() -> Vec<Row<Twin>> {
     let mut rows = body_rows::<N>();
     rows.extend(contact_rows());
     rows.extend(facility_rows());
+    rows.extend(joint_rows());
     rows.extend(monitor_rows::<N>());
     rows
 }
@@ -119,6 +122,26 @@ fn facility_rows() -> Vec<Row<Twin>> {
     }
 }
 
+/// The stages of the joint level, in kernels of robots with joints alone.
+fn joint_rows() -> Vec<Row<Twin>> {
+    stages! { m;
+        rail(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::rail(m, &p, &s, &told), 40.0, "as robots";
+        set_point1(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
+            => joint_level::set_point1(m, &p, &s, &last, &told), 2000.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
+        set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
+            => joint_level::set_point2(m, &p, &s, &last, &told), 2000.0, "as set_point1";
+        drive1(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
+            => joint_level::drive1(m, &p, &s, &aim, &at, load), 2000.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
+        drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
+            => joint_level::drive2(m, &p, &s, &aim, &at, load), 2000.0, "as drive1";
+        held(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
+            => joint_level::held(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
+        drives_at1(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at1(m, &p, &told), 2000.0, "as set_point1";
+        drives_at2(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at2(m, &p, &told), 2000.0, "as set_point1";
+        first_set_point(s: Drives<f64>) => joint_level::first_set_point(&s), 0.0, COPIED;
+    }
+}
+
 fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
     stages! { m;
         new_watch() => monitor::new_watch::<f64>(), 0.0, COPIED;
@@ -141,16 +164,21 @@ fn defined(text: &str) -> BTreeSet<String> {
 #[test]
 fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
     let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<BTreeSet<String>>();
-    let stages = owned(stage_rows::<0>().iter().map(|row| row.name).collect());
+    let all = owned(stage_rows::<0>().iter().map(|row| row.name).collect());
+    let of_joints = owned(joint_rows().iter().map(|row| row.name).collect());
     for case in CASES.iter() {
         let traced: Vec<String> =
             kernel(&case.plant, case.batch).functions.into_iter().map(|function| function.name).collect();
+        let stages = if case.plant.cells.is_some() { all.clone() } else { &all - &of_joints };
         assert_eq!(traced.len(), stages.len(), "a stage twice");
         assert_eq!(stages, traced.into_iter().collect(), "stages of {} against the table", case.name);
     }
     let frame = owned(FRAME_ROWS.iter().map(|row| row.name).collect());
     let mut by_hand = defined(include_str!("../../kernels/wgsl/frame.wgsl"));
     by_hand.extend(owned(WRITTEN_OUT.to_vec()));
+    let lagging = defined(include_str!("../../kernels/wgsl/robots_lag.wgsl"));
+    assert_eq!(lagging, defined(include_str!("../../kernels/wgsl/robots_joint.wgsl")), "both kinds of robots");
+    by_hand.extend(lagging);
     assert_eq!(frame, by_hand, "frame.wgsl against the table");
     assert_eq!(frame, owned(frame_functions::<0>().iter().map(|f| f.0).collect()), "the Rust twins of the frame");
     let words = owned(INTEGER_ROWS.iter().map(|row| row.name).collect());
@@ -158,5 +186,5 @@ fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
     written.extend(defined(include_str!("../../kernels/wgsl/math.wgsl")));
     assert_eq!(words, written, "philox.wgsl and math.wgsl against the table");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels/wgsl");
-    assert_eq!(std::fs::read_dir(folder).expect("kernels/wgsl").count(), 3, "a hand-written file without rows");
+    assert_eq!(std::fs::read_dir(folder).expect("kernels/wgsl").count(), 5, "a hand-written file without rows");
 }

@@ -4,6 +4,7 @@ use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::expression::Bounds;
 use softdock_kernels::fields::fields;
+use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::model::{Model, NormalLaw};
 use softdock_kernels::params::Params;
 
@@ -14,6 +15,16 @@ const NO_LATCH: Idle = ("the scenario has no latch", "remove it, or add a table 
 const NO_RAIL: Idle = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
 const RAIL_STANDS: Idle =
     ("the rail's share of the motion is 0", "remove it, or raise facility.rail.share in the scenario");
+const NO_JOINTS: Idle = (
+    "the robots follow with a lag, without joints",
+    "remove it, or add a table [facility.joint_level] to the scenario",
+);
+const JOINTS: Idle =
+    ("at the joint level the robots follow by their drives", "disperse a parameter of the drives instead");
+const NO_FEEDFORWARD: Idle = (
+    "the controllers do not feed this part of the model forward",
+    "remove it, or write facility.joint_level.feedforward = \"full\"",
+);
 const NO_LAG: Idle =
     ("the lag of this response is always 0, which is ideal", "remove it, or give the response a lag above 0 s");
 const LINEAR: Idle = (
@@ -55,13 +66,20 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
     };
     let without = |idle: Idle, condition: bool| condition.then_some(idle);
     let (rail, linear) = (model.facility.rail.as_ref(), model.contact.law == NormalLaw::Linear);
+    let joints = model.facility.joint_level.as_ref();
     match name {
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),
         _ if name.starts_with("rail_") && rail.is_some_and(|rail| rail.share == 0.0) => Some(RAIL_STANDS),
+        _ if name.starts_with("robot1_lag") || name.starts_with("robot2_lag") => {
+            let lag = if name.starts_with("robot1") { "robot1_lag" } else { "robot2_lag" };
+            without(JOINTS, joints.is_some()).or(without(NO_LAG, name != lag && never(lag)))
+        }
+        _ if name.starts_with("robot1_") || name.starts_with("robot2_") => match joints {
+            None => Some(NO_JOINTS),
+            Some(level) => without(NO_FEEDFORWARD, !feeds(level.servo.feedforward, name)),
+        },
         "rail_lag_damping" => without(NO_LAG, never("rail_lag")),
-        "robot1_lag_damping" | "robot1_lag_zero" => without(NO_LAG, never("robot1_lag")),
-        "robot2_lag_damping" | "robot2_lag_zero" => without(NO_LAG, never("robot2_lag")),
         "contact_dissipation" => without(LINEAR, linear),
         "contact_damping" => without(POWER, !linear),
         "bristle_stiffness" | "bristle_damping" | "contact_friction_error" => {
@@ -74,5 +92,14 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
             without(NO_PATTERN, model.facility.crosstalk.iter().flatten().all(|element| *element == 0.0))
         }
         _ => None,
+    }
+}
+
+/// Whether a feedforward of this kind needs a parameter of its model; true for all that is not of its model.
+fn feeds(feedforward: Feedforward, name: &str) -> bool {
+    match feedforward {
+        Feedforward::Off => !name.contains("_model_"),
+        Feedforward::Gravity => !name.contains("_model_") || name.ends_with("_model_gravity_error"),
+        Feedforward::Full => true,
     }
 }

@@ -416,7 +416,8 @@ pub fn held_part<R: Real>(cell: &Cell, s: &Drives<R>) -> Motion<R> {
     }
 }
 
-/// A robot on its first command, moving as told, its motors carrying its weight.
+/// A robot on its first command: moving as told, as far behind as its position loops follow, its motors carrying its
+/// weight.
 #[inline(always)]
 pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> Drives<R> {
     let zero = R::lit(0.0);
@@ -431,8 +432,10 @@ pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> 
         let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
         let play = p.backlash * R::lit(0.5 * drive.backlash);
         let side = R::select(torque[i].lt(zero), -play, play);
+        // The error with which a position loop asks for the rate that is under way.
+        let behind = rate[i] * (R::lit(1.0) - p.velocity_feedforward) / p.position_gain.max(R::lit(1e-3));
         s.joint[i] = JointState {
-            angle: angle[i],
+            angle: angle[i] - behind,
             rate: rate[i],
             windup: torque[i].mul_add(compliance, side),
             motor_rate: rate[i],
