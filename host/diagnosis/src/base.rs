@@ -15,6 +15,9 @@ const POSTURES: u32 = 60;
 /// Pivots below this share of the greatest belong to dependent columns: the gap lies between 1e-4 and 1e-14.
 const DEPENDENT: f64 = 1e-9;
 
+/// Columns below this share of the greatest hold nothing but rounding.
+const EMPTY: f64 = 1e-11;
+
 /// Directions of the scaled normal matrix below this share are not determined at all.
 const UNDETERMINED: f64 = 1e-14;
 
@@ -32,7 +35,10 @@ impl Base {
     pub fn of(robot: &Robot) -> Self {
         let layout = Layout::of(robot);
         let mut w = random_regressor(robot, &layout);
-        let scale: Vec<f64> = w.column_iter().map(|column| column.norm()).collect();
+        let norms: Vec<f64> = w.column_iter().map(|column| column.norm()).collect();
+        // A column of rounding errors, such as a first link's mass, is empty.
+        let least = EMPTY * norms.iter().copied().fold(0.0, f64::max);
+        let scale: Vec<f64> = norms.into_iter().map(|norm| if norm > least { norm } else { 0.0 }).collect();
         for (mut column, scale) in w.column_iter_mut().zip(&scale) {
             column *= if *scale > 0.0 { 1.0 / scale } else { 0.0 };
         }

@@ -91,7 +91,7 @@ fn spoiled_recordings_say_what_is_wrong() {
         ),
         (
             good.replacen(&(line(20) + "\n"), "", 1),
-            ": the time steps are not equal: 0.020000 s after row 18, 0.010050 s on the average",
+            ": the time steps are not equal: 0.020000 s after row 18, 0.010051 s on the average",
             "resample",
         ),
         (good.lines().take(20).collect::<Vec<_>>().join("\n"), ": 19 rows are too few to filter", "at least 50 rows"),
