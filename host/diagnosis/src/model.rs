@@ -30,6 +30,8 @@ pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source:
         joint.friction.viscous = theta[layout.viscous(i)];
         joint.friction.stribeck = stribeck;
         joint.friction.stribeck_speed = shapes[i].speed;
+        // Load-dependent friction is not linear in the parameters: the other terms have taken its part.
+        joint.friction.load_coefficient = 0.0;
         joint.friction.presliding_stiffness = (coulomb + stribeck) / shapes[i].travel;
         if let Some(place) = layout.counterweight(i) {
             let (sin, cos) = (theta[place], theta[place + 1]);

@@ -110,17 +110,17 @@ fn spoiled_recordings_say_what_is_wrong() {
 fn what_a_recording_cannot_tell_is_said() {
     let (mut robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let still = written(&folder, "still.csv", &text(&robot, 200, 0.1));
-    let error = identify(&robot, &[&still], &[], &Options::default()).err().expect("a robot at rest");
+    let error = identify(&robot, &[&still], &[], &Options::default()).expect_err("a robot at rest");
     assert_eq!(error.to_string(), "joint A1 moves by 0.2000 deg only");
     let moving = written(&folder, "moving.csv", &text(&robot, 200, 20.0));
     let mut options = Options::default();
     options.preparation.period = Some(0.333);
-    let error = identify(&robot, &[&moving], &[], &options).err().expect("no whole period");
+    let error = identify(&robot, &[&moving], &[], &options).expect_err("no whole period");
     assert_eq!(error.to_string(), "moving.csv: a period of 0.333 s is not a whole number of steps of 0.010000 s");
     options.preparation.period = Some(5.0);
-    let error = identify(&robot, &[&moving], &[], &options).err().expect("too short");
+    let error = identify(&robot, &[&moving], &[], &options).expect_err("too short");
     assert_eq!(error.to_string(), "moving.csv: 2.000 s are shorter than one period of 5 s");
     robot.log.retain(|channel| channel.name != "r1.q.4");
-    let error = identify(&robot, &[&moving], &[], &Options::default()).err().expect("no angle");
+    let error = identify(&robot, &[&moving], &[], &Options::default()).expect_err("no angle");
     assert!(error.to_string().ends_with("the signal `r1.q.4` is not mapped to any column"), "{error}");
 }
