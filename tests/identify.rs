@@ -53,10 +53,9 @@ fn a_designed_motion_is_written_in_the_robots_own_columns() {
     let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect::<Vec<f64>>();
     let rows: Vec<Vec<f64>> = lines.map(row).collect();
     assert_eq!(rows.len(), 5001, "20 s at 250 Hz");
-    for joint in 1..=6 {
-        assert!((rows[0][joint] - rows[5000][joint]).abs() < 1e-6, "the period closes");
-        assert!((rows[1][joint] - rows[0][joint]).abs() < 1e-4, "and begins at rest");
-    }
+    let apart = |one: &[f64], two: &[f64]| one.iter().zip(two).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart(&rows[0][1..], &rows[5000][1..]) < 1e-6, "the period closes");
+    assert!(apart(&rows[0][1..], &rows[1][1..]) < 1e-4, "and begins at rest");
     let limits = [(180.0, 180.0), (80.0, 55.0), (80.0, 195.0)];
     for (joint, (up, down)) in limits.into_iter().enumerate() {
         assert!(rows.iter().all(|row| (-down..=up).contains(&row[joint + 1])), "axis {} as Table 1 counts", joint + 1);

@@ -9,6 +9,9 @@ use softdock_kernels::manipulator::{Counterweight, Manipulator, inverse_dynamics
 use softdock_kernels::vector::{Sym3, vec3};
 use softdock_kernels::with_joints;
 
+/// What an earlier identification left as it was stands behind these words.
+const REST: &str = "; the rest: ";
+
 /// The a-priori robot with the identified parameters; `source` says where they come from.
 pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source: &str) -> Robot {
     let layout = Layout::of(prior);
@@ -40,7 +43,8 @@ pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source:
         }
         facts.sources.link = source.to_owned();
         facts.sources.friction = source.to_owned();
-        facts.sources.drive = format!("rotor inertia, torque offset: {source}; the rest: {}", facts.sources.drive);
+        let rest = facts.sources.drive.rsplit_once(REST).map_or(facts.sources.drive.as_str(), |(_, rest)| rest);
+        facts.sources.drive = format!("rotor inertia, torque offset: {source}{REST}{rest}");
     }
     robot
 }

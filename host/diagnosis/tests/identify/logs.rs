@@ -67,6 +67,44 @@ fn csv_and_parquet_give_the_same_recording() {
 }
 
 #[test]
+fn parquet_of_the_wrong_kind_is_refused() {
+    let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let column = |name: String| {
+        let number = Values::F64((0..100).map(|row| Some(0.01 * f64::from(row))).collect());
+        let values = match name.as_str() {
+            "mot_pos_deg_4" => Values::words(&["left", "right"], vec![0; 100]),
+            "mot_pos_deg_5" => Values::F64((0..100).map(|row| (row != 6).then_some(1.0)).collect()),
+            _ => number,
+        };
+        Column {
+            name,
+            unit: "1".to_owned(),
+            description: String::new(),
+            source: String::new(),
+            kind: Kind::Signal,
+            values,
+        }
+    };
+    let path = folder.path().join("log.parquet");
+    let refused = |names: Vec<String>| {
+        let table = Table { columns: names.into_iter().map(column).collect() };
+        write_table(&path, &table, &[]).expect("a table");
+        let text = Recording::read(&path, &robot).expect_err("refused").to_string();
+        text.trim_start_matches(&format!("{}: ", path.display())).to_owned()
+    };
+    let message = refused(names(&robot));
+    assert!(message.starts_with("column `mot_pos_deg_4` holds Dictionary"), "{message}");
+    let rename = |name: String| if name == "mot_pos_deg_4" { "joint_4".to_owned() } else { name };
+    let message = refused(names(&robot).into_iter().map(rename).collect());
+    let expected = "there is no column `mot_pos_deg_4`, which [log] of kr300_r2500.toml names for `r1.q.4`";
+    assert_eq!(message, expected);
+    let mut lenient = robot.clone();
+    lenient.log.retain(|channel| channel.column != "mot_pos_deg_4");
+    let error = Recording::read(&path, &lenient).expect_err("a hole");
+    assert!(error.to_string().ends_with("row 7 of column `mot_pos_deg_5` is no finite number"), "{error}");
+}
+
+#[test]
 fn spoiled_recordings_say_what_is_wrong() {
     let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let good = text(&robot, 200, 20.0);
