@@ -5,6 +5,7 @@ mod cli;
 mod engine_loss;
 mod gpu;
 mod house;
+mod identify;
 mod kernel;
 mod oracles;
 mod parity;

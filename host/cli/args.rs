@@ -40,7 +40,7 @@ pub(crate) enum Command {
     Report(ReportArgs),
     /// Repeat one run of a results folder in f64, compare it bit by bit and write its time history.
     Replay(ReplayArgs),
-    /// Print the JSON Schema of campaign or scenario files, for editors.
+    /// Print the JSON Schema of campaign, scenario or robot files, for editors.
     Schema(SchemaArgs),
     /// Print the GPU kernel that a scenario becomes.
     Kernel(KernelArgs),
@@ -91,11 +91,12 @@ pub(crate) struct RobotArgs {
     /// Results folder; `results/identify_ID` if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Low-pass of positions and torques, or highest frequency of the Fourier series \[Hz\].
-    #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
+    /// Low-pass of positions and torques, or highest frequency of the Fourier series, in Hz.
+    #[arg(long, value_name = "HERTZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) cutoff: f64,
-    /// Period of a periodic motion \[s\]: its periods are averaged and differentiated as a Fourier series.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Period of a periodic motion in seconds: its periods are averaged and differentiated as a Fourier series. With
+    /// --design, the period of the motion.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) period: Option<f64>,
     /// Weight of the a-priori model, instead of choosing it by cross-validation.
     #[arg(long, value_name = "WEIGHT", value_parser = positive)]
@@ -103,6 +104,9 @@ pub(crate) struct RobotArgs {
     /// Design a motion that shows the parameters well, inside all limits, instead of identifying.
     #[arg(long)]
     pub(crate) design: bool,
+    /// Seed of the design.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "design")]
+    pub(crate) seed: u64,
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,

@@ -3,9 +3,12 @@
 use crate::args::{Identify, IdentifyArgs, RobotArgs, default_results};
 use crate::words::{Exit, explain, json, refuse, say};
 use miette::{IntoDiagnostic, Report};
+use softdock_analysis::number::significant;
 use softdock_campaign::Robot;
+use softdock_diagnosis::excitation::{self, DesignOptions};
 use softdock_diagnosis::marks::read_marks;
 use softdock_diagnosis::motion::Preparation;
+use softdock_diagnosis::motion_page;
 use softdock_diagnosis::report::{page, summary, terminal};
 use softdock_diagnosis::{Error, Options};
 use softdock_results::write_file;
@@ -19,6 +22,9 @@ pub(crate) fn identify(args: &IdentifyArgs) -> miette::Result<Exit> {
 
 fn robot(args: &RobotArgs) -> miette::Result<Exit> {
     let prior = Robot::load(&args.model).map_err(explain)?;
+    if args.design {
+        return design(args, &prior);
+    }
     let preparation = Preparation { cutoff: args.cutoff, period: args.period };
     let options = Options { preparation, lambda: args.weight, ..Options::default() };
     let marks =
@@ -44,6 +50,40 @@ fn robot(args: &RobotArgs) -> miette::Result<Exit> {
         say(format!("{}\n\n{}", terminal(&found, &marks), listed(&folder, &files)));
     }
     Ok(Exit::Done)
+}
+
+/// Time between set points of a designed motion \[s\]: the stock interface of an industrial robot.
+const SET_POINTS: f64 = 0.004;
+
+fn design(args: &RobotArgs, robot: &Robot) -> miette::Result<Exit> {
+    let mut options = DesignOptions { seed: args.seed, ..DesignOptions::default() };
+    options.period = args.period.unwrap_or(options.period);
+    let motion = excitation::design(robot, &options).map_err(told)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("motion_{}", robot.id)));
+    let figures = motion_page::summary(robot, &motion);
+    let files = [
+        ("motion.csv", motion_page::csv(robot, &motion, SET_POINTS)),
+        ("motion.html", motion_page::page(robot, &motion, &design_command(args, &options)).map_err(told)?),
+        ("motion.json", json(&figures) + "\n"),
+    ];
+    write(&folder, &files)?;
+    if args.json {
+        say(json(&figures));
+    } else {
+        let used = 100.0 * motion.uses.greatest();
+        let (own, random) = (significant(motion.condition, 3), significant(motion.random_condition, 3));
+        say(format!(
+            "condition number {own}, {random} for a random motion inside the limits\n\
+             greatest use of a limit {used:.0} %\n\n{}",
+            listed(&folder, &files)
+        ));
+    }
+    Ok(Exit::Done)
+}
+
+fn design_command(args: &RobotArgs, options: &DesignOptions) -> String {
+    let name = args.model.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    format!("softdock identify robot {name} --design --period {} --seed {}", options.period, options.seed)
 }
 
 /// The files that were written, one a line.

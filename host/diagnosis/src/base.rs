@@ -15,6 +15,9 @@ const POSTURES: u32 = 60;
 /// Pivots below this share of the greatest belong to dependent columns: the gap lies between 1e-4 and 1e-14.
 const DEPENDENT: f64 = 1e-9;
 
+/// Columns below this share of the greatest hold nothing but rounding.
+const EMPTY: f64 = 1e-11;
+
 /// Directions of the scaled normal matrix below this share are not determined at all.
 const UNDETERMINED: f64 = 1e-14;
 
@@ -32,7 +35,10 @@ impl Base {
     pub fn of(robot: &Robot) -> Self {
         let layout = Layout::of(robot);
         let mut w = random_regressor(robot, &layout);
-        let scale: Vec<f64> = w.column_iter().map(|column| column.norm()).collect();
+        let norms: Vec<f64> = w.column_iter().map(|column| column.norm()).collect();
+        // A column of rounding errors, such as a first link's mass, is empty.
+        let least = EMPTY * norms.iter().copied().fold(0.0, f64::max);
+        let scale: Vec<f64> = norms.into_iter().map(|norm| if norm > least { norm } else { 0.0 }).collect();
         for (mut column, scale) in w.column_iter_mut().zip(&scale) {
             column *= if *scale > 0.0 { 1.0 / scale } else { 0.0 };
         }
@@ -181,6 +187,10 @@ impl Normal {
 }
 
 /// `A^-1 M A^-1` with the residuals' covariance over time in M: filtered residuals are not independent.
+///
+/// Two estimates of M: from the residuals' own correlation, and from that of filtered white noise of the same size. The
+/// first sees physics that the model lacks; but at the slow frequencies of the motion, where parameters have taken a part
+/// of the noise with them, it sees too little. Each parameter gets the greater variance.
 fn covariance(
     normal: &Normal,
     reduced: &[DMatrix<f64>],
@@ -189,7 +199,7 @@ fn covariance(
     motions: &[Motion],
 ) -> DMatrix<f64> {
     let p = normal.right.len();
-    let mut middle = DMatrix::zeros(p, p);
+    let (mut seen, mut white) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p));
     for (joint, x) in reduced.iter().enumerate() {
         let weight = normal.weights[joint];
         let residual = &system.joints[joint].y - x * beta;
@@ -197,17 +207,21 @@ fn covariance(
         let used = (&normal.inverse * (x.tr_mul(x) * weight)).trace();
         let independent: f64 = motions.iter().map(independent_samples).sum();
         let correction = independent / (independent - used).max(0.1 * independent);
+        let scale = weight * weight * correction;
         let mut start = 0;
         for motion in motions {
             let rows = motion.rows();
             let part = x.rows(start, rows).into_owned();
-            let kernel = noise_kernel(motion, &residual.as_slice()[start..start + rows]);
-            let coloured = correlate(&part, &kernel);
-            middle += part.tr_mul(&coloured) * (weight * weight * correction);
+            let own = &residual.as_slice()[start..start + rows];
+            seen += part.tr_mul(&correlate(&part, &seen_kernel(motion, own))) * scale;
+            white += part.tr_mul(&correlate(&part, &white_kernel(motion, own))) * scale;
             start += rows;
         }
     }
-    &normal.inverse * middle * &normal.inverse
+    let around = |middle: DMatrix<f64>| &normal.inverse * middle * &normal.inverse;
+    let (seen, white) = (around(seen), around(white));
+    let raise = DVector::from_fn(p, |i, _| (white[(i, i)] / seen[(i, i)].max(f64::MIN_POSITIVE)).max(1.0).sqrt());
+    DMatrix::from_diagonal(&raise) * seen * DMatrix::from_diagonal(&raise)
 }
 
 /// How many independent numbers a smooth series holds.
@@ -218,22 +232,36 @@ fn independent_samples(motion: &Motion) -> f64 {
     }
 }
 
-/// Autocovariance of the residual that acts on smooth columns; the first entry is that of lag 0.
-///
-/// On a Fourier projection, white noise acts as one variance: its power is spread over the harmonics kept only.
-/// Otherwise the sample autocovariance under a flat-top window (Politis 2003), several cut-off times long.
-fn noise_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
+/// Autocovariance of the residual, from lag 0, under a flat-top window several cut-off times long (Politis 2003).
+fn seen_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
     let n = residual.len();
     match motion.smoother {
-        Smoother::Fourier { .. } => {
-            let sum: f64 = residual.iter().map(|r| r * r).sum();
-            vec![sum / independent_samples(motion)]
-        }
+        Smoother::Fourier { .. } => white_kernel(motion, residual),
         Smoother::LowPass { cutoff } => {
             let longest = ((4.0 / (cutoff * motion.step)).ceil() as usize).min(n / 4);
             let window = |lag: usize| (2.0 * (1.0 - lag as f64 / longest as f64)).clamp(0.0, 1.0);
             let sum = |lag: usize| (lag..n).map(|i| residual[i] * residual[i - lag]).sum::<f64>() / n as f64;
             (0..longest).map(|lag| window(lag) * sum(lag)).collect()
+        }
+    }
+}
+
+/// Autocovariance of white noise behind the filter, of the residual's size.
+///
+/// On columns that lie in a Fourier projection themselves it acts as one variance: the noise's power is spread over the
+/// harmonics kept.
+fn white_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
+    let sum: f64 = residual.iter().map(|r| r * r).sum();
+    match motion.smoother {
+        Smoother::Fourier { .. } => vec![sum / independent_samples(motion)],
+        Smoother::LowPass { cutoff } => {
+            let length = ((4.0 / (cutoff * motion.step)).ceil() as usize).min(residual.len() / 4);
+            // A unit impulse in the middle, through the filter twice, is the filter's autocovariance.
+            let mut impulse = vec![0.0; 4 * length + 1];
+            impulse[2 * length] = 1.0;
+            let answer = motion.smooth(&motion.smooth(&impulse));
+            let scale = sum / residual.len() as f64 / answer[2 * length];
+            answer[2 * length..3 * length].iter().map(|value| value * scale).collect()
         }
     }
 }

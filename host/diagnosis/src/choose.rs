@@ -108,8 +108,8 @@ impl Folds {
     /// Chooses each joint's friction shape in turn; the system is left with the chosen ones.
     pub fn choose_shapes(&mut self, system: &mut System, motions: &[Motion], prior: &Prior, shapes: &mut [Shape]) {
         let mut best = self.score(prior, SEARCH_LAMBDA).mean();
-        for joint in 0..shapes.len() {
-            let mut kept = (shapes[joint], self.sums[joint].clone());
+        for (joint, chosen) in shapes.iter_mut().enumerate() {
+            let mut kept = (*chosen, self.sums[joint].clone());
             for travel in TRAVELS {
                 for speed in SPEEDS {
                     let shape = Shape { travel, speed };
@@ -122,9 +122,8 @@ impl Folds {
                     }
                 }
             }
-            shapes[joint] = kept.0;
-            self.sums[joint] = kept.1;
-            system.set_shape(motions, joint, shapes[joint]);
+            (*chosen, self.sums[joint]) = kept;
+            system.set_shape(motions, joint, *chosen);
         }
     }
 }

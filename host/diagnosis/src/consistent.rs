@@ -6,8 +6,9 @@
 //! robot dynamic identification: a convex programming approach, IEEE T-RO 36 (2020); Wensing, Kim, Slotine (2018).
 
 use crate::layout::{INERTIAL, Layout};
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Matrix4};
 use softdock_campaign::Robot;
+use softdock_kernels::vector::Sym3;
 
 /// Weight of friction beside inertia: published friction values are an order of magnitude less certain.
 const FRICTION_WEIGHT: f64 = 0.1;
@@ -20,6 +21,9 @@ const BALANCE_SHARE: f64 = 0.2;
 
 /// Smallest a-priori friction and rotor inertia, as a share of the torque limit: the distance needs a scale.
 const LEAST_SHARE: f64 = 1e-3;
+
+/// Smallest second moment of mass of an a-priori link, as a share of its greatest: a sheet of 3 % of its length.
+const LEAST_THICKNESS: f64 = 1e-3;
 
 /// Newton steps; the problem is convex and takes about ten.
 const MOST_STEPS: usize = 100;
@@ -45,9 +49,13 @@ impl Prior {
         let layout = Layout::of(robot);
         let mut theta = DVector::from_vec(layout.values(robot));
         let places: Vec<usize> = (0..layout.joints).map(|joint| layout.inertial(joint)).collect();
+        for (place, joint) in places.iter().zip(&robot.model.joints) {
+            let raise = 2.0 * missing_thickness(joint.link.inertia);
+            [0, 3, 5].into_iter().for_each(|moment| theta[place + moment] += raise);
+        }
         let inverse = |place: &usize| {
             let pseudo = pseudo_inertia(&theta.as_slice()[*place..*place + INERTIAL]);
-            pseudo.try_inverse().expect("the reader refuses links that no body can be")
+            pseudo.try_inverse().expect("a body with thickness in every direction")
         };
         let links = places.iter().map(inverse).collect();
         let (mut positive, mut free) = (Vec::new(), Vec::new());
@@ -161,6 +169,16 @@ fn scaled_solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<DVect
     Some(solution.component_mul(&scale))
 }
 
+/// Second moment of mass that a thin rod or plate lacks to be a body with some thickness in every direction \[kg m^2\].
+///
+/// Published tensors of such bodies stand on the limit of what can exist, rounded ones a little beyond.
+fn missing_thickness(inertia: Sym3<f64>) -> f64 {
+    let half = 0.5 * (inertia.xx + inertia.yy + inertia.zz);
+    let Sym3 { xx, yy, zz, xy, xz, yz } = inertia;
+    let moments = Matrix3::new(half - xx, -xy, -xz, -xy, half - yy, -yz, -xz, -yz, half - zz).symmetric_eigenvalues();
+    (LEAST_THICKNESS * moments.max() - moments.min()).max(0.0)
+}
+
 /// The 4 x 4 matrix of second, first and zeroth moments of mass that is positive definite for every real body.
 pub fn pseudo_inertia(p: &[f64]) -> Matrix4<f64> {
     let half = 0.5 * (p[0] + p[3] + p[5]);
@@ -193,5 +211,19 @@ mod tests {
         let pseudo = pseudo_inertia(&[4.0, 0.0, 0.0, 1.0, 0.0, 5.0, 1.0, 2.0, 0.0, 2.0]);
         assert_eq!(pseudo.diagonal().as_slice(), [1.0, 4.0, 0.0, 2.0]);
         assert_eq!((pseudo[(0, 3)], pseudo[(1, 3)]), (1.0, 2.0));
+    }
+
+    /// A plate stands on the limit of what can exist; the search must be able to start from it.
+    #[test]
+    fn a_plate_can_be_a_priori() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/models/kr300_r2500.toml");
+        let mut robot = Robot::load(&path).expect("the shipped robot");
+        let plate = Sym3 { xx: 1.0, yy: 2.0, zz: 3.0, xy: 0.0, xz: 0.0, yz: 0.0 };
+        robot.model.joints[2].link.inertia = plate;
+        let prior = Prior::of(&robot);
+        assert!(prior.distance(&prior.theta).is_finite());
+        // Second moments 2, 1 and 0 kg m^2: a thousandth of the greatest is added to each.
+        assert!((missing_thickness(plate) - 2e-3).abs() < 1e-12);
+        assert_eq!(missing_thickness(Sym3 { zz: 2.0, ..plate }), 0.0, "a thick body stays as it is");
     }
 }

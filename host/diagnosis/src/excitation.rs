@@ -31,7 +31,7 @@ pub struct DesignOptions {
 
 impl Default for DesignOptions {
     fn default() -> Self {
-        Self { period: 20.0, harmonics: 6, starts: 60, steps: 500, seed: 1 }
+        Self { period: 20.0, harmonics: 6, starts: 100, steps: 2000, seed: 1 }
     }
 }
 

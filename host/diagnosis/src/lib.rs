@@ -13,6 +13,7 @@ pub mod log;
 pub mod marks;
 pub mod model;
 pub mod motion;
+pub mod motion_page;
 pub mod regressor;
 pub mod report;
 pub mod series;

@@ -113,7 +113,12 @@ fn parquet(path: &Path, names: &[&str], robot: &Robot) -> Result<Vec<Vec<f64>>> 
     if let Some(name) = names.iter().find(|name| !known.iter().any(|column| column == *name)) {
         return Err(no_column(path, None, name, robot, &known));
     }
-    let columns = softdock_results::foreign::number_columns(path, names)?;
+    let columns = softdock_results::foreign::number_columns(path, names).map_err(|error| match error {
+        softdock_results::Error::Contract { what, .. } => {
+            Error::log(path, None, what, format!("name columns of numbers in [log] of {}", robot.file))
+        }
+        other => other.into(),
+    })?;
     for (name, values) in names.iter().zip(&columns) {
         if let Some(row) = values.iter().position(|value| !value.is_finite()) {
             let what = format!("row {} of column `{name}` is no finite number", row + 1);

@@ -9,6 +9,9 @@ use softdock_kernels::manipulator::{Counterweight, Manipulator, inverse_dynamics
 use softdock_kernels::vector::{Sym3, vec3};
 use softdock_kernels::with_joints;
 
+/// What an earlier identification left as it was stands behind these words.
+const REST: &str = "; the rest: ";
+
 /// The a-priori robot with the identified parameters; `source` says where they come from.
 pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source: &str) -> Robot {
     let layout = Layout::of(prior);
@@ -30,6 +33,8 @@ pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source:
         joint.friction.viscous = theta[layout.viscous(i)];
         joint.friction.stribeck = stribeck;
         joint.friction.stribeck_speed = shapes[i].speed;
+        // Load-dependent friction is not linear in the parameters: the other terms have taken its part.
+        joint.friction.load_coefficient = 0.0;
         joint.friction.presliding_stiffness = (coulomb + stribeck) / shapes[i].travel;
         if let Some(place) = layout.counterweight(i) {
             let (sin, cos) = (theta[place], theta[place + 1]);
@@ -38,7 +43,8 @@ pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source:
         }
         facts.sources.link = source.to_owned();
         facts.sources.friction = source.to_owned();
-        facts.sources.drive = format!("rotor inertia, torque offset: {source}; the rest: {}", facts.sources.drive);
+        let rest = facts.sources.drive.rsplit_once(REST).map_or(facts.sources.drive.as_str(), |(_, rest)| rest);
+        facts.sources.drive = format!("rotor inertia, torque offset: {source}{REST}{rest}");
     }
     robot
 }

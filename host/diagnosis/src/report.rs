@@ -326,10 +326,10 @@ pub fn summary(found: &Identification, marks: &[Mark]) -> Value {
 
 /// The table of errors for the terminal.
 pub fn terminal(found: &Identification, marks: &[Mark]) -> String {
-    let mut text = format!("{:<68}", "relative torque error [%]");
+    let mut text = format!("{:<86}", "relative torque error [%]");
     found.robot.joints.iter().for_each(|joint| text += &format!("{:>7}", joint.name));
     for row in error_rows(found, marks) {
-        text += &format!("\n  {:<66}", format!("{} ({})", row.name, row.recording));
+        text += &format!("\n  {:<84}", format!("{} ({})", row.name, row.recording));
         row.percent.iter().for_each(|percent| text += &format!("{percent:>7}"));
     }
     text

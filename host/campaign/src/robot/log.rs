@@ -6,7 +6,7 @@ use crate::suggest::suggestion;
 use crate::units::{UnitError, noun, quantity, suggestions};
 use crate::written::At;
 use crate::written::robot::LogTable;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a signal measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,6 +60,12 @@ pub struct Channel {
 }
 
 pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, joints: usize) -> Vec<Channel> {
+    let robots: BTreeSet<&str> = table.keys().filter_map(|name| name.split_once('.')).map(|(robot, _)| robot).collect();
+    let last = table.iter().rfind(|(name, _)| name.contains('.'));
+    if let (true, Some((_, written))) = (robots.len() > 1, last) {
+        let message = "the columns of more than one robot are mapped here";
+        c.refuse(&written.span, message, "keep one robot's; each robot has a model file of its own");
+    }
     let mut channels: Vec<Channel> =
         table.iter().filter_map(|(name, written)| channel(c, name, written, joints)).collect();
     channels.sort_by_key(|channel| channel.signal);

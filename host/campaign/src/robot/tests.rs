@@ -88,6 +88,13 @@ fn spoiled_robots_name_the_place() {
             "centre of mass",
         ),
         ("unit = \"deg\"".into(), "unit = \"N\"".into(), "log.r1.q.1.unit", "the unit of a force", "deg"),
+        (
+            "\"r1.tau_motor.6\" =".into(),
+            "\"r2.tau_motor.6\" =".into(),
+            "log.r2",
+            "more than one robot",
+            "keep one robot's",
+        ),
         ("\"r1.q.1\" =".into(), "\"r1.q.9\" =".into(), "log.r1.q.9", "no signal `r1.q.9`", "r1.q.1"),
     ];
     for (old, new, key, message, remedy) in cases {

@@ -2,6 +2,8 @@
 
 use crate::{kr300, root};
 use softdock_campaign::Robot;
+use softdock_diagnosis::consistent::pseudo_inertia;
+use softdock_diagnosis::layout::INERTIAL;
 use softdock_diagnosis::log::Recording;
 use softdock_diagnosis::marks::read_marks;
 use softdock_diagnosis::model::predicted;
@@ -25,6 +27,13 @@ fn the_model_of_one_motion_predicts_another() {
     for (joint, compared) in found.fitted[0].joints.iter().enumerate() {
         assert!(compared.relative_error < 0.2, "axis {}: {}", joint + 1, compared.relative_error);
         assert!(compared.whiteness.p_value < 1e-3, "real residuals are not white");
+    }
+
+    // Every link is a body: positive mass, positive definite pseudo-inertia.
+    for joint in 0..6 {
+        let at = found.layout.inertial(joint);
+        let pseudo = pseudo_inertia(&found.theta.as_slice()[at..at + INERTIAL]);
+        assert!(pseudo.symmetric_eigenvalues().min() > 0.0, "link {}", joint + 1);
     }
 
     // The written file alone predicts the same.

@@ -67,6 +67,44 @@ fn csv_and_parquet_give_the_same_recording() {
 }
 
 #[test]
+fn parquet_of_the_wrong_kind_is_refused() {
+    let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let column = |name: String| {
+        let number = Values::F64((0..100).map(|row| Some(0.01 * f64::from(row))).collect());
+        let values = match name.as_str() {
+            "mot_pos_deg_4" => Values::words(&["left", "right"], vec![0; 100]),
+            "mot_pos_deg_5" => Values::F64((0..100).map(|row| (row != 6).then_some(1.0)).collect()),
+            _ => number,
+        };
+        Column {
+            name,
+            unit: "1".to_owned(),
+            description: String::new(),
+            source: String::new(),
+            kind: Kind::Signal,
+            values,
+        }
+    };
+    let path = folder.path().join("log.parquet");
+    let refused = |names: Vec<String>| {
+        let table = Table { columns: names.into_iter().map(column).collect() };
+        write_table(&path, &table, &[]).expect("a table");
+        let text = Recording::read(&path, &robot).expect_err("refused").to_string();
+        text.trim_start_matches(&format!("{}: ", path.display())).to_owned()
+    };
+    let message = refused(names(&robot));
+    assert!(message.starts_with("column `mot_pos_deg_4` holds Dictionary"), "{message}");
+    let rename = |name: String| if name == "mot_pos_deg_4" { "joint_4".to_owned() } else { name };
+    let message = refused(names(&robot).into_iter().map(rename).collect());
+    let expected = "there is no column `mot_pos_deg_4`, which [log] of kr300_r2500.toml names for `r1.q.4`";
+    assert_eq!(message, expected);
+    let mut lenient = robot.clone();
+    lenient.log.retain(|channel| channel.column != "mot_pos_deg_4");
+    let error = Recording::read(&path, &lenient).expect_err("a hole");
+    assert!(error.to_string().ends_with("row 7 of column `mot_pos_deg_5` is no finite number"), "{error}");
+}
+
+#[test]
 fn spoiled_recordings_say_what_is_wrong() {
     let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let good = text(&robot, 200, 20.0);
@@ -91,7 +129,7 @@ fn spoiled_recordings_say_what_is_wrong() {
         ),
         (
             good.replacen(&(line(20) + "\n"), "", 1),
-            ": the time steps are not equal: 0.020000 s after row 18, 0.010050 s on the average",
+            ": the time steps are not equal: 0.020000 s after row 18, 0.010051 s on the average",
             "resample",
         ),
         (good.lines().take(20).collect::<Vec<_>>().join("\n"), ": 19 rows are too few to filter", "at least 50 rows"),
@@ -110,17 +148,17 @@ fn spoiled_recordings_say_what_is_wrong() {
 fn what_a_recording_cannot_tell_is_said() {
     let (mut robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let still = written(&folder, "still.csv", &text(&robot, 200, 0.1));
-    let error = identify(&robot, &[&still], &[], &Options::default()).err().expect("a robot at rest");
+    let error = identify(&robot, &[&still], &[], &Options::default()).expect_err("a robot at rest");
     assert_eq!(error.to_string(), "joint A1 moves by 0.2000 deg only");
     let moving = written(&folder, "moving.csv", &text(&robot, 200, 20.0));
     let mut options = Options::default();
     options.preparation.period = Some(0.333);
-    let error = identify(&robot, &[&moving], &[], &options).err().expect("no whole period");
+    let error = identify(&robot, &[&moving], &[], &options).expect_err("no whole period");
     assert_eq!(error.to_string(), "moving.csv: a period of 0.333 s is not a whole number of steps of 0.010000 s");
     options.preparation.period = Some(5.0);
-    let error = identify(&robot, &[&moving], &[], &options).err().expect("too short");
+    let error = identify(&robot, &[&moving], &[], &options).expect_err("too short");
     assert_eq!(error.to_string(), "moving.csv: 2.000 s are shorter than one period of 5 s");
     robot.log.retain(|channel| channel.name != "r1.q.4");
-    let error = identify(&robot, &[&moving], &[], &Options::default()).err().expect("no angle");
+    let error = identify(&robot, &[&moving], &[], &Options::default()).expect_err("no angle");
     assert!(error.to_string().ends_with("the signal `r1.q.4` is not mapped to any column"), "{error}");
 }
