@@ -20,9 +20,10 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry_on, command, contact_point, feed_back, finish, gather, guide, interpolate, kinematics, latch,
-    low_pass, metrics, normals, observe, sample, start, substitute, update_kinematics,
+    advance, carry_on, command, contact_point, feed_back, finish, followed, gather, guide, interpolate, kinematics,
+    latch, low_pass, metrics, normals, observe, sample, start, substitute, track, update_kinematics, with_test,
 };
+use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
 use arms::Arms;
 
@@ -75,6 +76,7 @@ pub struct Tile<L: Lane, const N: usize> {
     held: Wrench<L>,
     lost: L,
     dropped: L,
+    tracking: Tracking<L>,
     commands: Line<L, Parts<L>>,
     wrenches: Line<L, Wrench<L>>,
 }
@@ -155,6 +157,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             held: zero_wrench(),
             lost: zero,
             dropped: zero,
+            tracking: no_tracking(),
             commands: Line::new(line_slots(m)),
             wrenches: Line::new(line_slots(m)),
         }
@@ -214,6 +217,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.held = choose(fresh, &zero_wrench(), &self.held);
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
+        self.tracking = choose(fresh, &no_tracking(), &self.tracking);
         self.tick = L::select(fresh, zero, self.tick);
     }
 
@@ -262,7 +266,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         update_kinematics(m, self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
         let parts = self.hil.kinematics.parts;
-        let jitter = self.send_command(m, &parts, live);
+        let jitter = self.send_command(m, &parts, now, live);
         self.tick_facility(m, &parts, now, jitter, live);
         self.receive_wrench(m, &parts, live);
         self.tick_simulation(m, live);
@@ -273,9 +277,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
-    fn send_command(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) -> L {
+    fn send_command(&mut self, m: &Plant, parts: &Parts<L>, now: L, live: L::Mask) -> L {
         let zero = L::lit(0.0);
-        let sent = command(m, parts);
+        let sent = with_test(m, &self.params, &command(m, parts), now);
         if !self.batch.noisy {
             self.commands.put(self.step, &sent, live);
             return zero;
@@ -317,6 +321,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                 sensed = sample(m, &self.params, &sensed, self.sensor_noise());
             }
         }
+        let tracked = track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.robots), now);
+        self.tracking = choose(live, &tracked, &self.tracking);
         self.hil.watch = choose(live, &seen, &self.hil.watch);
         self.robots = choose(live, &self.robots, &robots);
         if let (Some(arms), Some(before)) = (&mut self.arms, arms) {
@@ -403,8 +409,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if ended.is_empty() {
             return;
         }
-        let space = metrics(m, &self.space.watch, &self.space.bodies, L::lit(0.0));
-        let hil = metrics(m, &self.hil.watch, &self.hil.bodies, L::lit(1.0));
+        let seen = followed(m, &self.params, &self.tracking);
+        let space = metrics(m, &self.space.watch, &self.space.bodies, &seen, L::lit(0.0));
+        let hil = metrics(m, &self.hil.watch, &self.hil.bodies, &seen, L::lit(1.0));
         for lane in ended {
             let (space, hil) = (one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane));
             out.push(Finished {

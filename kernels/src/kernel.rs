@@ -22,7 +22,7 @@ const FRAME: &str = concat!(
 
 /// Private variables that live across slices, with their structs; those of the joint level and the bristles of the
 /// contact points follow.
-const STATE: [(&str, &str); 8] = [
+const STATE: [(&str, &str); 9] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
     ("hil", "Bodies"),
@@ -31,6 +31,7 @@ const STATE: [(&str, &str); 8] = [
     ("sensed", "Sensor"),
     ("held", "Wrench"),
     ("link", "Vec3"),
+    ("tracking", "Tracking"),
 ];
 
 /// Private variables of the joint level that live across slices.

@@ -31,6 +31,7 @@ pub mod space;
 pub mod staged;
 pub mod stages;
 pub mod start;
+pub mod test_motion;
 pub mod trace;
 pub mod vector;
 pub mod wgsl;

@@ -22,6 +22,10 @@ bundle! {
         linear_momentum_error: R, "kg m/s", "change of total linear momentum beyond the external impulses";
         angular_momentum_error: R, "kg m^2/s", "change of total angular momentum beyond the external moments";
         created_energy: R, "J", "energy created by the facility: space port minus hardware port; 0 in space";
+        tracking_gain: R, "1", "amplitude of the robots over that of the test motion; null without a test";
+        tracking_lag: R, "rad", "phase of the robots behind the test motion; null without a test";
+        tracking_error: R, "m", "root mean square of the robots' place less that of the test motion; null without a test";
+        tracking_overshoot: R, "1", "greatest speed of the robots over that of the test motion, less 1; null without a test";
         end_time: R, "s", "time at which the loop ended";
     }
 }
@@ -69,6 +73,9 @@ impl Metrics<f64> {
     pub fn available(&self, name: &str) -> Option<f64> {
         let position = crate::fields::fields::<f64, Self>().iter().position(|field| field.name == name)?;
         let value = crate::fields::to_vec(self)[position];
+        if name.starts_with("tracking_") && self.tracking_gain < 0.0 {
+            return None;
+        }
         let may_be_missing =
             matches!(name, "touch_time" | "approach_speed" | "restitution" | "capture_time" | "capture_offset");
         (value.is_finite() && !(may_be_missing && value < 0.0)).then_some(value)

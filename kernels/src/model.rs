@@ -294,8 +294,32 @@ pub struct Facility {
     pub crosstalk: [[f64; 6]; 6],
     /// The HIL loop counts as diverged above this relative speed of the simulated parts \[m/s\].
     pub unstable_speed: f64,
+    /// A motion that the robots are told besides that of the simulation.
+    pub test_motion: Option<TestMotion>,
     /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
     pub joint_level: Option<JointLevel>,
+}
+
+/// A known motion added to part A's command; its amplitude and frequency are parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TestMotion {
+    /// Along a unit vector in the laboratory.
+    pub axis: Vec3<f64>,
+    /// How it goes.
+    pub waveform: Waveform,
+    /// It begins at this time of the run \[s\].
+    pub begin: f64,
+    /// Gain, lag and error count from so long after that, over whole periods \[s\].
+    pub settle: f64,
+}
+
+/// The form of a test motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Waveform {
+    /// A sine.
+    Sine,
+    /// Out by the amplitude at constant speed in half a period, then standing.
+    Run,
 }
 
 /// Two robots of one make, with their drives and controllers.

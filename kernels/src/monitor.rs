@@ -7,6 +7,7 @@ use crate::model::Model;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Bodies, Parts, Wrench};
+use crate::test_motion::Followed;
 use crate::vector::Vec3;
 
 bundle! {
@@ -215,9 +216,15 @@ fn finite(limit: f64) -> f64 {
     limit.min(1.0e9)
 }
 
-/// Metrics of a finished loop; `created` is 1 on the facility, where the ports may differ.
+/// Metrics of a finished loop; `created` is 1 on the facility, where the ports may differ and robots follow.
 #[inline(always)]
-pub fn metrics<R: Real, const N: usize>(m: &Plant, s: &Watch<R>, bodies: &Bodies<R, N>, created: R) -> Metrics<R> {
+pub fn metrics<R: Real, const N: usize>(
+    m: &Plant,
+    s: &Watch<R>,
+    bodies: &Bodies<R, N>,
+    followed: &Followed<R>,
+    created: R,
+) -> Metrics<R> {
     let (zero, one, never) = (R::lit(0.0), R::lit(1.0), R::lit(-1.0));
     let bounced = zero.lt(s.bounces) & zero.lt(s.approach_speed);
     let restitution = s.best_separation / R::select(bounced, s.approach_speed, one);
@@ -240,6 +247,10 @@ pub fn metrics<R: Real, const N: usize>(m: &Plant, s: &Watch<R>, bodies: &Bodies
         linear_momentum_error: linear,
         angular_momentum_error: angular,
         created_energy: (s.port_energy - s.hardware_energy) * created,
+        tracking_gain: R::select(zero.lt(created), followed.gain, never),
+        tracking_lag: followed.lag * created,
+        tracking_error: followed.error * created,
+        tracking_overshoot: followed.overshoot * created,
         end_time: s.end_time,
     }
 }

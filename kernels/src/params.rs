@@ -49,6 +49,9 @@ bundle! {
         robot2_lag: R, "s", "1/w of robot 2's response; 0 = ideal";
         robot2_lag_damping: R, "1", "damping ratio z of robot 2's response";
         robot2_lag_zero: R, "s", "time constant T_z of the zero of robot 2's response";
+        test_amplitude: R, "m", "amplitude of the test motion";
+        test_frequency: R, "Hz", "frequency of the test motion; a run takes half a period";
+
         robot1: DriveParams<R>, "1", "robot 1 at the joint level";
         robot2: DriveParams<R>, "1", "robot 2 at the joint level";
         rail_lag: R, "s", "1/w of the rail's response; 0 = ideal";
@@ -86,6 +89,7 @@ impl Params<f64> {
         zero.robot1_lag_damping = 1.0;
         zero.robot2_lag_damping = 1.0;
         zero.rail_lag_damping = 1.0;
+        zero.test_frequency = 1.0;
         for robot in [&mut zero.robot1, &mut zero.robot2] {
             (robot.position_gain, robot.velocity_gain, robot.gear_ratio) = (1.0, 1.0, 1.0);
         }

@@ -11,6 +11,7 @@ use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
+use crate::test_motion::{Followed, Tracking};
 use crate::vector::{Quat, Vec3};
 use std::marker::PhantomData;
 
@@ -64,6 +65,12 @@ staged! {
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
     robot::command(m; parts: &'a Parts<L>) -> Parts<L>;
+    /// [`crate::test_motion::with_test`]
+    test_motion::with_test(m; p: &'a Params<L>, told: &'a Parts<L>, time: L) -> Parts<L>;
+    /// [`crate::test_motion::track`]
+    test_motion::track(m; p: &'a Params<L>, s: &'a Tracking<L>, parts: &'a Parts<L>, time: L) -> Tracking<L>;
+    /// [`crate::test_motion::followed`]
+    test_motion::followed(m; p: &'a Params<L>, s: &'a Tracking<L>) -> Followed<L>;
     /// [`crate::robot::carry_on`]
     robot::carry_on(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
     /// [`crate::robot::substitute`]
@@ -103,5 +110,5 @@ staged! {
     /// [`crate::monitor::finish`]
     monitor::finish(m; s: &'a Watch<L>, time: L, simulated: &'a Parts<L>, last: L) -> Watch<L>;
     /// [`crate::monitor::metrics`]
-    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, created: L) -> Metrics<L>;
+    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, followed: &'a Followed<L>, created: L) -> Metrics<L>;
 }

@@ -12,6 +12,7 @@ use crate::plant::Plant;
 use crate::robot::{self, Robots};
 use crate::sensor::{self, Sensor};
 use crate::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
+use crate::test_motion::{self, Followed, Tracking};
 use crate::trace::{Sym, trace};
 use crate::vector::Vec3;
 use crate::wgsl::{Function, Struct};
@@ -61,6 +62,8 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Robots<Sym>>(),
         structure::<Sensor<Sym>>(),
         structure::<Normals<Sym>>(),
+        structure::<Tracking<Sym>>(),
+        structure::<Followed<Sym>>(),
         structure::<Metrics<Sym>>(),
     ];
     if m.cells.is_some() {
@@ -113,6 +116,12 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
     vec![
         stage!(transport(p: Params<Sym>) -> Sym => robot::transport(m, &p)),
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
+        stage!(with_test(p: Params<Sym>, told: Parts<Sym>, time: Sym) -> Parts<Sym>
+            => test_motion::with_test(m, &p, &told, time)),
+        stage!(track(p: Params<Sym>, s: Tracking<Sym>, parts: Parts<Sym>, time: Sym) -> Tracking<Sym>
+            => test_motion::track(m, &p, &s, &parts, time)),
+        stage!(no_tracking() -> Tracking<Sym> => test_motion::no_tracking()),
+        stage!(followed(p: Params<Sym>, s: Tracking<Sym>) -> Followed<Sym> => test_motion::followed(m, &p, &s)),
         stage!(carry_on(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::carry_on(m, &parts, periods)),
         stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
         stage!(interpolate(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>, place: Sym) -> Parts<Sym>
@@ -157,7 +166,7 @@ fn monitor_stages<const N: usize>(m: &Plant) -> Vec<Function> {
             -> Watch<Sym> => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch)),
         stage!(finish(s: Watch<Sym>, time: Sym, simulated: Parts<Sym>, last: Sym) -> Watch<Sym>
             => monitor::finish(m, &s, time, &simulated, last)),
-        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, created: Sym) -> Metrics<Sym>
-            => monitor::metrics(m, &s, &bodies, created)),
+        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, followed: Followed<Sym>, created: Sym) -> Metrics<Sym>
+            => monitor::metrics(m, &s, &bodies, &followed, created)),
     ]
 }

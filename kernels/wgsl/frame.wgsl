@@ -39,6 +39,7 @@ var<private> robot: Robots;
 var<private> sensed: Sensor;
 var<private> held: Wrench;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
+var<private> tracking: Tracking;
 
 fn zero_wrench() -> Wrench {
     return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -70,7 +71,7 @@ fn tick_hil(now: f32, last: f32) {
     let masses = hil_masses(p);
     let k = kinematics(masses, hil);
     let parts = parts_of(k);
-    let jitter = send_command(parts);
+    let jitter = send_command(parts, now);
     tick_facility(parts, now, jitter);
     receive_wrench(parts);
     let reached = tick_simulation(masses, k);
@@ -78,8 +79,8 @@ fn tick_hil(now: f32, last: f32) {
 }
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
-fn send_command(parts: Parts) -> f32 {
-    let sent = command(parts);
+fn send_command(parts: Parts, now: f32) -> f32 {
+    let sent = with_test(p, command(parts), now);
     if (!NOISY) {
         put_command(tick % SLOTS, sent);
         return 0.0;
@@ -121,6 +122,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
             sensed = sample(p, sensed, sensor_noise());
         }
     }
+    tracking = track(p, tracking, mounted_parts(robot), now);
 }
 
 // The measured wrench as it arrives: delayed, between two samples.
@@ -184,6 +186,7 @@ fn reset() {
     sensed = Sensor();
     held = zero_wrench();
     link = Vec3();
+    tracking = no_tracking();
     tick = 0u;
 }
 
@@ -247,5 +250,6 @@ fn end(@builtin(global_invocation_id) id: vec3u) {
     }
     load_params();
     load_state();
-    store_outcome(metrics(space_watch, space, 0.0), metrics(hil_watch, hil, 1.0));
+    let seen = followed(p, tracking);
+    store_outcome(metrics(space_watch, space, seen, 0.0), metrics(hil_watch, hil, seen, 1.0));
 }

@@ -5,6 +5,7 @@ mod bodies;
 mod bounce;
 mod control;
 mod docking;
+mod facility;
 mod lanes;
 mod laws;
 mod nulls;

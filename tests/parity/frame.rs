@@ -76,7 +76,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 20] = [
         "send_command",
         200.0,
         "a deviate from a logarithm near 1",
-        call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)));", &["f32"], [true, false]),
+        call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)), now);", &["f32"], [true, false]),
     ),
     row(
         "tick_facility",
@@ -223,7 +223,7 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
     let (store, after) = rest.split_once("}\n").expect("a body");
     let mut text = format!("{before}fn store_state() {{{}}}\n{after}", store.replace("states[", &behind))
         .replace("var<uniform> batch", "var<storage, read_write> batch")
-        .replace("    store_outcome(metrics(", "    store_state();\n    store_outcome(metrics(");
+        .replace("    let seen = followed(", "    store_state();\n    let seen = followed(");
     // Every binding must be used by every entry point, if only where no lane comes.
     for status in ["FRESH", "RUNNING", "FINISHED"] {
         let enter = format!("    if (!enter(id, {status})) {{\n");

@@ -8,7 +8,7 @@ use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
-use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust};
+use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, TestMotion, Thrust, Waveform};
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
@@ -16,6 +16,7 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{Robots, carry_on, command, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
+use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 use softdock_kernels::wgsl::Function;
 use std::path::Path;
@@ -73,7 +74,9 @@ pub(crate) struct Case {
 pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
     vec![
         case("smoke", "smoke.toml", |_| {}, |_| {}),
-        case("smoke_joint", "smoke_joint.toml", |model| feed_all_forward(model), |_| {}),
+        case("smoke_joint", "smoke_joint.toml", feed_all_forward, |p| {
+            (p.test_amplitude, p.test_frequency) = (1e-3, 3.0);
+        }),
         case("plate_impact", "plate_impact.toml", |_| {}, |_| {}),
         case("probe_drogue", "probe_drogue.toml", |_| {}, |_| {}),
         case("computed torque, Power law, box and ball", "probe_drogue.toml", crowded, |p| {
@@ -108,8 +111,10 @@ fn crowded(model: &mut Model) {
     model.field = vec3(1e-3, 0.0, -2e-3);
 }
 
-/// The whole feedforward, so that every stage of the joint level does all that it can.
+/// The whole feedforward and a test motion, so that every stage of the joint level does all that it can.
 fn feed_all_forward(model: &mut Model) {
+    let axis = vec3(0.0, 0.6, 0.8);
+    model.facility.test_motion = Some(TestMotion { axis, waveform: Waveform::Sine, begin: 0.1, settle: 0.2 });
     model.facility.joint_level.as_mut().expect("robots with joints").servo.feedforward = Feedforward::Full;
 }
 
@@ -235,6 +240,7 @@ struct Scene<const N: usize> {
     watch: Watch<f64>,
     robots: Robots<f64>,
     sensor: Sensor<f64>,
+    tracking: Tracking<f64>,
     drives: [Drives<f64>; 2],
     aims: [SetPoint<f64>; 2],
     kinematics: Kinematics<f64, N>,
@@ -270,7 +276,8 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
         })
         .collect();
     let behind = [fields::<f64, Sensor<f64>>(), fields::<f64, Wrench<f64>>(), fields::<f64, Vec3<f64>>()];
-    let mut joints = &rest[behind.iter().map(Vec::len).sum()..];
+    let (tracking, mut joints) =
+        rest[behind.iter().map(Vec::len).sum()..].split_at(fields::<f64, Tracking<f64>>().len());
     let mut next = |width: usize| -> Vec<f64> {
         let (own, more) = joints.split_at(if plant.cells.is_some() { width } else { 0 });
         joints = more;
@@ -279,6 +286,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     let drives = [(); 2].map(|()| from_slice(&next(fields::<f64, Drives<f64>>().len())));
     let aims = [(); 2].map(|()| from_slice(&next(fields::<f64, SetPoint<f64>>().len())));
     Scene {
+        tracking: from_slice(tracking),
         drives,
         aims,
         facility,
@@ -336,6 +344,8 @@ fn bundle<const N: usize>(
         "Robots" => flat(&s.robots),
         "Sensor" => flat(&s.sensor),
         "Touch" => flat(&s.touch),
+        "Tracking" => flat(&s.tracking),
+        "Followed" => flat(&followed(plant, &p, &s.tracking)),
         "Drives" => flat(&s.drives[usize::from(argument == "drives2")]),
         "SetPoint" => flat(&s.aims[0]),
         "LatchState" => flat(&s.latch),

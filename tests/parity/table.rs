@@ -18,6 +18,7 @@ use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
+use softdock_kernels::test_motion::{self, Followed, Tracking};
 use softdock_kernels::vector::Vec3;
 use std::collections::BTreeSet;
 
@@ -105,6 +106,10 @@ fn facility_rows() -> Vec<Row<Twin>> {
     stages! { m;
         transport(p: Params<f64>) => robot::transport(m, &p), 6.0, "three sums of delays";
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
+        with_test(p: Params<f64>, told: Parts<f64>, time: f64) => test_motion::with_test(m, &p, &told, time), 60.0, "the sine of a phase of whole turns";
+        track(p: Params<f64>, s: Tracking<f64>, parts: Parts<f64>, time: f64) => test_motion::track(m, &p, &s, &parts, time), 60.0, "as with_test; differences of places";
+        no_tracking() => test_motion::no_tracking::<f64>(), 0.0, COPIED;
+        followed(p: Params<f64>, s: Tracking<f64>) => test_motion::followed(m, &p, &s), 20.0, "an arc tangent, roots, quotients";
         carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
         substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";
         interpolate(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>, place: f64)
@@ -150,8 +155,8 @@ fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
             => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch), 8.0, "energies are sums of products";
         finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64)
             => monitor::finish(m, &s, time, &simulated, last), 0.0, "copies chosen by comparisons";
-        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, created: f64)
-            => monitor::metrics(m, &s, &bodies, created), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
+        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, followed: Followed<f64>, created: f64)
+            => monitor::metrics(m, &s, &bodies, &followed, created), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
     }
 }
 

@@ -25,6 +25,7 @@ const NO_FEEDFORWARD: Idle = (
     "the controllers do not feed this part of the model forward",
     "remove it, or write facility.joint_level.feedforward = \"full\"",
 );
+const NO_TEST: Idle = ("the facility makes no test motion", "remove it, or add a table [facility.test_motion]");
 const NO_LAG: Idle =
     ("the lag of this response is always 0, which is ideal", "remove it, or give the response a lag above 0 s");
 const LINEAR: Idle = (
@@ -69,6 +70,7 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
     let joints = model.facility.joint_level.as_ref();
     match name {
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
+        _ if name.starts_with("test_") => without(NO_TEST, model.facility.test_motion.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),
         _ if name.starts_with("rail_") && rail.is_some_and(|rail| rail.share == 0.0) => Some(RAIL_STANDS),
         _ if name.starts_with("robot1_lag") || name.starts_with("robot2_lag") => {

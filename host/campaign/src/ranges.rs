@@ -89,6 +89,8 @@ const RANGES: &[(&str, Range)] = &[
     ("loop_delay", Range::within(0.0, LONGEST_DELAY)),
     ("delay_jitter", Range::within(0.0, LONGEST_DELAY / 8.0)),
     ("drop_probability", Range::within(0.0, 1.0)),
+    ("test_amplitude", Range::within(0.0, 10.0)),
+    ("test_frequency", Range::above(0.0, 100.0)),
     ("robot1_lag", Range::within(0.0, 10.0)),
     ("robot1_lag_damping", Range::within(0.0, 100.0)),
     ("robot1_lag_zero", Range::within(0.0, 10.0)),

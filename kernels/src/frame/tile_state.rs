@@ -36,6 +36,7 @@ pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
         ("sensed", fields::<f64, Sensor<f64>>()),
         ("held", fields::<f64, Wrench<f64>>()),
         ("link", fields::<f64, Vec3<f64>>()),
+        ("tracking", fields::<f64, Tracking<f64>>()),
     ];
     if m.cells.is_some() {
         variables.extend([
@@ -78,6 +79,7 @@ impl<const N: usize> Tile<f64, N> {
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
         [tile.lost, tile.dropped] = [state[0], state[1]];
         state = &state[3..];
+        tile.tracking = take(&mut state);
         if let Some(arms) = &mut tile.arms {
             arms.drives = [take(&mut state), take(&mut state)];
             arms.set = [take(&mut state), take(&mut state)];
@@ -104,6 +106,7 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.sensor));
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
+        state.extend(to_vec::<f64, _>(&self.tracking));
         if let Some(arms) = &self.arms {
             state.extend(arms.drives.iter().flat_map(to_vec::<f64, _>));
             state.extend(arms.set.iter().flat_map(to_vec::<f64, _>));
@@ -171,7 +174,7 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             tile.place_robots(m, &told, true);
             Vec::new()
         }),
-        ("send_command", |tile, m| vec![tile.send_command(m, &simulated(m, &tile.hil).parts, true)]),
+        ("send_command", |tile, m| vec![tile.send_command(m, &simulated(m, &tile.hil).parts, tile.clock(m).0, true)]),
         ("tick_facility", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
             tile.commands.put(tile.step, &command(m, &parts), true);
@@ -211,8 +214,9 @@ fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64
 fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
     let (space, hil) = (&tile.space, &tile.hil);
     let mut out = to_vec(&tile.params);
-    out.extend(to_vec(&metrics(m, &space.watch, &space.bodies, 0.0)));
-    out.extend(to_vec(&metrics(m, &hil.watch, &hil.bodies, 1.0)));
+    let seen = followed(m, &tile.params, &tile.tracking);
+    out.extend(to_vec(&metrics(m, &space.watch, &space.bodies, &seen, 0.0)));
+    out.extend(to_vec(&metrics(m, &hil.watch, &hil.bodies, &seen, 1.0)));
     out.extend([space.watch.unstable, space.watch.contact_work, space.watch.absorbed, hil.watch.unstable]);
     out.extend([tile.sensor.saturated, tile.robots.limited, tile.dropped]);
     out.extend(to_vec::<f64, _>(&space.watch.normal));

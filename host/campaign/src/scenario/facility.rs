@@ -5,10 +5,10 @@ use crate::check::Checker;
 use crate::ranges::{RATE, Range, SPEED};
 use crate::source::Source;
 use crate::written::At;
-use crate::written::scenario::{FacilityTable, RailTable, SensorTable};
-use softdock_kernels::model::{Facility, JointLevel, Rail, Timing};
+use crate::written::scenario::{FacilityTable, RailTable, SensorTable, TestMotionTable};
+use softdock_kernels::model::{Facility, JointLevel, Rail, TestMotion, Timing, Waveform};
 use softdock_kernels::params::{Params, UNLIMITED};
-use softdock_kernels::vector::vec3;
+use softdock_kernels::vector::{Vec3, vec3};
 
 /// The HIL loop counts as diverged above this relative speed \[m/s\]: far above any docking.
 const UNSTABLE_SPEED: f64 = 2.0;
@@ -52,9 +52,23 @@ pub(crate) fn read(
         sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
         crosstalk: crosstalk(c, &table.sensor),
         unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
+        test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
         joint_level,
     };
     (facility, robot)
+}
+
+/// A motion that the robots are told besides that of the simulation.
+fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) -> TestMotion {
+    p.test_amplitude = c.parameter(&table.amplitude, "test_amplitude");
+    p.test_frequency = c.parameter(&table.frequency, "test_frequency");
+    let time = Range::within(0.0, 1e6);
+    TestMotion {
+        axis: direction(c, &table.axis),
+        waveform: c.choice(&table.waveform, &[("sine", Waveform::Sine), ("run", Waveform::Run)]),
+        begin: c.number_or(&table.begin, 0.0, "s", time),
+        settle: c.number_or(&table.settle, 0.0, "s", time),
+    }
 }
 
 /// The joint level, which takes the place of the robots' responses.
@@ -99,13 +113,18 @@ fn rail(c: &mut Checker, table: &RailTable, p: &mut Params<f64>) -> Rail {
     p.rail_lag = c.parameter_or(&table.lag, "rail_lag", 0.0);
     p.rail_lag_damping = c.parameter_or(&table.damping, "rail_lag_damping", 1.0);
     let share = c.number(&table.share, "1", Range::within(0.0, 1.0));
-    let numbers: Vec<f64> = table.axis.value.iter().map(|number| number.value).collect();
+    Rail { axis: direction(c, &table.axis), share }
+}
+
+/// A unit vector from three numbers.
+fn direction(c: &mut Checker, written: &At<Vec<At<f64>>>) -> Vec3<f64> {
+    let numbers: Vec<f64> = written.value.iter().map(|number| number.value).collect();
     let mut axis = vec3(1.0, 0.0, 0.0);
     match numbers[..] {
         [x, y, z] if vec3(x, y, z).norm().is_finite() && vec3(x, y, z).norm() > 1e-9 => axis = vec3(x, y, z),
-        _ => c.refuse(&table.axis.span, "this is no direction", "write three numbers, not all zero: [1, 0, 0]"),
+        _ => c.refuse(&written.span, "this is no direction", "write three numbers, not all zero: [1, 0, 0]"),
     }
-    Rail { axis: axis * (1.0 / axis.norm()), share }
+    axis * (1.0 / axis.norm())
 }
 
 /// The stated pattern, or ones between the forces and between the moments.

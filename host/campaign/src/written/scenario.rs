@@ -346,6 +346,8 @@ pub(crate) struct FacilityTable {
     /// Response of the robot with part B.
     #[serde(default)]
     pub(crate) robot2: ResponseTable,
+    /// A known motion that the robots are told besides that of the simulation.
+    pub(crate) test_motion: Option<TestMotionTable>,
     /// Both robots joint by joint, in place of their responses.
     pub(crate) joint_level: Option<At<JointLevelTable>>,
     /// The rail under robot 1.
@@ -356,6 +358,24 @@ pub(crate) struct FacilityTable {
     /// Differences between facility and space.
     #[serde(default)]
     pub(crate) errors: ErrorsTable,
+}
+
+/// A known motion added to part A's command; metrics `tracking_...` say how the robots follow it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TestMotionTable {
+    /// Direction in the laboratory, three numbers.
+    pub(crate) axis: At<Vec<At<f64>>>,
+    /// "sine", or "run": out at constant speed for half a period, then standing.
+    pub(crate) waveform: At<String>,
+    /// Amplitude of the sine, or length of the run.
+    pub(crate) amplitude: Quantity,
+    /// Frequency of the sine; a run takes half a period.
+    pub(crate) frequency: Quantity,
+    /// Time at which it begins; default at once.
+    pub(crate) begin: Option<Quantity>,
+    /// Gain, lag and error count from so long after the beginning, over whole periods; default at once.
+    pub(crate) settle: Option<Quantity>,
 }
 
 /// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2).
