@@ -42,7 +42,7 @@ pub fn drive2<R: Real>(
 
 /// The parts where the joints hold them, on the rail as it is.
 #[inline(always)]
-pub fn held<R: Real>(m: &Plant, s: &Robots<R>, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
+pub fn held_parts<R: Real>(m: &Plant, s: &Robots<R>, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
     let cells = cells(m);
     Robots {
         robot1: Axes { motion: cell::held_part(&cells[0], drives1), ..s.robot1 },

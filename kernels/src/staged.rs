@@ -89,8 +89,8 @@ staged! {
     joint_level::drive1(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
     /// [`crate::joint_level::drive2`]
     joint_level::drive2(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
-    /// [`crate::joint_level::held`]
-    joint_level::held(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
+    /// [`crate::joint_level::held_parts`]
+    joint_level::held_parts(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
     /// [`crate::joint_level::drives_at1`]
     joint_level::drives_at1(m; p: &'a Params<L>, told: &'a Parts<L>) -> Drives<L>;
     /// [`crate::joint_level::drives_at2`]

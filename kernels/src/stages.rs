@@ -150,8 +150,8 @@ fn joint_stages(m: &Plant) -> Vec<Function> {
             => joint_level::drive1(m, &p, &s, &aim, &at, load)),
         stage!(drive2(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
             => joint_level::drive2(m, &p, &s, &aim, &at, load)),
-        stage!(held(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
-            => joint_level::held(m, &s, &drives1, &drives2)),
+        stage!(held_parts(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
+            => joint_level::held_parts(m, &s, &drives1, &drives2)),
         stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at1(m, &p, &told)),
         stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at2(m, &p, &told)),
         stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => joint_level::first_set_point(&s)),

@@ -52,6 +52,15 @@ fn plain() -> Params<f64> {
     }
 }
 
+/// The same on robots that follow at once; their drives without friction shapes, gears and lags of any kind.
+fn plain_with_joints() -> Params<f64> {
+    let mut p = plain();
+    for robot in [&mut p.robot1, &mut p.robot2] {
+        (robot.position_gain, robot.velocity_feedforward) = (10.0, 1.0);
+    }
+    p
+}
+
 /// The parameters with some fields overwritten.
 fn with(base: Params<f64>, parameters: &[EffectParameter], value: impl Fn(&EffectParameter) -> f64) -> Params<f64> {
     let names = fields::<f64, Params<f64>>();
@@ -103,10 +112,12 @@ fn an_effect_at_its_null_value_changes_no_bit() {
 fn an_effect_at_its_scale_changes_the_facility_and_never_space() {
     for (model, joints) in [(model(), false), (jointed(), true)] {
         let effects: Vec<_> = EFFECTS.iter().filter(|effect| of_joints(effect) == joints).collect();
-        let params: Vec<_> = std::iter::once(plain())
-            .chain(effects.iter().map(|effect| with(plain(), effect.parameters, |parameter| parameter.scale)))
+        let base = if joints { plain_with_joints() } else { plain() };
+        let params: Vec<_> = std::iter::once(base)
+            .chain(effects.iter().map(|effect| with(base, effect.parameters, |parameter| parameter.scale)))
             .collect();
         let rows = made(&job(model, &params), &params);
+        assert!(rows[0].hil.touch_time > 0.0 && rows[0].hil.peak_force > 0.0, "{:?}", rows[0].hil);
         for (row, effect) in rows[1..].iter().zip(effects) {
             assert!(bits(&row.space) == bits(&rows[0].space), "{} changes space", effect.id);
             assert!(bits(&row.hil) != bits(&rows[0].hil), "{} does nothing", effect.id);

@@ -132,17 +132,17 @@ fn joint_rows() -> Vec<Row<Twin>> {
     stages! { m;
         rail(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::rail(m, &p, &s, &told), 40.0, "as robots";
         set_point1(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => joint_level::set_point1(m, &p, &s, &last, &told), 2000.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
+            => joint_level::set_point1(m, &p, &s, &last, &told), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
         set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => joint_level::set_point2(m, &p, &s, &last, &told), 2000.0, "as set_point1";
+            => joint_level::set_point2(m, &p, &s, &last, &told), 200.0, "as set_point1";
         drive1(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
-            => joint_level::drive1(m, &p, &s, &aim, &at, load), 2000.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
+            => joint_level::drive1(m, &p, &s, &aim, &at, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
         drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
-            => joint_level::drive2(m, &p, &s, &aim, &at, load), 2000.0, "as drive1";
-        held(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
-            => joint_level::held(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
-        drives_at1(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at1(m, &p, &told), 2000.0, "as set_point1";
-        drives_at2(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at2(m, &p, &told), 2000.0, "as set_point1";
+            => joint_level::drive2(m, &p, &s, &aim, &at, load), 200.0, "as drive1";
+        held_parts(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
+            => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
+        drives_at1(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at1(m, &p, &told), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
+        drives_at2(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at2(m, &p, &told), 4000.0, "as drives_at1";
         first_set_point(s: Drives<f64>) => joint_level::first_set_point(&s), 0.0, COPIED;
     }
 }

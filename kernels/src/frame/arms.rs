@@ -8,7 +8,7 @@ use crate::manipulator::cell::{Drives, SetPoint};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
 use crate::staged::{
-    drive1, drive2, drives_at1, drives_at2, held, rail, robots as follow_commands, set_point1, set_point2,
+    drive1, drive2, drives_at1, drives_at2, held_parts, rail, robots as follow_commands, set_point1, set_point2,
 };
 
 /// Both robots joint by joint, and the wrench on part A that the next substep feels.
@@ -57,7 +57,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let on_rail = rail(m, &self.params, &self.robots, told);
         arms.drives[0] = drive1(m, &self.params, &arms.drives[0], &arms.set[0], &on_rail, arms.push);
         arms.drives[1] = drive2(m, &self.params, &arms.drives[1], &arms.set[1], &on_rail, arms.push);
-        self.robots = held(m, &on_rail, &arms.drives[0], &arms.drives[1]);
+        self.robots = held_parts(m, &on_rail, &arms.drives[0], &arms.drives[1]);
     }
 
     /// The wrench on part A, laboratory axes, that the next substep feels.
@@ -75,7 +75,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if let Some(arms) = &mut self.arms {
             let drives = [drives_at1(m, &self.params, told), drives_at2(m, &self.params, told)];
             let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
-            placed = held(m, &placed, &drives[0], &drives[1]);
+            placed = held_parts(m, &placed, &drives[0], &drives[1]);
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
             arms.keep(fresh, &before);
         }
