@@ -5,11 +5,13 @@
 
 pub mod tile_state;
 
+use crate::compensator::{Compensation, look_back, new_compensation};
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::lanes::Lane;
 use crate::metrics::Metrics;
+use crate::model::CompensatorKind;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::outcome::{Finished, RunEnd, Signals, run_flags};
@@ -19,8 +21,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry_on, command, contact_point, feed_back, finish, gather, guide, interpolate, kinematics, latch,
-    low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute, update_kinematics,
+    advance, carry_on, command, compensate, contact_point, feed_back, finish, gather, guide, interpolate, kinematics,
+    latch, low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute,
+    update_kinematics,
 };
 use crate::vector::Vec3;
 
@@ -69,6 +72,7 @@ pub struct Tile<L: Lane, const N: usize> {
     robots: Robots<L>,
     sensor: Sensor<L>,
     held: Wrench<L>,
+    compensation: Compensation<L>,
     lost: L,
     dropped: L,
     commands: Line<L, Parts<L>>,
@@ -148,6 +152,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             robots: crate::robot::robots_at(m, &command(m, &parts)),
             sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
             held: zero_wrench(),
+            compensation: new_compensation(),
             lost: zero,
             dropped: zero,
             commands: Line::new(line_slots(m)),
@@ -207,6 +212,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
         self.sensor = choose(fresh, &sensor, &self.sensor);
         self.held = choose(fresh, &zero_wrench(), &self.held);
+        self.compensation = choose(fresh, &new_compensation(), &self.compensation);
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
         self.tick = L::select(fresh, zero, self.tick);
@@ -327,14 +333,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         [at(0.0), at(1.0), at(2.0)]
     }
 
-    /// The measured wrench as it arrives: delayed, between two samples.
+    /// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
     #[inline(always)]
     fn receive_wrench(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) {
         self.wrenches.put(self.step, &self.sensor.output, live);
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
         let at = |more: usize| self.wrenches.recall(self.step, |lane| whole.lane(lane) as usize + more);
-        let held = crate::sensor::blend(at(0), at(1), age - whole);
+        let measured = crate::sensor::blend(at(0), at(1), age - whole);
+        let held = self.compensated_wrench(m, parts, measured, live);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);
         let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
@@ -342,6 +349,26 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.hil.watch.port_energy =
             L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
         self.held = choose(live, &held, &self.held);
+    }
+
+    /// What acts on the simulated bodies for a measured wrench.
+    #[inline(always)]
+    fn compensated_wrench(&mut self, m: &Plant, parts: &Parts<L>, measured: Wrench<L>, live: L::Mask) -> Wrench<L> {
+        let kind = m.facility.compensator.kind;
+        if kind == CompensatorKind::None {
+            return measured;
+        }
+        let mut past = *parts;
+        if kind == CompensatorKind::Smith {
+            let back = look_back(m, &self.params);
+            let whole = back.floor();
+            let at = |more: usize| self.commands.recall(self.step, |lane| whole.lane(lane) as usize + more);
+            let newer = at(0);
+            past = interpolate(m, &at(1), &newer, &newer, (whole - back) + L::lit(1.0));
+        }
+        let next = compensate(m, &self.params, &self.compensation, parts, &past, measured);
+        self.compensation = choose(live, &next, &self.compensation);
+        next.output
     }
 
     /// The simulation computer's tick: guidance, then the bodies under the held wrench.

@@ -2,6 +2,7 @@
 
 use crate::fields::Field;
 use crate::frame::{Batch, Loops};
+use crate::model::CompensatorKind;
 use crate::noise::{LINK, SENSOR};
 use crate::plant::Plant;
 use crate::stages::{functions, structures};
@@ -17,7 +18,8 @@ const FRAME: &str = concat!(
     include_str!("../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs; the bristles of the contact points follow.
+/// Private variables that live across slices, with their structs; the compensation, if there is any, and the bristles
+/// of the contact points follow.
 const STATE: [(&str, &str); 8] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
@@ -82,7 +84,8 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let bristles = bristle_names(plant.contact.points.len());
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
-        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(bristles)
+        let compensation = compensates(plant).then(|| ("compensation", fields("Compensation")));
+        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(compensation).chain(bristles)
     };
     let (load, state) = access(variables(), Direction::Load("states"));
     let (store, _) = access(variables(), Direction::Store("states"));
@@ -119,7 +122,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const NOISY = {};\nconst FACILITY = {};\n\n",
+         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -128,7 +131,14 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         SENSOR[1],
         batch.noisy,
         batch.loops == Loops::Both,
+        compensates(plant),
+        plant.facility.compensator.kind == CompensatorKind::Smith,
     )
+}
+
+/// Whether a facility has a compensator at all: one that it has not leaves no number in a lane's state.
+pub(crate) fn compensates(plant: &Plant) -> bool {
+    plant.facility.compensator.kind != CompensatorKind::None
 }
 
 /// Variables of the bristles of so many contact points: of the loop in space, then of the facility's.

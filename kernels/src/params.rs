@@ -64,6 +64,14 @@ bundle! {
         sensor_resolution_moment: R, "N m", "moment quantisation step; 0 = none";
         sensor_range_force: R, "N", "force at which the sensor saturates";
         sensor_range_moment: R, "N m", "moment at which the sensor saturates";
+
+        compensator_delay: R, "s", "delay that the compensator assumes: of the lead, of the prediction, of the virtual damping";
+        compensator_lag: R, "s", "time constant of the low-pass on the compensator's derivative; 0 = none";
+        compensator_stiffness: R, "N/m", "contact stiffness that the compensator assumes";
+        compensator_margin: R, "1", "share by which virtual damping, or a lead that was switched up, exceeds what the assumed delay asks for";
+        compensator_damping: R, "N s/m", "contact damping whose loss the compensator's energy observer allows for";
+        compensator_energy: R, "J", "energy that the facility may have given in a contact before the compensator injects damping";
+        compensator_threshold: R, "N", "measured force above which the compensator takes the parts to touch";
     }
 }
 
@@ -85,6 +93,7 @@ impl Params<f64> {
         zero.rail_lag_damping = 1.0;
         zero.sensor_range_force = UNLIMITED;
         zero.sensor_range_moment = UNLIMITED;
+        zero.compensator_energy = UNLIMITED;
         zero
     }
 }

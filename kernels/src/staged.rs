@@ -1,5 +1,6 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
+use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
@@ -77,6 +78,8 @@ staged! {
     sensor::low_pass(m; p: &'a Params<L>, s: &'a Sensor<L>, w: Wrench<L>) -> Sensor<L>;
     /// [`crate::sensor::sample`]
     sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
+    /// [`crate::compensator::compensate`]
+    compensator::compensate(m; p: &'a Params<L>, s: &'a Compensation<L>, now: &'a Parts<L>, past: &'a Parts<L>, measured: Wrench<L>) -> Compensation<L>;
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::gather`]

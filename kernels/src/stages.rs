@@ -1,5 +1,6 @@
 //! The stage functions as the WGSL frame calls them: each traced once, listed by name.
 
+use crate::compensator::{self, Compensation};
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
 use crate::fields::{Bundle, fields, to_vec};
 use crate::metrics::Metrics;
@@ -58,6 +59,7 @@ pub fn structures<const N: usize>() -> Vec<Struct> {
         structure::<Watch<Sym>>(),
         structure::<Robots<Sym>>(),
         structure::<Sensor<Sym>>(),
+        structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
         structure::<Metrics<Sym>>(),
     ]
@@ -117,6 +119,11 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
+        stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),
+        stage!(look_back(p: Params<Sym>) -> Sym => compensator::look_back(m, &p)),
+        stage!(compensate(p: Params<Sym>, s: Compensation<Sym>, parts: Parts<Sym>, past: Parts<Sym>, w: Wrench<Sym>)
+            -> Compensation<Sym> => compensator::compensate(m, &p, &s, &parts, &past, w)),
+        stage!(acting_of(s: Compensation<Sym>) -> Wrench<Sym> => s.output),
         stage!(normals(u: Sym, v: Sym) -> Normals<Sym> => noise::normals(u, v)),
     ]
 }

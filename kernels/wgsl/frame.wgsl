@@ -38,6 +38,7 @@ var<private> hil_watch: Watch;
 var<private> robot: Robots;
 var<private> sensed: Sensor;
 var<private> held: Wrench;
+var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 
 fn zero_wrench() -> Wrench {
@@ -120,17 +121,34 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     }
 }
 
-// The measured wrench as it arrives: delayed, between two samples.
+// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
 fn receive_wrench(parts: Parts) {
     put_wrench(tick % SLOTS, output_of(sensed));
     let age = p.sensor_delay * (1.0 / TICK);
     let whole = floor(age);
     let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
     let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);
-    let next = blend(newer, older, age - whole);
+    let next = compensated_wrench(parts, blend(newer, older, age - whole));
     let change = port_power(parts, feed_back(parts, held)) - port_power(parts, feed_back(parts, next));
     hil_watch.port_energy += change * (0.5 * SUBSTEP);
     held = next;
+}
+
+// What acts on the simulated bodies for a measured wrench.
+fn compensated_wrench(parts: Parts, measured: Wrench) -> Wrench {
+    if (!COMPENSATED) {
+        return measured;
+    }
+    var past = parts;
+    if (PREDICTED) {
+        let back = look_back(p);
+        let whole = floor(back);
+        let newer = get_command((tick + SLOTS - u32(whole)) % SLOTS);
+        let older = get_command((tick + SLOTS - u32(whole) - 1u) % SLOTS);
+        past = interpolate(older, newer, newer, (whole - back) + 1.0);
+    }
+    compensation = compensate(p, compensation, parts, past, measured);
+    return acting_of(compensation);
 }
 
 // The simulation computer's tick: guidance, then the bodies under the held wrench; gives the parts at the last substep.
@@ -180,6 +198,7 @@ fn reset() {
     robot = robots_at(carry_on(told, -(transport(p) + 1.0)));
     sensed = Sensor();
     held = zero_wrench();
+    compensation = new_compensation();
     link = Vec3();
     tick = 0u;
 }

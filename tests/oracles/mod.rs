@@ -3,6 +3,7 @@
 mod bench;
 mod bodies;
 mod bounce;
+mod compensators;
 mod control;
 mod docking;
 mod lanes;

@@ -1,7 +1,7 @@
 //! Depths one and two: every function of the hand-written frame, and one whole tick, from recorded states.
 
 use super::rounding::F32;
-use super::samples::{CASES, Case, SAMPLES, Snapshot, Stream};
+use super::samples::{CASES, Case, OBSERVED, PREDICTED, SAMPLES, Snapshot, Stream};
 use super::stages::{SLACK, scales};
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, words, written};
@@ -10,6 +10,7 @@ use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
 use softdock_kernels::frame::Tile;
 use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
 use softdock_kernels::kernel::{Kernel, kernel};
+use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Parts, Wrench};
 use std::fmt::Write;
 
@@ -44,7 +45,7 @@ const OUTCOME: [&str; 16] = {
 pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 17] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
         "touch_space",
@@ -91,9 +92,15 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
     ),
     row(
         "receive_wrench",
-        4.0,
-        "one interpolation",
+        100.0,
+        "one interpolation; a spring on the difference of two places",
         call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
+    ),
+    row(
+        "compensated_wrench",
+        100.0,
+        "as compensate",
+        call("let r0 = compensated_wrench(parts_of(kinematics(hil_masses(p), hil)), held);", &["Wrench"], NONE),
     ),
     row(
         "tick_simulation",
@@ -133,6 +140,8 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 16] = [
 const ALONE: &str = "smoke";
 /// The one on which, besides it, a whole tick is run: with an arm.
 const WHOLE: &str = "probe_drogue";
+/// What those that have a compensator are run for besides.
+const COMPENSATING: [&str; 4] = ["compensated_wrench", "receive_wrench", "reset", "slice"];
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.
@@ -148,11 +157,11 @@ fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
 }
 
 /// Names of what [`flat`] gives.
-fn names<const N: usize>(kernel: &Kernel, call: &Call, points: usize, lane: &LaneState) -> Vec<Field> {
+fn names<const N: usize>(kernel: &Kernel, call: &Call, plant: &Plant, lane: &LaneState) -> Vec<Field> {
     let named = |prefix: &str, fields: Vec<Field>| -> Vec<Field> {
         fields.into_iter().map(|f| Field { name: join(prefix, &f.name), ..f }).collect()
     };
-    let mut out = state_fields::<N>(points);
+    let mut out = state_fields::<N>(plant);
     for result in call.results {
         let one = vec![Field { name: String::new(), unit: "1", meaning: "" }];
         let structure = kernel.structs.iter().find(|s| s.name == *result);
@@ -169,7 +178,7 @@ fn names<const N: usize>(kernel: &Kernel, call: &Call, points: usize, lane: &Lan
 fn truth<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>) -> Vec<f64> {
     let mut tile = Tile::resume(&case.plant, case.batch, shot.run, shot.tick, shot.params, &shot.lane);
     let results = twin(&mut tile, &case.plant);
-    flat(&tile.lane_state(), &results)
+    flat(&tile.lane_state(&case.plant), &results)
 }
 
 /// How far the truth moves when every input moves by up to its f32 rounding.
@@ -295,7 +304,7 @@ fn compare<const N: usize>(
     let kernel = kernel(&case.plant, case.batch);
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
-    let names = names::<N>(&kernel, &row.twin, case.plant.contact.points.len(), &case.snapshots[0].lane);
+    let names = names::<N>(&kernel, &row.twin, &case.plant, &case.snapshots[0].lane);
     let results = names.len() - kernel.state - kernel.lines;
     let flats: Vec<Vec<f64>> = case.snapshots.iter().map(|shot| truth(case, shot, twin)).collect();
     let done = names.iter().position(|field| field.name == "hil_watch_done").expect("a row of the state");
@@ -381,7 +390,9 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
-            for case in CASES.iter().filter(|case| case.name == ALONE || row.name == "slice" && case.name == WHOLE) {
+            let compensating = |name| [PREDICTED, OBSERVED].contains(&name) && COMPENSATING.contains(&row.name);
+            let whole = |name| row.name == "slice" && name == WHOLE;
+            for case in CASES.iter().filter(|c| c.name == ALONE || whole(c.name) || compensating(c.name)) {
                 let (seen, undecided, at) = match case.plant.joints() {
                     0 => compare::<0>(&gpu, case, row, &mut faults),
                     _ => compare::<6>(&gpu, case, row, &mut faults),

@@ -1,5 +1,6 @@
 //! Realistic inputs: runs of several scenarios recorded on their way, in contact and out of it, rounded to f32.
 
+use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::{LatchState, Point, contact_point, hil_pair, latch, space_pair};
 use softdock_kernels::effects::EFFECTS;
@@ -7,7 +8,9 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
-use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust};
+use softdock_kernels::model::{
+    ArmControl, Compensator, CompensatorKind, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust,
+};
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
@@ -76,10 +79,32 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         case("probe_drogue", "probe_drogue.toml", |_| {}, |_| {}),
         case("computed torque, Power law, box and ball", "probe_drogue.toml", crowded, |p| {
             (p.contact_stiffness, p.contact_damping, p.contact_dissipation) = (4e5, 0.0, 2.0);
+            tuned(p);
         }),
-        case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, |_| {}),
+        case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, tuned),
+        case(PREDICTED, "smoke.toml", |m| compensated(m, CompensatorKind::Smith), tuned),
+        case(OBSERVED, "smoke.toml", |m| compensated(m, CompensatorKind::LeadPassivity), tuned),
     ]
 });
+
+/// Short dockings with a compensator that looks back, and with one that remembers.
+pub(crate) const PREDICTED: &str = "smoke, Smith predictor";
+pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
+
+fn compensated(model: &mut Model, kind: CompensatorKind) {
+    model.facility.compensator = Compensator { kind, pulls: false };
+}
+
+/// Numbers for any compensator.
+fn tuned(p: &mut Params<f64>) {
+    p.compensator_delay = 0.9 * p.loop_delay;
+    p.compensator_lag = 1.3e-3;
+    p.compensator_stiffness = 2e4;
+    p.compensator_margin = 0.2;
+    p.compensator_damping = 40.0;
+    p.compensator_energy = 1e-3;
+    p.compensator_threshold = 2.0;
+}
 
 /// A box and a ball in the approach corridor, a general exponent, computed torque, thrust and an orbit.
 fn crowded(model: &mut Model) {
@@ -102,6 +127,7 @@ fn crowded(model: &mut Model) {
         max_force: 20.0,
         max_torque: 10.0,
     };
+    compensated(model, CompensatorKind::SecondOrderLead);
     model.orbit_rate = 1.1e-3;
     model.field = vec3(1e-3, 0.0, -2e-3);
 }
@@ -110,6 +136,7 @@ fn crowded(model: &mut Model) {
 fn bored(model: &mut Model) {
     model.contact.solids =
         vec![Solid { frame: Pose::identity(), shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01 } }];
+    compensated(model, CompensatorKind::VirtualDamping);
     model.contact.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
     model.guidance.arm = ArmControl::CartesianImpedance {
         stiffness: 800.0,
@@ -156,7 +183,7 @@ fn with_effects(params: Params<f64>, run: u64) -> Params<f64> {
 
 /// Steps runs in f64 and keeps some of their states.
 fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Params<f64>) -> Vec<Snapshot> {
-    let names = state_fields::<N>(plant.contact.points.len());
+    let names = state_fields::<N>(plant);
     let at = |name: &str| names.iter().position(|f| f.name == name).expect("a row of the state");
     let (touching, over) =
         (["space_watch_touching", "hil_watch_touching"].map(at), ["space_watch_done", "hil_watch_done"].map(at));
@@ -172,7 +199,7 @@ fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Par
                 tile.step(plant);
                 continue;
             }
-            let lane = tile.lane_state();
+            let lane = tile.lane_state(plant);
             if over.iter().any(|row| lane.state[*row] > 0.0) || seen[1] > 60.0 {
                 break;
             }
@@ -315,6 +342,7 @@ fn bundle<const N: usize>(
         "Watch" => flat(&s.watch),
         "Robots" => flat(&s.robots),
         "Sensor" => flat(&s.sensor),
+        "Compensation" => compensation::<N>(plant, shot),
         "Touch" => flat(&s.touch),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
@@ -340,11 +368,21 @@ fn bundle<const N: usize>(
                 "first" => carry_on(plant, &told, -1.0),
                 "third" => carry_on(plant, &told, 1.0),
                 "simulated" => s.simulated,
+                "past" => carry_on(plant, &s.mounted, -5.0),
                 _ => s.mounted,
             })
         }
         "f32" => vec![scalar(plant, shot, s, argument, draws)],
         other => panic!("no sampler for a {other}"),
+    }
+}
+
+/// The compensation of a snapshot; at rest in a scenario that has none.
+fn compensation<const N: usize>(plant: &Plant, shot: &Snapshot) -> Vec<f64> {
+    let (names, width) = (state_fields::<N>(plant), fields::<f64, Compensation<f64>>().len());
+    match names.iter().position(|field| field.name.starts_with("compensation_")) {
+        Some(row) => shot.lane.state[row..][..width].to_vec(),
+        None => vec![0.0; width],
     }
 }
 

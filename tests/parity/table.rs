@@ -3,6 +3,7 @@
 use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
+use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::frame_functions;
@@ -115,6 +116,11 @@ fn facility_rows() -> Vec<Row<Twin>> {
         output_of(s: Sensor<f64>) => s.output, 0.0, COPIED;
         blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 5.0, "one interpolation";
         feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
+        new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
+        look_back(p: Params<f64>) => compensator::look_back(m, &p), 4.0, "one sum";
+        compensate(p: Params<f64>, s: Compensation<f64>, parts: Parts<f64>, past: Parts<f64>, w: Wrench<f64>)
+            => compensator::compensate(m, &p, &s, &parts, &past, w), 400.0, "differences of samples over a tick, of places over a delay";
+        acting_of(s: Compensation<f64>) => s.output, 0.0, COPIED;
         normals(u: f64, v: f64) => noise::normals(u, v), 20.0, "a logarithm, a root, a sine of a whole turn";
     }
 }

@@ -110,6 +110,13 @@ const RANGES: &[(&str, Range)] = &[
     ("sensor_resolution_moment", Range::within(0.0, FORCE)),
     ("sensor_range_force", Range::above(0.0, UNLIMITED)),
     ("sensor_range_moment", Range::above(0.0, UNLIMITED)),
+    ("compensator_delay", Range::within(0.0, LONGEST_DELAY)),
+    ("compensator_lag", Range::within(0.0, 10.0)),
+    ("compensator_stiffness", Range::within(0.0, STIFFNESS)),
+    ("compensator_margin", Range::within(-1.0, 100.0)),
+    ("compensator_damping", Range::within(0.0, DAMPING)),
+    ("compensator_energy", Range::within(0.0, UNLIMITED)),
+    ("compensator_threshold", Range::within(0.0, FORCE)),
 ];
 
 /// The whole vector's name of a component (`offset` of `offset_y`).

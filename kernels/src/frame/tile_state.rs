@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
-use crate::kernel::bristle_names;
+use crate::kernel::{bristle_names, compensates};
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link and bristles, in the order of [`state_fields`].
+    /// Bodies, watches, robots, sensor, held wrench, link, compensation and bristles, in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
     pub lines: Vec<f64>,
@@ -24,8 +24,8 @@ impl LaneState {
 /// A frame function on a tile: gives the scalars that its WGSL twin returns.
 pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f64>;
 
-/// The rows of a lane's state with so many contact points, in the order of the kernel's state buffer.
-pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
+/// The rows of a lane's state, in the order of the kernel's state buffer.
+pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
     let variables = [
         ("space", fields::<f64, Bodies<f64, N>>()),
         ("space_watch", fields::<f64, Watch<f64>>()),
@@ -40,8 +40,9 @@ pub fn state_fields<const N: usize>(points: usize) -> Vec<Field> {
         fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
     };
     let variables = variables.map(|(variable, fields)| (variable.to_owned(), fields));
-    let bristles = bristle_names(points).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
-    variables.into_iter().chain(bristles).flat_map(named).collect()
+    let compensation = compensates(m).then(|| ("compensation".to_owned(), fields::<f64, Compensation<f64>>()));
+    let bristles = bristle_names(m.contact.points.len()).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
+    variables.into_iter().chain(compensation).chain(bristles).flat_map(named).collect()
 }
 
 /// The first `fields` numbers of a list as a bundle; the list goes on behind them.
@@ -66,7 +67,11 @@ impl<const N: usize> Tile<f64, N> {
             *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
         }
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
-        [tile.lost, tile.dropped] = [state[0], state[1]];
+        let link: Vec3<f64> = take(&mut state);
+        [tile.lost, tile.dropped] = [link.x, link.y];
+        if compensates(m) {
+            tile.compensation = take(&mut state);
+        }
         let (commands, wrenches) = lane.lines.split_at(tile.slots * fields::<f64, Parts<f64>>().len());
         for (slot, values) in commands.chunks(commands.len() / tile.slots).enumerate() {
             tile.commands.put(slot, &from_slice(values), true);
@@ -78,7 +83,7 @@ impl<const N: usize> Tile<f64, N> {
     }
 
     /// What [`resume`](Self::resume) needs to go on from here, besides run, tick and parameters.
-    pub fn lane_state(&self) -> LaneState {
+    pub fn lane_state(&self, m: &Plant) -> LaneState {
         let mut state = Vec::new();
         for side in [&self.space, &self.hil] {
             state.extend(to_vec::<f64, _>(&side.bodies));
@@ -88,6 +93,9 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.sensor));
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
+        if compensates(m) {
+            state.extend(to_vec::<f64, _>(&self.compensation));
+        }
         let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
         let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
         state.extend(self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>));
@@ -142,6 +150,10 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("receive_wrench", |tile, m| {
             tile.receive_wrench(m, &simulated(m, &tile.hil).parts, true);
             Vec::new()
+        }),
+        ("compensated_wrench", |tile, m| {
+            let (parts, held) = (simulated(m, &tile.hil).parts, tile.held);
+            to_vec(&tile.compensated_wrench(m, &parts, held, true))
         }),
         ("tick_simulation", |tile, m| {
             tile.hil.kinematics = simulated(m, &tile.hil);

@@ -1,6 +1,6 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
-use super::whole_steps;
+use super::{compensator, whole_steps};
 use crate::check::Checker;
 use crate::ranges::{RATE, Range, SPEED};
 use crate::written::At;
@@ -43,6 +43,7 @@ pub(crate) fn read(c: &mut Checker, table: &FacilityTable, timing: &Timing, p: &
         drop_hold_ticks,
         sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
         crosstalk: crosstalk(c, &table.sensor),
+        compensator: compensator::read(c, &table.compensator, p),
         unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
     }
 }

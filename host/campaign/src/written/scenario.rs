@@ -350,9 +350,35 @@ pub(crate) struct FacilityTable {
     /// The force/torque sensor.
     #[serde(default)]
     pub(crate) sensor: SensorTable,
+    /// What the facility does against its own delay; default nothing.
+    pub(crate) compensator: Option<CompensatorTable>,
     /// Differences between facility and space.
     #[serde(default)]
     pub(crate) errors: ErrorsTable,
+}
+
+/// Delay compensation between the measured wrench and the simulated bodies; each kind takes its own keys.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CompensatorTable {
+    /// none, first_order_lead, second_order_lead, smith, virtual_damping, passivity or lead_passivity.
+    pub(crate) kind: At<String>,
+    /// Delay that it assumes: of the lead, of the prediction, of the virtual damping.
+    pub(crate) delay: Option<Quantity>,
+    /// Time constant of the low-pass on the derivative of a lead; default none.
+    pub(crate) lag: Option<Quantity>,
+    /// Contact stiffness that it assumes.
+    pub(crate) stiffness: Option<Quantity>,
+    /// Share by which virtual damping, or a lead that was switched up, exceeds what the delay asks for; default 0.
+    pub(crate) margin: Option<Quantity>,
+    /// Contact damping whose loss the energy observer allows for; default none.
+    pub(crate) damping: Option<Quantity>,
+    /// Energy that the facility may have given in a contact before damping is injected.
+    pub(crate) energy: Option<Quantity>,
+    /// Measured force above which the parts are taken to touch; default zero.
+    pub(crate) threshold: Option<Quantity>,
+    /// Whether the compensated force may pull parts that only push each other; default false.
+    pub(crate) pulls: Option<At<bool>>,
 }
 
 /// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2).
