@@ -231,7 +231,7 @@ struct Account {
 fn accounts(kind: CompensatorKind, runs: u64) -> Vec<Account> {
     let mut model = with(two_bodies(2.5e-4, 0.6, 1e-3), kind, false);
     model.timing.substeps = 2;
-    model.timing.max_ticks = 2400;
+    model.timing.max_ticks = 8000;
     model.task.end_after_separation = 0.02;
     let plant = Plant::new(model);
     let names = state_fields::<0>(&plant);
@@ -239,7 +239,7 @@ fn accounts(kind: CompensatorKind, runs: u64) -> Vec<Account> {
     let account = |run: u64| {
         let draw = |name: &str, low: f64, high: f64| low + (high - low) * uniform(19, name, run, 0);
         let (mass, speed) = (draw("mass", 3.0, 7.5).exp(), draw("speed", 0.02, 0.2));
-        let (delay, theta) = (draw("delay", 4e-3, 30e-3), draw("theta", 0.02, 0.6));
+        let (delay, theta) = (draw("delay", 4e-3, 30e-3), draw("theta", 0.05, 0.6));
         let (w, zeta) = (theta / delay, draw("zeta", 0.0, 0.3));
         let damping = 2.0 * zeta * mass * w;
         let kinetic = 0.5 * mass * speed * speed;
@@ -255,12 +255,12 @@ fn accounts(kind: CompensatorKind, runs: u64) -> Vec<Account> {
         let mut tile = Tile::<f64, 0>::new(&plant, Batch { noisy: false, ..Batch::whole() });
         tile.load(&plant, &[(0, run, params)]);
         let mut ended = Vec::new();
-        let mut least = 0.0_f64;
         while ended.is_empty() {
             tile.step(&plant);
-            least = tile.lane_state(&plant).state[row];
             tile.take_finished(&plant, &mut ended);
         }
+        // A lane keeps its state until a new run comes.
+        let least = tile.lane_state(&plant).state[row];
         let hil = &ended[0].hil;
         let allowed = params.compensator_energy;
         Account { restitution: hil.restitution, least, allowed, kinetic }
@@ -289,7 +289,7 @@ fn under_passivity_control_the_observed_energy_never_falls_below_what_is_allowed
 }
 
 #[test]
-#[ignore = "the full size of the test above: a minute"]
+#[ignore = "the full size of the test above"]
 fn in_ten_thousand_runs_the_observed_energy_never_falls_below_what_is_allowed() {
     check_accounts(CompensatorKind::Passivity, 10_000);
     check_accounts(CompensatorKind::LeadPassivity, 10_000);

@@ -24,7 +24,9 @@ pub(crate) fn control<R: Real>(
     let plain = Compensation { output: lead::first(m, line, &seen, p.compensator_delay), ..seen };
     let more = p.compensator_delay * (R::lit(1.0) + p.compensator_margin);
     let raised = Compensation { output: lead::first(m, line, &seen, more), ..seen };
-    let debt = passivity::energy_ahead(m, p, s, line, &plain).lt(R::lit(0.0));
+    // Only while the parts part: a raised lead that meets closing parts would brake them harder than the contact does.
+    let zero = R::lit(0.0);
+    let debt = zero.lt(line.speed) & passivity::energy_ahead(m, p, s, line, &plain).lt(zero);
     let led = crate::fields::Bundle::combine(&raised, &plain, &mut |a, b| R::select(debt, a, b));
     passivity::inject(m, p, s, line, led)
 }

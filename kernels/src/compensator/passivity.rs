@@ -51,8 +51,8 @@ fn mean_speed_ahead<R: Real>(s: &Compensation<R>, line: &ContactLine<R>) -> R {
     R::select(R::lit(0.0).lt(s.touching), ahead, line.speed)
 }
 
-/// Observed energy after the tick ahead, if `next.output` acts; as much as half of the last change of speed would move
-/// it is held back for the error of the prediction.
+/// Observed energy after the tick ahead, if `next.output` acts; as much as a quarter of the last change of speed would
+/// move it is held back for the error of the prediction.
 #[inline(always)]
 pub(crate) fn energy_ahead<R: Real>(
     m: &Plant,
@@ -62,15 +62,17 @@ pub(crate) fn energy_ahead<R: Real>(
     next: &Compensation<R>,
 ) -> R {
     let speed = mean_speed_ahead(s, line);
-    let force = next.output.force.dot(line.normal) + p.compensator_damping * speed;
-    let reserve = (force * (speed - line.speed)).abs();
-    next.energy - (force * speed + reserve) * R::lit(m.timing.tick())
+    let (force, damper) = (next.output.force.dot(line.normal), p.compensator_damping * speed);
+    let reserve = (force.abs() + damper.abs()) * (speed - line.speed).abs() * R::lit(0.5);
+    next.energy - ((force + damper) * speed + reserve) * R::lit(m.timing.tick())
 }
 
 /// Damping along the line that brings the energy ahead back to minus what is allowed.
 ///
-/// It never pulls where that is not allowed, which is enough: without a push nothing is given. And it pushes no harder
-/// than twice the force and the contact's own damper, so that a stand-still asks for no infinite damping.
+/// It never pulls where that is not allowed, which is enough: without a push nothing is given. Once the push is gone it
+/// stays away as long as it would make a debt and the parts do not close again; it would chatter otherwise. And it
+/// pushes no harder than twice the force and the contact's own damper, so that a stand-still asks for no infinite
+/// damping.
 #[inline(always)]
 pub(crate) fn inject<R: Real>(
     m: &Plant,
@@ -81,13 +83,17 @@ pub(crate) fn inject<R: Real>(
 ) -> Compensation<R> {
     let (zero, tiny) = (R::lit(0.0), R::lit(1e-12));
     let speed = mean_speed_ahead(s, line);
-    let lack = (-(energy_ahead(m, p, s, line, &next) + p.compensator_energy)).max(zero);
+    let ahead = energy_ahead(m, p, s, line, &next);
+    let lack = (-(ahead + p.compensator_energy)).max(zero);
     let path = speed * R::lit(m.timing.tick());
     let force = next.output.force.dot(line.normal);
     let most = force.abs() + p.compensator_damping * speed.abs();
     let least = if may_pull(m) { -most } else { -force };
     let wanted = -(lack / R::select(path.abs().lt(tiny), tiny, path));
-    let injected = R::select(line.touching & zero.lt(lack), wanted.min(most).max(least), zero);
+    let injected = R::select(zero.lt(lack), wanted.min(most).max(least), zero);
+    let over = zero.lt(s.touching) & s.push.abs().le(zero) & zero.lt(line.speed) & ahead.lt(zero);
+    let injected = if may_pull(m) { injected } else { R::select(over, least, injected) };
+    let injected = R::select(line.touching, injected, zero);
     Compensation {
         output: add_along(line, next.output, injected),
         push: R::select(line.touching, force + injected, zero),
