@@ -10,6 +10,7 @@ use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::lanes::Lane;
+use crate::load::{Load, load_at, loaded, sensor_at};
 use crate::metrics::Metrics;
 use crate::model::CompensatorKind;
 use crate::monitor::{self, Touch, Watch};
@@ -21,9 +22,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry_on, command, compensate, contact_point, feed_back, finish, gather, guide, interpolate, kinematics,
-    latch, low_pass, metrics, normals, observe, robots as follow_commands, sample, start, substitute,
-    update_kinematics,
+    advance, carry, carry_on, command, compensate, contact_point, feed_back, felt, finish, gather, guide, interpolate,
+    kinematics, latch, low_pass, metrics, normals, observe, relieved, robots as follow_commands, sample, start,
+    substitute, update_kinematics,
 };
 use crate::vector::Vec3;
 
@@ -71,6 +72,7 @@ pub struct Tile<L: Lane, const N: usize> {
     hil: Loop<L, N>,
     robots: Robots<L>,
     sensor: Sensor<L>,
+    load: Load<L>,
     held: Wrench<L>,
     compensation: Compensation<L>,
     lost: L,
@@ -151,6 +153,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             space,
             robots: crate::robot::robots_at(m, &command(m, &parts)),
             sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
+            load: crate::fields::filled(zero),
             held: zero_wrench(),
             compensation: new_compensation(),
             lost: zero,
@@ -208,8 +211,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
         let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
-        self.robots = choose(fresh, &crate::robot::robots_at(m, &at), &self.robots);
-        let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
+        let robots = crate::robot::robots_at(m, &at);
+        self.robots = choose(fresh, &robots, &self.robots);
+        let a = crate::robot::mounted_parts(m, &robots).a;
+        let load = load_at(m, &self.params, a);
+        let sensor = sensor_at(m, &load, a);
+        self.load = choose(fresh, &load, &self.load);
         self.sensor = choose(fresh, &sensor, &self.sensor);
         self.held = choose(fresh, &zero_wrench(), &self.held);
         self.compensation = choose(fresh, &new_compensation(), &self.compensation);
@@ -300,7 +307,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
-        let (mut robots, mut sensed, mut seen) = (self.robots, self.sensor, self.hil.watch);
+        let (mut robots, mut sensed, mut seen, mut load) = (self.robots, self.sensor, self.hil.watch, self.load);
         for substep in 1..=m.timing.substeps {
             let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
             let told = interpolate(m, &first, &second, &third, place);
@@ -310,19 +317,23 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
             let latch = latch(m, &self.params, &parts, seen.closed);
             seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
-            sensed = low_pass(
-                m,
-                &self.params,
-                &sensed,
-                crate::sensor::to_sensor(parts.a, monitor::total_wrench(&touch, &latch)),
-            );
+            let mut wrench = crate::sensor::to_sensor(parts.a, monitor::total_wrench(&touch, &latch));
+            if loaded(m) {
+                load = carry(m, &load, parts.a);
+                wrench = felt(m, &load, parts.a, wrench);
+            }
+            sensed = low_pass(m, &self.params, &sensed, wrench);
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
-                sensed = sample(m, &self.params, &sensed, self.sensor_noise());
+                sensed = sample(m, &self.params, &sensed, time, self.sensor_noise());
+                if loaded(m) {
+                    sensed = relieved(m, &self.params, &load, parts.a, &sensed);
+                }
             }
         }
         self.hil.watch = choose(live, &seen, &self.hil.watch);
         self.robots = choose(live, &robots, &self.robots);
         self.sensor = choose(live, &sensed, &self.sensor);
+        self.load = choose(live, &load, &self.load);
     }
 
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.

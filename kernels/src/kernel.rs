@@ -2,6 +2,7 @@
 
 use crate::fields::Field;
 use crate::frame::{Batch, Loops};
+use crate::load::loaded;
 use crate::model::CompensatorKind;
 use crate::noise::{LINK, SENSOR};
 use crate::plant::Plant;
@@ -18,8 +19,8 @@ const FRAME: &str = concat!(
     include_str!("../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs; the compensation, if there is any, and the bristles
-/// of the contact points follow.
+/// Private variables that live across slices, with their structs; load and compensation, if there are any, and the
+/// bristles of the contact points follow.
 const STATE: [(&str, &str); 8] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
@@ -84,8 +85,9 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let bristles = bristle_names(plant.contact.points.len());
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
+        let load = loaded(plant).then(|| ("load", fields("Load")));
         let compensation = compensates(plant).then(|| ("compensation", fields("Compensation")));
-        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(compensation).chain(bristles)
+        STATE.iter().map(|(variable, name)| (*variable, fields(name))).chain(load).chain(compensation).chain(bristles)
     };
     let (load, state) = access(variables(), Direction::Load("states"));
     let (store, _) = access(variables(), Direction::Store("states"));
@@ -122,7 +124,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\n\n",
+         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -133,6 +135,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         batch.loops == Loops::Both,
         compensates(plant),
         plant.facility.compensator.kind == CompensatorKind::Smith,
+        loaded(plant),
     )
 }
 

@@ -14,6 +14,7 @@ pub mod frame;
 pub mod guidance;
 pub mod kernel;
 pub mod lanes;
+pub mod load;
 pub mod math;
 pub mod metrics;
 pub mod model;

@@ -294,6 +294,23 @@ pub struct Facility {
     pub unstable_speed: f64,
     /// What the facility does against its own delay.
     pub compensator: Compensator,
+    /// What the sensor carries besides the contact; none is a part without weight.
+    pub load: Option<SensorLoad>,
+    /// The sensor is tared at the start pose before each run.
+    pub tared: bool,
+}
+
+/// Part A as the sensor carries it: a point mass in the laboratory's gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorLoad {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre in part A's frame \[m\].
+    pub centre: Vec3<f64>,
+    /// Gravity, laboratory axes \[m/s^2\].
+    pub gravity: Vec3<f64>,
+    /// The facility subtracts the inertia force too, not the weight alone.
+    pub inertia_compensated: bool,
 }
 
 /// The delay compensation between the measured wrench and the simulated bodies.

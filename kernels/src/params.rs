@@ -57,6 +57,12 @@ bundle! {
         sensor_noise_moment: R, "N m", "standard deviation of the moment noise per sample and axis";
         sensor_bias_force: Vec3<R>, "N", "force bias, sensor frame";
         sensor_bias_moment: Vec3<R>, "N m", "moment bias, sensor frame";
+        sensor_drift_force: Vec3<R>, "N/s", "drift of the force, sensor frame: grows from nothing at the start";
+        sensor_drift_moment: Vec3<R>, "N m/s", "drift of the moment, sensor frame: grows from nothing at the start";
+        tare_error_force: Vec3<R>, "N", "error of the tare's mean of samples, force, sensor frame";
+        tare_error_moment: Vec3<R>, "N m", "error of the tare's mean of samples, moment, sensor frame";
+        load_mass_error: R, "1", "relative error of the mass that the facility takes the sensor's load to have";
+        load_centre_error: Vec3<R>, "m", "error of the centre that the facility takes the sensor's load to have, part A's axes";
         sensor_gain_force: Vec3<R>, "1", "relative gain error of the force, sensor frame";
         sensor_gain_moment: Vec3<R>, "1", "relative gain error of the moment, sensor frame";
         sensor_crosstalk: R, "1", "factor on the facility's crosstalk matrix";

@@ -3,6 +3,7 @@
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::lanes::{Lane, Stage};
+use crate::load::Load;
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
@@ -77,7 +78,13 @@ staged! {
     /// [`crate::sensor::low_pass`]
     sensor::low_pass(m; p: &'a Params<L>, s: &'a Sensor<L>, w: Wrench<L>) -> Sensor<L>;
     /// [`crate::sensor::sample`]
-    sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
+    sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, time: L, noise: Wrench<L>) -> Sensor<L>;
+    /// [`crate::load::carry`]
+    load::carry(m; s: &'a Load<L>, a: Motion<L>) -> Load<L>;
+    /// [`crate::load::felt`]
+    load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
+    /// [`crate::load::relieved`]
+    load::relieved(m; p: &'a Params<L>, s: &'a Load<L>, a: Motion<L>, sensor: &'a Sensor<L>) -> Sensor<L>;
     /// [`crate::compensator::compensate`]
     compensator::compensate(m; p: &'a Params<L>, s: &'a Compensation<L>, now: &'a Parts<L>, past: &'a Parts<L>, measured: Wrench<L>) -> Compensation<L>;
     /// [`crate::noise::normals`]

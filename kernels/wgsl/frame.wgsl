@@ -38,6 +38,7 @@ var<private> hil_watch: Watch;
 var<private> robot: Robots;
 var<private> sensed: Sensor;
 var<private> held: Wrench;
+var<private> load: Load;
 var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 
@@ -114,9 +115,17 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         let touch = touch_facility(pair, parts);
         let hold = latch(p, parts, hil_watch.closed);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
-        sensed = low_pass(p, sensed, to_sensor(parts, total_wrench(touch, hold)));
+        var wrench = to_sensor(parts, total_wrench(touch, hold));
+        if (LOADED) {
+            load = carry(load, parts);
+            wrench = felt(load, parts, wrench);
+        }
+        sensed = low_pass(p, sensed, wrench);
         if (substep % SENSOR_SUBSTEPS == 0u) {
-            sensed = sample(p, sensed, sensor_noise());
+            sensed = sample(p, sensed, time, sensor_noise());
+            if (LOADED) {
+                sensed = relieved(p, load, parts, sensed);
+            }
         }
     }
 }
@@ -196,7 +205,9 @@ fn reset() {
         put_wrench(SLOTS - age, zero_wrench());
     }
     robot = robots_at(carry_on(told, -(transport(p) + 1.0)));
-    sensed = Sensor();
+    let mounted = mounted_parts(robot);
+    load = load_at(p, mounted);
+    sensed = sensor_at(load, mounted);
     held = zero_wrench();
     compensation = new_compensation();
     link = Vec3();

@@ -8,6 +8,7 @@ mod control;
 mod docking;
 mod lanes;
 mod laws;
+mod load;
 mod nulls;
 mod rapier;
 mod shapes;

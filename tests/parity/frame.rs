@@ -141,7 +141,7 @@ const ALONE: &str = "smoke";
 /// The one on which, besides it, a whole tick is run: with an arm.
 const WHOLE: &str = "probe_drogue";
 /// What those that have a compensator are run for besides.
-const COMPENSATING: [&str; 4] = ["compensated_wrench", "receive_wrench", "reset", "slice"];
+const COMPENSATING: [&str; 5] = ["tick_facility", "receive_wrench", "compensated_wrench", "reset", "slice"];
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.

@@ -8,8 +8,9 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
+use softdock_kernels::load::Load;
 use softdock_kernels::model::{
-    ArmControl, Compensator, CompensatorKind, ContactPoint, Model, NormalLaw, Shape, Solid, Thrust,
+    ArmControl, Compensator, CompensatorKind, ContactPoint, Model, NormalLaw, SensorLoad, Shape, Solid, Thrust,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -83,7 +84,7 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         }),
         case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, tuned),
         case(PREDICTED, "smoke.toml", |m| compensated(m, CompensatorKind::Smith), tuned),
-        case(OBSERVED, "smoke.toml", |m| compensated(m, CompensatorKind::LeadPassivity), tuned),
+        case(OBSERVED, "smoke.toml", observed, tuned),
     ]
 });
 
@@ -93,6 +94,18 @@ pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
 
 fn compensated(model: &mut Model, kind: CompensatorKind) {
     model.facility.compensator = Compensator { kind, pulls: false };
+}
+
+/// One that remembers, behind a tared sensor with a load.
+fn observed(model: &mut Model) {
+    compensated(model, CompensatorKind::LeadPassivity);
+    model.facility.tared = true;
+    model.facility.load = Some(SensorLoad {
+        mass: 12.0,
+        centre: vec3(0.08, 0.01, -0.02),
+        gravity: vec3(0.0, 0.0, -9.81),
+        inertia_compensated: true,
+    });
 }
 
 /// Numbers for any compensator.
@@ -342,7 +355,8 @@ fn bundle<const N: usize>(
         "Watch" => flat(&s.watch),
         "Robots" => flat(&s.robots),
         "Sensor" => flat(&s.sensor),
-        "Compensation" => compensation::<N>(plant, shot),
+        "Compensation" => optional::<N, Compensation<f64>>(plant, shot, "compensation_"),
+        "Load" => optional::<N, Load<f64>>(plant, shot, "load_"),
         "Touch" => flat(&s.touch),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
@@ -377,10 +391,10 @@ fn bundle<const N: usize>(
     }
 }
 
-/// The compensation of a snapshot; at rest in a scenario that has none.
-fn compensation<const N: usize>(plant: &Plant, shot: &Snapshot) -> Vec<f64> {
-    let (names, width) = (state_fields::<N>(plant), fields::<f64, Compensation<f64>>().len());
-    match names.iter().position(|field| field.name.starts_with("compensation_")) {
+/// A part of the state that a scenario may not have; at rest where it has none.
+fn optional<const N: usize, B: Bundle<f64>>(plant: &Plant, shot: &Snapshot, prefix: &str) -> Vec<f64> {
+    let (names, width) = (state_fields::<N>(plant), fields::<f64, B>().len());
+    match names.iter().position(|field| field.name.starts_with(prefix)) {
         Some(row) => shot.lane.state[row..][..width].to_vec(),
         None => vec![0.0; width],
     }

@@ -31,6 +31,10 @@ const NO_PATTERN: Idle = (
     "every element of the crosstalk pattern is 0",
     "remove it, or write facility.sensor.crosstalk_pattern with an element that is not 0",
 );
+const NO_TARE: Idle =
+    ("the sensor is not tared", "remove it, or write tared = true in [facility.sensor] of the scenario");
+const NO_LOAD: Idle =
+    ("the sensor carries no load", "remove it, or add a table [facility.sensor.load] to the scenario");
 const NO_COMPENSATOR: Idle = (
     "the facility has no compensator",
     "remove it, or add a table [facility.compensator] that takes it to the scenario",
@@ -82,6 +86,8 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         "contact_damping_error" => {
             without(NO_DAMPING, never(if linear { "contact_damping" } else { "contact_dissipation" }))
         }
+        _ if name.starts_with("tare_error_") => without(NO_TARE, !model.facility.tared),
+        _ if name.starts_with("load_") => without(NO_LOAD, model.facility.load.is_none()),
         "sensor_crosstalk" => {
             without(NO_PATTERN, model.facility.crosstalk.iter().flatten().all(|element| *element == 0.0))
         }

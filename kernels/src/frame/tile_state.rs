@@ -7,7 +7,7 @@ use crate::kernel::{bristle_names, compensates};
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link, compensation and bristles, in the order of [`state_fields`].
+    /// Bodies, watches, robots, sensor, held wrench, link, load, compensation and bristles, in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
     pub lines: Vec<f64>,
@@ -40,9 +40,10 @@ pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
         fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
     };
     let variables = variables.map(|(variable, fields)| (variable.to_owned(), fields));
+    let load = loaded(m).then(|| ("load".to_owned(), fields::<f64, Load<f64>>()));
     let compensation = compensates(m).then(|| ("compensation".to_owned(), fields::<f64, Compensation<f64>>()));
     let bristles = bristle_names(m.contact.points.len()).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
-    variables.into_iter().chain(compensation).chain(bristles).flat_map(named).collect()
+    variables.into_iter().chain(load).chain(compensation).chain(bristles).flat_map(named).collect()
 }
 
 /// The first `fields` numbers of a list as a bundle; the list goes on behind them.
@@ -69,6 +70,9 @@ impl<const N: usize> Tile<f64, N> {
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
         let link: Vec3<f64> = take(&mut state);
         [tile.lost, tile.dropped] = [link.x, link.y];
+        if loaded(m) {
+            tile.load = take(&mut state);
+        }
         if compensates(m) {
             tile.compensation = take(&mut state);
         }
@@ -93,6 +97,9 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.sensor));
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
+        if loaded(m) {
+            state.extend(to_vec::<f64, _>(&self.load));
+        }
         if compensates(m) {
             state.extend(to_vec::<f64, _>(&self.compensation));
         }

@@ -425,6 +425,18 @@ pub(crate) struct SensorTable {
     pub(crate) bias_force: Option<Quantities>,
     /// Moment bias.
     pub(crate) bias_moment: Option<Quantities>,
+    /// Drift of the force from the start on.
+    pub(crate) drift_force: Option<Quantities>,
+    /// Drift of the moment from the start on.
+    pub(crate) drift_moment: Option<Quantities>,
+    /// Whether it is tared at the start pose before each run; default false.
+    pub(crate) tared: Option<At<bool>>,
+    /// Error of the tare, force.
+    pub(crate) tare_error_force: Option<Quantities>,
+    /// Error of the tare, moment.
+    pub(crate) tare_error_moment: Option<Quantities>,
+    /// What it carries besides the contact; default nothing.
+    pub(crate) load: Option<LoadTable>,
     /// Relative gain error of the force.
     pub(crate) gain_force: Option<Quantities>,
     /// Relative gain error of the moment.
@@ -441,6 +453,24 @@ pub(crate) struct SensorTable {
     pub(crate) range_force: Option<Quantity>,
     /// Moment at which it saturates.
     pub(crate) range_moment: Option<Quantity>,
+}
+
+/// Part A behind the sensor, a point mass in the laboratory's gravity, and the facility's errors about it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LoadTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Centre in part A's frame.
+    pub(crate) centre: Quantities,
+    /// Gravity in the laboratory's axes, which are those of the contact frame.
+    pub(crate) gravity: Quantities,
+    /// Whether the facility subtracts the inertia force too; default true.
+    pub(crate) inertia_compensated: Option<bool>,
+    /// Relative error of the mass that the facility assumes.
+    pub(crate) mass_error: Option<Quantity>,
+    /// Error of the centre that the facility assumes.
+    pub(crate) centre_error: Option<Quantities>,
 }
 
 /// Relative differences between facility and space.

@@ -102,6 +102,8 @@ fn facility() -> Facility {
         crosstalk: [[0.0; 6]; 6],
         unstable_speed: 1e6,
         compensator: Compensator::NONE,
+        load: None,
+        tared: false,
     }
 }
 
