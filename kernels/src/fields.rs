@@ -45,6 +45,8 @@ pub fn unit_suffix(unit: &str) -> &'static str {
         "N m/rad" => "n_m_per_rad",
         "N m s/rad" => "n_m_s_per_rad",
         "s/m" => "s_per_m",
+        "N/s" => "n_per_s",
+        "N m/s" => "n_m_per_s",
         "kg m/s" => "kg_m_per_s",
         "kg m^2/s" => "kg_m2_per_s",
         "Hz" => "hz",

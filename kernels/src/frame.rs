@@ -6,11 +6,14 @@
 mod arms;
 pub mod tile_state;
 
+use crate::compensator::{Compensation, look_back, new_compensation};
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::lanes::Lane;
+use crate::load::{Load, load_at, loaded, sensor_at};
 use crate::metrics::Metrics;
+use crate::model::CompensatorKind;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::outcome::{Finished, RunEnd, Signals, run_flags};
@@ -20,8 +23,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry_on, command, contact_point, feed_back, finish, followed, gather, guide, interpolate, kinematics,
-    latch, low_pass, metrics, normals, observe, sample, start, substitute, track, update_kinematics, with_test,
+    advance, carry, carry_on, command, compensate, contact_point, feed_back, felt, finish, followed, gather, guide,
+    interpolate, kinematics, latch, low_pass, metrics, normals, observe, relieved, sample, start, substitute, track,
+    update_kinematics, with_test,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -73,7 +77,9 @@ pub struct Tile<L: Lane, const N: usize> {
     /// The robots' joints, at the joint level.
     arms: Option<Box<Arms<L>>>,
     sensor: Sensor<L>,
+    load: Load<L>,
     held: Wrench<L>,
+    compensation: Compensation<L>,
     lost: L,
     dropped: L,
     tracking: Tracking<L>,
@@ -154,7 +160,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             robots: crate::robot::robots_at(m, &command(m, &parts)),
             arms: m.cells.as_ref().map(|_| Box::new(Arms::idle())),
             sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
+            load: crate::fields::filled(zero),
             held: zero_wrench(),
+            compensation: new_compensation(),
             lost: zero,
             dropped: zero,
             tracking: no_tracking(),
@@ -212,9 +220,13 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
         self.place_robots(m, &at, fresh);
-        let sensor = Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero };
+        let a = crate::robot::mounted_parts(m, &self.robots).a;
+        let load = load_at(m, &self.params, a);
+        let sensor = sensor_at(m, &load, a);
+        self.load = choose(fresh, &load, &self.load);
         self.sensor = choose(fresh, &sensor, &self.sensor);
         self.held = choose(fresh, &zero_wrench(), &self.held);
+        self.compensation = choose(fresh, &new_compensation(), &self.compensation);
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
         self.tracking = choose(fresh, &no_tracking(), &self.tracking);
@@ -303,7 +315,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
-        let (mut sensed, mut seen) = (self.sensor, self.hil.watch);
+        let (mut sensed, mut seen, mut load) = (self.sensor, self.hil.watch, self.load);
         let (robots, arms) = (self.robots, self.arms.clone());
         self.take_command(m, &interpolate(m, &first, &second, &third, (L::lit(1.0 / substeps) - delay) - oldest));
         for substep in 1..=m.timing.substeps {
@@ -316,9 +328,17 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
-            sensed = low_pass(m, &self.params, &sensed, crate::sensor::to_sensor(parts.a, pushed));
+            let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
+            if loaded(m) {
+                load = carry(m, &load, parts.a);
+                wrench = felt(m, &load, parts.a, wrench);
+            }
+            sensed = low_pass(m, &self.params, &sensed, wrench);
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
-                sensed = sample(m, &self.params, &sensed, self.sensor_noise());
+                sensed = sample(m, &self.params, &sensed, time, self.sensor_noise());
+                if loaded(m) {
+                    sensed = relieved(m, &self.params, &load, parts.a, &sensed);
+                }
             }
         }
         let tracked = track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.robots), now);
@@ -329,6 +349,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             arms.keep(live, &before);
         }
         self.sensor = choose(live, &sensed, &self.sensor);
+        self.load = choose(live, &load, &self.load);
     }
 
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.
@@ -339,14 +360,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         [at(0.0), at(1.0), at(2.0)]
     }
 
-    /// The measured wrench as it arrives: delayed, between two samples.
+    /// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
     #[inline(always)]
     fn receive_wrench(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) {
         self.wrenches.put(self.step, &self.sensor.output, live);
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
         let at = |more: usize| self.wrenches.recall(self.step, |lane| whole.lane(lane) as usize + more);
-        let held = crate::sensor::blend(at(0), at(1), age - whole);
+        let measured = crate::sensor::blend(at(0), at(1), age - whole);
+        let held = self.compensated_wrench(m, parts, measured, live);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);
         let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
@@ -354,6 +376,26 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.hil.watch.port_energy =
             L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
         self.held = choose(live, &held, &self.held);
+    }
+
+    /// What acts on the simulated bodies for a measured wrench.
+    #[inline(always)]
+    fn compensated_wrench(&mut self, m: &Plant, parts: &Parts<L>, measured: Wrench<L>, live: L::Mask) -> Wrench<L> {
+        let kind = m.facility.compensator.kind;
+        if kind == CompensatorKind::None {
+            return measured;
+        }
+        let mut past = *parts;
+        if kind == CompensatorKind::Smith {
+            let back = look_back(m, &self.params);
+            let whole = back.floor();
+            let at = |more: usize| self.commands.recall(self.step, |lane| whole.lane(lane) as usize + more);
+            let newer = at(0);
+            past = interpolate(m, &at(1), &newer, &newer, (whole - back) + L::lit(1.0));
+        }
+        let next = compensate(m, &self.params, &self.compensation, parts, &past, measured);
+        self.compensation = choose(live, &next, &self.compensation);
+        next.output
     }
 
     /// The simulation computer's tick: guidance, then the bodies under the held wrench.

@@ -2,6 +2,8 @@
 
 use crate::fields::Field;
 use crate::frame::{Batch, Loops};
+use crate::load::loaded;
+use crate::model::CompensatorKind;
 use crate::noise::{LINK, SENSOR};
 use crate::plant::Plant;
 use crate::stages::{functions, structures};
@@ -20,8 +22,8 @@ const FRAME: &str = concat!(
     include_str!("../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs; those of the joint level and the bristles of the
-/// contact points follow.
+/// Private variables that live across slices, with their structs; load, compensation and the joint level's, if there are
+/// any, and the bristles of the contact points follow.
 const STATE: [(&str, &str); 9] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
@@ -93,8 +95,11 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let bristles = bristle_names(plant.contact.points.len());
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
+        let load = loaded(plant).then_some(&("load", "Load"));
+        let compensation = compensates(plant).then_some(&("compensation", "Compensation"));
         let joint_level = JOINT_STATE.iter().filter(|_| plant.cells.is_some());
-        STATE.iter().chain(joint_level).map(|(variable, name)| (*variable, fields(name))).chain(bristles)
+        let all = STATE.iter().chain(load).chain(compensation).chain(joint_level);
+        all.map(|(variable, name)| (*variable, fields(name))).chain(bristles)
     };
     let (load, state) = access(variables(), Direction::Load("states"));
     let (store, _) = access(variables(), Direction::Store("states"));
@@ -131,7 +136,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const NOISY = {};\nconst FACILITY = {};\n\n",
+         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -140,7 +145,15 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         SENSOR[1],
         batch.noisy,
         batch.loops == Loops::Both,
+        compensates(plant),
+        plant.facility.compensator.kind == CompensatorKind::Smith,
+        loaded(plant),
     )
+}
+
+/// Whether a facility has a compensator at all: one that it has not leaves no number in a lane's state.
+pub(crate) fn compensates(plant: &Plant) -> bool {
+    plant.facility.compensator.kind != CompensatorKind::None
 }
 
 /// Variables of the bristles of so many contact points: of the loop in space, then of the facility's.

@@ -5,6 +5,7 @@
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
 mod aba;
+pub mod compensator;
 pub mod contact;
 pub mod delay_line;
 pub mod effects;
@@ -14,6 +15,7 @@ pub mod guidance;
 pub mod joint_level;
 pub mod kernel;
 pub mod lanes;
+pub mod load;
 pub mod manipulator;
 pub mod math;
 pub mod metrics;

@@ -294,6 +294,12 @@ pub struct Facility {
     pub crosstalk: [[f64; 6]; 6],
     /// The HIL loop counts as diverged above this relative speed of the simulated parts \[m/s\].
     pub unstable_speed: f64,
+    /// What the facility does against its own delay.
+    pub compensator: Compensator,
+    /// What the sensor carries besides the contact; none is a part without weight.
+    pub load: Option<SensorLoad>,
+    /// The sensor is tared at the start pose before each run.
+    pub tared: bool,
     /// A motion that the robots are told besides that of the simulation.
     pub test_motion: Option<TestMotion>,
     /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
@@ -331,6 +337,77 @@ pub struct JointLevel {
     pub mounts: [Mount; 2],
     /// The controllers of their joints.
     pub servo: Servo,
+}
+
+/// Part A as the sensor carries it: a point mass in the laboratory's gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorLoad {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre in part A's frame \[m\].
+    pub centre: Vec3<f64>,
+    /// Gravity, laboratory axes \[m/s^2\].
+    pub gravity: Vec3<f64>,
+    /// The facility subtracts the inertia force too, not the weight alone.
+    pub inertia_compensated: bool,
+}
+
+/// The delay compensation between the measured wrench and the simulated bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Compensator {
+    /// Its kind; its numbers are parameters.
+    pub kind: CompensatorKind,
+    /// Whether the compensated force may pull parts that only push each other.
+    pub pulls: bool,
+}
+
+/// Kinds of delay compensation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CompensatorKind {
+    /// The measured wrench acts as it arrives.
+    None,
+    /// F + c F'.
+    FirstOrderLead,
+    /// F + c F' + c^2/2 F''.
+    SecondOrderLead,
+    /// A spring model bridges the delay.
+    Smith,
+    /// A damper on the undelayed velocity.
+    VirtualDamping,
+    /// Energy observer and damping injection.
+    Passivity,
+    /// Lead with a gain that an energy observer switches, and damping injection.
+    LeadPassivity,
+}
+
+impl Compensator {
+    /// No compensation.
+    pub const NONE: Self = Self { kind: CompensatorKind::None, pulls: false };
+}
+
+impl CompensatorKind {
+    /// The kinds by their names in scenario files.
+    pub const NAMES: [(&'static str, Self); 7] = [
+        ("none", Self::None),
+        ("first_order_lead", Self::FirstOrderLead),
+        ("second_order_lead", Self::SecondOrderLead),
+        ("smith", Self::Smith),
+        ("virtual_damping", Self::VirtualDamping),
+        ("passivity", Self::Passivity),
+        ("lead_passivity", Self::LeadPassivity),
+    ];
+
+    /// The parameters that a kind reads, without their prefix `compensator_`.
+    pub fn parameters(self) -> &'static [&'static str] {
+        match self {
+            Self::None => &[],
+            Self::FirstOrderLead | Self::SecondOrderLead => &["delay", "lag", "threshold"],
+            Self::Smith => &["delay", "stiffness", "threshold"],
+            Self::VirtualDamping => &["delay", "stiffness", "margin", "threshold"],
+            Self::Passivity => &["damping", "energy", "threshold"],
+            Self::LeadPassivity => &["delay", "lag", "margin", "damping", "energy", "threshold"],
+        }
+    }
 }
 
 /// A linear axis under robot 1.

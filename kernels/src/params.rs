@@ -63,6 +63,12 @@ bundle! {
         sensor_noise_moment: R, "N m", "standard deviation of the moment noise per sample and axis";
         sensor_bias_force: Vec3<R>, "N", "force bias, sensor frame";
         sensor_bias_moment: Vec3<R>, "N m", "moment bias, sensor frame";
+        sensor_drift_force: Vec3<R>, "N/s", "drift of the force, sensor frame: grows from nothing at the start";
+        sensor_drift_moment: Vec3<R>, "N m/s", "drift of the moment, sensor frame: grows from nothing at the start";
+        tare_error_force: Vec3<R>, "N", "error of the tare's mean of samples, force, sensor frame";
+        tare_error_moment: Vec3<R>, "N m", "error of the tare's mean of samples, moment, sensor frame";
+        load_mass_error: R, "1", "relative error of the mass that the facility takes the sensor's load to have";
+        load_centre_error: Vec3<R>, "m", "error of the centre that the facility takes the sensor's load to have, part A's axes";
         sensor_gain_force: Vec3<R>, "1", "relative gain error of the force, sensor frame";
         sensor_gain_moment: Vec3<R>, "1", "relative gain error of the moment, sensor frame";
         sensor_crosstalk: R, "1", "factor on the facility's crosstalk matrix";
@@ -70,6 +76,14 @@ bundle! {
         sensor_resolution_moment: R, "N m", "moment quantisation step; 0 = none";
         sensor_range_force: R, "N", "force at which the sensor saturates";
         sensor_range_moment: R, "N m", "moment at which the sensor saturates";
+
+        compensator_delay: R, "s", "delay that the compensator assumes: of the lead, of the prediction, of the virtual damping";
+        compensator_lag: R, "s", "time constant of the low-pass on the compensator's derivative; 0 = none";
+        compensator_stiffness: R, "N/m", "contact stiffness that the compensator assumes";
+        compensator_margin: R, "1", "share by which virtual damping, or a lead that was switched up, exceeds what the assumed delay asks for";
+        compensator_damping: R, "N s/m", "contact damping whose loss the compensator's energy observer allows for";
+        compensator_energy: R, "J", "energy that the facility may have given in a contact before the compensator injects damping";
+        compensator_threshold: R, "N", "measured force above which the compensator takes the parts to touch";
     }
 }
 
@@ -95,6 +109,7 @@ impl Params<f64> {
         }
         zero.sensor_range_force = UNLIMITED;
         zero.sensor_range_moment = UNLIMITED;
+        zero.compensator_energy = UNLIMITED;
         zero
     }
 }

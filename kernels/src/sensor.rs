@@ -41,19 +41,28 @@ pub fn low_pass<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, w: Wrench<R>) 
     Sensor { filtered, ..*s }
 }
 
-/// One sample: gain, crosstalk, bias, noise (unit normal deviates), saturation, quantisation.
+/// What a sensor without noise, range and quantum reads: gain, crosstalk, bias and its drift until now.
 #[inline(always)]
-pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, noise: Wrench<R>) -> Sensor<R> {
+pub(crate) fn distorted<R: Real>(m: &Plant, p: &Params<R>, time: R, w: Wrench<R>) -> Wrench<R> {
+    let leak = crosstalk(m, w.force, w.moment);
+    let gained_force = w.force.zip(p.sensor_gain_force, |v, gain| v.mul_add(gain, v));
+    let gained_moment = w.moment.zip(p.sensor_gain_moment, |v, gain| v.mul_add(gain, v));
+    let bias = p.sensor_drift_force.scale_add(time, p.sensor_bias_force);
+    let bias_moment = p.sensor_drift_moment.scale_add(time, p.sensor_bias_moment);
+    Wrench {
+        force: leak.force.scale_add(p.sensor_crosstalk, gained_force) + bias,
+        moment: leak.moment.scale_add(p.sensor_crosstalk, gained_moment) + bias_moment,
+    }
+}
+
+/// One sample: distortion, noise (unit normal deviates), saturation, quantisation.
+#[inline(always)]
+pub fn sample<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, time: R, noise: Wrench<R>) -> Sensor<R> {
     let one = R::lit(1.0);
-    let (f, t) = (s.filtered.force, s.filtered.moment);
-    let leak = crosstalk(m, f, t);
-    let gained_force = f.zip(p.sensor_gain_force, |v, gain| v.mul_add(gain, v));
-    let gained_moment = t.zip(p.sensor_gain_moment, |v, gain| v.mul_add(gain, v));
-    let force = leak.force.scale_add(p.sensor_crosstalk, gained_force) + p.sensor_bias_force;
-    let moment = leak.moment.scale_add(p.sensor_crosstalk, gained_moment) + p.sensor_bias_moment;
+    let read = distorted(m, p, time, s.filtered);
     let noisy = Wrench {
-        force: noise.force.scale_add(p.sensor_noise_force, force),
-        moment: noise.moment.scale_add(p.sensor_noise_moment, moment),
+        force: noise.force.scale_add(p.sensor_noise_force, read.force),
+        moment: noise.moment.scale_add(p.sensor_noise_moment, read.moment),
     };
     let cut =
         Wrench { force: noisy.force.clamp(p.sensor_range_force), moment: noisy.moment.clamp(p.sensor_range_moment) };

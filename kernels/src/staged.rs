@@ -1,7 +1,9 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
+use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::lanes::{Lane, Stage};
+use crate::load::Load;
 use crate::manipulator::cell::{Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
@@ -100,7 +102,15 @@ staged! {
     /// [`crate::sensor::low_pass`]
     sensor::low_pass(m; p: &'a Params<L>, s: &'a Sensor<L>, w: Wrench<L>) -> Sensor<L>;
     /// [`crate::sensor::sample`]
-    sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, noise: Wrench<L>) -> Sensor<L>;
+    sensor::sample(m; p: &'a Params<L>, s: &'a Sensor<L>, time: L, noise: Wrench<L>) -> Sensor<L>;
+    /// [`crate::load::carry`]
+    load::carry(m; s: &'a Load<L>, a: Motion<L>) -> Load<L>;
+    /// [`crate::load::felt`]
+    load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
+    /// [`crate::load::relieved`]
+    load::relieved(m; p: &'a Params<L>, s: &'a Load<L>, a: Motion<L>, sensor: &'a Sensor<L>) -> Sensor<L>;
+    /// [`crate::compensator::compensate`]
+    compensator::compensate(m; p: &'a Params<L>, s: &'a Compensation<L>, now: &'a Parts<L>, past: &'a Parts<L>, measured: Wrench<L>) -> Compensation<L>;
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::gather`]

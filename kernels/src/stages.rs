@@ -1,8 +1,10 @@
 //! The stage functions as the WGSL frame calls them: each traced once, listed by name.
 
+use crate::compensator::{self, Compensation};
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
 use crate::fields::{Bundle, fields, to_vec};
 use crate::joint_level;
+use crate::load::{self, Load};
 use crate::manipulator::cell::{Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
@@ -61,6 +63,8 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Watch<Sym>>(),
         structure::<Robots<Sym>>(),
         structure::<Sensor<Sym>>(),
+        structure::<Load<Sym>>(),
+        structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
         structure::<Tracking<Sym>>(),
         structure::<Followed<Sym>>(),
@@ -131,10 +135,22 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(mounted_parts(s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &s)),
         stage!(to_sensor(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::to_sensor(parts.a, w)),
         stage!(low_pass(p: Params<Sym>, s: Sensor<Sym>, w: Wrench<Sym>) -> Sensor<Sym> => sensor::low_pass(m, &p, &s, w)),
-        stage!(sample(p: Params<Sym>, s: Sensor<Sym>, noise: Wrench<Sym>) -> Sensor<Sym> => sensor::sample(m, &p, &s, noise)),
+        stage!(sample(p: Params<Sym>, s: Sensor<Sym>, time: Sym, noise: Wrench<Sym>) -> Sensor<Sym>
+            => sensor::sample(m, &p, &s, time, noise)),
+        stage!(carry(s: Load<Sym>, parts: Parts<Sym>) -> Load<Sym> => load::carry(m, &s, parts.a)),
+        stage!(felt(s: Load<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => load::felt(m, &s, parts.a, w)),
+        stage!(relieved(p: Params<Sym>, s: Load<Sym>, parts: Parts<Sym>, sensor: Sensor<Sym>) -> Sensor<Sym>
+            => load::relieved(m, &p, &s, parts.a, &sensor)),
+        stage!(load_at(p: Params<Sym>, told: Parts<Sym>) -> Load<Sym> => load::load_at(m, &p, told.a)),
+        stage!(sensor_at(s: Load<Sym>, told: Parts<Sym>) -> Sensor<Sym> => load::sensor_at(m, &s, told.a)),
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
+        stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),
+        stage!(look_back(p: Params<Sym>) -> Sym => compensator::look_back(m, &p)),
+        stage!(compensate(p: Params<Sym>, s: Compensation<Sym>, parts: Parts<Sym>, past: Parts<Sym>, w: Wrench<Sym>)
+            -> Compensation<Sym> => compensator::compensate(m, &p, &s, &parts, &past, w)),
+        stage!(acting_of(s: Compensation<Sym>) -> Wrench<Sym> => s.output),
         stage!(normals(u: Sym, v: Sym) -> Normals<Sym> => noise::normals(u, v)),
     ]
 }

@@ -38,6 +38,8 @@ var<private> hil_watch: Watch;
 var<private> robot: Robots;
 var<private> sensed: Sensor;
 var<private> held: Wrench;
+var<private> load: Load;
+var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 var<private> tracking: Tracking;
 
@@ -117,25 +119,50 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
         push_robots(pushed);
-        sensed = low_pass(p, sensed, to_sensor(parts, pushed));
+        var wrench = to_sensor(parts, pushed);
+        if (LOADED) {
+            load = carry(load, parts);
+            wrench = felt(load, parts, wrench);
+        }
+        sensed = low_pass(p, sensed, wrench);
         if (substep % SENSOR_SUBSTEPS == 0u) {
-            sensed = sample(p, sensed, sensor_noise());
+            sensed = sample(p, sensed, time, sensor_noise());
+            if (LOADED) {
+                sensed = relieved(p, load, parts, sensed);
+            }
         }
     }
     tracking = track(p, tracking, mounted_parts(robot), now);
 }
 
-// The measured wrench as it arrives: delayed, between two samples.
+// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
 fn receive_wrench(parts: Parts) {
     put_wrench(tick % SLOTS, output_of(sensed));
     let age = p.sensor_delay * (1.0 / TICK);
     let whole = floor(age);
     let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
     let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);
-    let next = blend(newer, older, age - whole);
+    let next = compensated_wrench(parts, blend(newer, older, age - whole));
     let change = port_power(parts, feed_back(parts, held)) - port_power(parts, feed_back(parts, next));
     hil_watch.port_energy += change * (0.5 * SUBSTEP);
     held = next;
+}
+
+// What acts on the simulated bodies for a measured wrench.
+fn compensated_wrench(parts: Parts, measured: Wrench) -> Wrench {
+    if (!COMPENSATED) {
+        return measured;
+    }
+    var past = parts;
+    if (PREDICTED) {
+        let back = look_back(p);
+        let whole = floor(back);
+        let newer = get_command((tick + SLOTS - u32(whole)) % SLOTS);
+        let older = get_command((tick + SLOTS - u32(whole) - 1u) % SLOTS);
+        past = interpolate(older, newer, newer, (whole - back) + 1.0);
+    }
+    compensation = compensate(p, compensation, parts, past, measured);
+    return acting_of(compensation);
 }
 
 // The simulation computer's tick: guidance, then the bodies under the held wrench; gives the parts at the last substep.
@@ -183,8 +210,11 @@ fn reset() {
         put_wrench(SLOTS - age, zero_wrench());
     }
     place_robots(carry_on(told, -(transport(p) + 1.0)));
-    sensed = Sensor();
+    let mounted = mounted_parts(robot);
+    load = load_at(p, mounted);
+    sensed = sensor_at(load, mounted);
     held = zero_wrench();
+    compensation = new_compensation();
     link = Vec3();
     tracking = no_tracking();
     tick = 0u;

@@ -31,6 +31,9 @@ pub(super) fn ideal_facility() -> Facility {
         unstable_speed: 1e6,
         test_motion: None,
         joint_level: None,
+        compensator: Compensator::NONE,
+        load: None,
+        tared: false,
     }
 }
 

@@ -3,11 +3,13 @@
 mod bench;
 mod bodies;
 mod bounce;
+mod compensators;
 mod control;
 mod docking;
 mod facility;
 mod lanes;
 mod laws;
+mod load;
 mod nulls;
 mod rapier;
 mod shapes;

@@ -9,7 +9,7 @@ use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, Null};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::metrics::Metrics;
-use softdock_kernels::model::{Model, Rail};
+use softdock_kernels::model::{Model, Rail, SensorLoad};
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::vec3;
@@ -36,6 +36,13 @@ fn model() -> Model {
     model.timing.substeps = 4;
     model.timing.max_ticks = 400;
     model.facility.rail = Some(Rail { axis: vec3(1.0, 0.0, 0.0), share: 0.4 });
+    model.facility.tared = true;
+    model.facility.load = Some(SensorLoad {
+        mass: 8.0,
+        centre: vec3(0.02, 0.0, 0.05),
+        gravity: vec3(0.0, 0.0, -9.81),
+        inertia_compensated: true,
+    });
     model.facility.crosstalk = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 0.0 } else { 0.5 }));
     model
 }

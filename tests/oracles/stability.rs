@@ -7,7 +7,7 @@ use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
 
 /// A contact that never opens, of `substeps` steps a tick.
-fn spring(substep: f64, substeps: u32) -> Model {
+pub(super) fn spring(substep: f64, substeps: u32) -> Model {
     let mut model = two_bodies(substep, 0.0, 0.0);
     model.timing.substeps = substeps;
     model.contact.bilateral = true;
@@ -17,7 +17,7 @@ fn spring(substep: f64, substeps: u32) -> Model {
 /// Logarithmic growth of the dominant oscillation per second, from four samples a quarter period or so apart.
 ///
 /// With one pair of roots z left, x0..x3 obey x[n+2] = p x[n+1] - |z|^2 x[n]; four samples give |z|.
-fn growth(mut model: Model, params: Params<f64>, settle: f64, stride: f64) -> f64 {
+pub(super) fn growth(mut model: Model, params: Params<f64>, settle: f64, stride: f64) -> f64 {
     let tick = model.timing.tick();
     let (first, stride) = ((settle / tick).round() as u32, (stride / tick).round() as u32);
     model.timing.max_ticks = first + 3 * stride + 2;

@@ -1,7 +1,7 @@
 //! Depths one and two: every function of the hand-written frame, and one whole tick, from recorded states.
 
 use super::rounding::F32;
-use super::samples::{CASES, Case, SAMPLES, Snapshot, Stream};
+use super::samples::{CASES, Case, OBSERVED, PREDICTED, SAMPLES, Snapshot, Stream};
 use super::stages::{SLACK, scales};
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, words, written};
@@ -45,7 +45,7 @@ const OUTCOME: [&str; 16] = {
 pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 20] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
         "touch_space",
@@ -111,9 +111,15 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 20] = [
     ),
     row(
         "receive_wrench",
-        4.0,
-        "one interpolation",
+        100.0,
+        "one interpolation; a spring on the difference of two places",
         call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
+    ),
+    row(
+        "compensated_wrench",
+        100.0,
+        "as compensate",
+        call("let r0 = compensated_wrench(parts_of(kinematics(hil_masses(p), hil)), held);", &["Wrench"], NONE),
     ),
     row(
         "tick_simulation",
@@ -156,6 +162,8 @@ const WHOLE: &str = "probe_drogue";
 /// Robots with joints, and what is run on them.
 const JOINTS: &str = "smoke_joint";
 const ON_JOINTS: [&str; 5] = ["take_command", "move_robots", "push_robots", "place_robots", "slice"];
+/// What those that have a compensator are run for besides.
+const COMPENSATING: [&str; 5] = ["tick_facility", "receive_wrench", "compensated_wrench", "reset", "slice"];
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.
@@ -192,7 +200,7 @@ fn names<const N: usize>(kernel: &Kernel, call: &Call, plant: &Plant, lane: &Lan
 fn truth<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>) -> Vec<f64> {
     let mut tile = Tile::resume(&case.plant, case.batch, shot.run, shot.tick, shot.params, &shot.lane);
     let results = twin(&mut tile, &case.plant);
-    flat(&tile.lane_state(), &results)
+    flat(&tile.lane_state(&case.plant), &results)
 }
 
 /// How far the truth moves when every input moves by up to its f32 rounding.
@@ -404,11 +412,12 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
+            let compensating = |name| [PREDICTED, OBSERVED].contains(&name) && COMPENSATING.contains(&row.name);
             let runs_on = |case: &&Case| match case.name {
                 ALONE => true,
                 WHOLE => row.name == "slice",
                 JOINTS => ON_JOINTS.contains(&row.name),
-                _ => false,
+                other => compensating(other),
             };
             for case in CASES.iter().filter(runs_on) {
                 let (seen, undecided, at) = match case.plant.joints() {

@@ -1,5 +1,6 @@
 //! Realistic inputs: runs of several scenarios recorded on their way, in contact and out of it, rounded to f32.
 
+use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::{LatchState, Point, contact_point, hil_pair, latch, space_pair};
 use softdock_kernels::effects::EFFECTS;
@@ -7,8 +8,12 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
+use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
-use softdock_kernels::model::{ArmControl, ContactPoint, Model, NormalLaw, Shape, Solid, TestMotion, Thrust, Waveform};
+use softdock_kernels::model::{
+    ArmControl, Compensator, CompensatorKind, ContactPoint, Model, NormalLaw, SensorLoad, Shape, Solid, TestMotion,
+    Thrust, Waveform,
+};
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
@@ -81,10 +86,44 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         case("probe_drogue", "probe_drogue.toml", |_| {}, |_| {}),
         case("computed torque, Power law, box and ball", "probe_drogue.toml", crowded, |p| {
             (p.contact_stiffness, p.contact_damping, p.contact_dissipation) = (4e5, 0.0, 2.0);
+            tuned(p);
         }),
-        case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, |_| {}),
+        case("Cartesian impedance, chamfered bore", "probe_drogue.toml", bored, tuned),
+        case(PREDICTED, "smoke.toml", |m| compensated(m, CompensatorKind::Smith), tuned),
+        case(OBSERVED, "smoke.toml", observed, tuned),
     ]
 });
+
+/// Short dockings with a compensator that looks back, and with one that remembers.
+pub(crate) const PREDICTED: &str = "smoke, Smith predictor";
+pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
+
+fn compensated(model: &mut Model, kind: CompensatorKind) {
+    model.facility.compensator = Compensator { kind, pulls: false };
+}
+
+/// One that remembers, behind a tared sensor with a load.
+fn observed(model: &mut Model) {
+    compensated(model, CompensatorKind::LeadPassivity);
+    model.facility.tared = true;
+    model.facility.load = Some(SensorLoad {
+        mass: 12.0,
+        centre: vec3(0.08, 0.01, -0.02),
+        gravity: vec3(0.0, 0.0, -9.81),
+        inertia_compensated: true,
+    });
+}
+
+/// Numbers for any compensator.
+fn tuned(p: &mut Params<f64>) {
+    p.compensator_delay = 0.9 * p.loop_delay;
+    p.compensator_lag = 1.3e-3;
+    p.compensator_stiffness = 2e4;
+    p.compensator_margin = 0.2;
+    p.compensator_damping = 40.0;
+    p.compensator_energy = 1e-3;
+    p.compensator_threshold = 2.0;
+}
 
 /// A box and a ball in the approach corridor, a general exponent, computed torque, thrust and an orbit.
 fn crowded(model: &mut Model) {
@@ -107,6 +146,7 @@ fn crowded(model: &mut Model) {
         max_force: 20.0,
         max_torque: 10.0,
     };
+    compensated(model, CompensatorKind::SecondOrderLead);
     model.orbit_rate = 1.1e-3;
     model.field = vec3(1e-3, 0.0, -2e-3);
 }
@@ -122,6 +162,7 @@ fn feed_all_forward(model: &mut Model) {
 fn bored(model: &mut Model) {
     model.contact.solids =
         vec![Solid { frame: Pose::identity(), shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01 } }];
+    compensated(model, CompensatorKind::VirtualDamping);
     model.contact.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
     model.guidance.arm = ArmControl::CartesianImpedance {
         stiffness: 800.0,
@@ -184,7 +225,7 @@ fn record<const N: usize>(plant: &Plant, batch: Batch, draw: impl Fn(u64) -> Par
                 tile.step(plant);
                 continue;
             }
-            let lane = tile.lane_state();
+            let lane = tile.lane_state(plant);
             if over.iter().any(|row| lane.state[*row] > 0.0) || seen[1] > 60.0 {
                 break;
             }
@@ -240,9 +281,6 @@ struct Scene<const N: usize> {
     watch: Watch<f64>,
     robots: Robots<f64>,
     sensor: Sensor<f64>,
-    tracking: Tracking<f64>,
-    drives: [Drives<f64>; 2],
-    aims: [SetPoint<f64>; 2],
     kinematics: Kinematics<f64, N>,
     simulated: Parts<f64>,
     mounted: Parts<f64>,
@@ -275,20 +313,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
             contact_point(plant, pair, &mounted, point, from_slice(b))
         })
         .collect();
-    let behind = [fields::<f64, Sensor<f64>>(), fields::<f64, Wrench<f64>>(), fields::<f64, Vec3<f64>>()];
-    let (tracking, mut joints) =
-        rest[behind.iter().map(Vec::len).sum()..].split_at(fields::<f64, Tracking<f64>>().len());
-    let mut next = |width: usize| -> Vec<f64> {
-        let (own, more) = joints.split_at(if plant.cells.is_some() { width } else { 0 });
-        joints = more;
-        own.iter().copied().chain(std::iter::repeat(0.0)).take(width).collect()
-    };
-    let drives = [(); 2].map(|()| from_slice(&next(fields::<f64, Drives<f64>>().len())));
-    let aims = [(); 2].map(|()| from_slice(&next(fields::<f64, SetPoint<f64>>().len())));
     Scene {
-        tracking: from_slice(tracking),
-        drives,
-        aims,
         facility,
         bodies: bodies_now,
         watch: watch_now,
@@ -343,11 +368,19 @@ fn bundle<const N: usize>(
         "Watch" => flat(&s.watch),
         "Robots" => flat(&s.robots),
         "Sensor" => flat(&s.sensor),
+        "Compensation" => optional::<N, Compensation<f64>>(plant, shot, "compensation_"),
+        "Load" => optional::<N, Load<f64>>(plant, shot, "load_"),
         "Touch" => flat(&s.touch),
-        "Tracking" => flat(&s.tracking),
-        "Followed" => flat(&followed(plant, &p, &s.tracking)),
-        "Drives" => flat(&s.drives[usize::from(argument == "drives2")]),
-        "SetPoint" => flat(&s.aims[0]),
+        "Tracking" => optional::<N, Tracking<f64>>(plant, shot, "tracking_"),
+        "Followed" => {
+            let tracking = optional::<N, Tracking<f64>>(plant, shot, "tracking_");
+            flat(&followed(plant, &p, &from_slice(&tracking)))
+        }
+        "Drives" => {
+            let robot = if argument == "drives2" { "drives_b_" } else { "drives_a_" };
+            optional::<N, Drives<f64>>(plant, shot, robot)
+        }
+        "SetPoint" => optional::<N, SetPoint<f64>>(plant, shot, "set_a_"),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
         "Vec3" => shot.lane.bristles(false, s.contacts.len())[3 * (index % s.contacts.len())..][..3].to_vec(),
@@ -372,11 +405,21 @@ fn bundle<const N: usize>(
                 "first" => carry_on(plant, &told, -1.0),
                 "third" => carry_on(plant, &told, 1.0),
                 "simulated" => s.simulated,
+                "past" => carry_on(plant, &s.mounted, -5.0),
                 _ => s.mounted,
             })
         }
         "f32" => vec![scalar(plant, shot, s, argument, draws)],
         other => panic!("no sampler for a {other}"),
+    }
+}
+
+/// A part of the state that a scenario may not have; at rest where it has none.
+fn optional<const N: usize, B: Bundle<f64>>(plant: &Plant, shot: &Snapshot, prefix: &str) -> Vec<f64> {
+    let (names, width) = (state_fields::<N>(plant), fields::<f64, B>().len());
+    match names.iter().position(|field| field.name.starts_with(prefix)) {
+        Some(row) => shot.lane.state[row..][..width].to_vec(),
+        None => vec![0.0; width],
     }
 }
 

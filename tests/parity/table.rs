@@ -3,12 +3,14 @@
 use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
+use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
 use softdock_kernels::joint_level;
 use softdock_kernels::kernel::kernel;
+use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{Drives, SetPoint};
 use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise;
@@ -119,10 +121,21 @@ fn facility_rows() -> Vec<Row<Twin>> {
         mounted_parts(s: Robots<f64>) => robot::mounted_parts(m, &s), 4.0, "one sum";
         to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 4.0, "a rotation";
         low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, &p, &s, w), 6.0, "a division and a sum";
-        sample(p: Params<f64>, s: Sensor<f64>, noise: Wrench<f64>) => sensor::sample(m, &p, &s, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";
+        sample(p: Params<f64>, s: Sensor<f64>, time: f64, noise: Wrench<f64>) => sensor::sample(m, &p, &s, time, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";
         output_of(s: Sensor<f64>) => s.output, 0.0, COPIED;
         blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 5.0, "one interpolation";
         feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
+        carry(s: Load<f64>, parts: Parts<f64>) => load::carry(m, &s, parts.a), 20.0, "a difference of velocities over a substep";
+        felt(s: Load<f64>, parts: Parts<f64>, w: Wrench<f64>) => load::felt(m, &s, parts.a, w), 6.0, "a rotation and a lever";
+        relieved(p: Params<f64>, s: Load<f64>, parts: Parts<f64>, sensor: Sensor<f64>)
+            => load::relieved(m, &p, &s, parts.a, &sensor), 8.0, "a weight, estimated, off a measured one";
+        load_at(p: Params<f64>, told: Parts<f64>) => load::load_at(m, &p, told.a), 40.0, "a tare is a small difference of weights";
+        sensor_at(s: Load<f64>, told: Parts<f64>) => load::sensor_at(m, &s, told.a), 6.0, "a rotation and a lever";
+        new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
+        look_back(p: Params<f64>) => compensator::look_back(m, &p), 4.0, "one sum";
+        compensate(p: Params<f64>, s: Compensation<f64>, parts: Parts<f64>, past: Parts<f64>, w: Wrench<f64>)
+            => compensator::compensate(m, &p, &s, &parts, &past, w), 400.0, "differences of samples over a tick, of places over a delay";
+        acting_of(s: Compensation<f64>) => s.output, 0.0, COPIED;
         normals(u: f64, v: f64) => noise::normals(u, v), 20.0, "a logarithm, a root, a sine of a whole turn";
     }
 }

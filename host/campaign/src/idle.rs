@@ -5,7 +5,7 @@ use crate::check::Checker;
 use crate::expression::Bounds;
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
-use softdock_kernels::model::{Model, NormalLaw};
+use softdock_kernels::model::{CompensatorKind, Model, NormalLaw};
 use softdock_kernels::params::Params;
 
 /// Why a parameter does nothing, and what to do about it.
@@ -42,6 +42,22 @@ const NO_DAMPING: Idle =
 const NO_PATTERN: Idle = (
     "every element of the crosstalk pattern is 0",
     "remove it, or write facility.sensor.crosstalk_pattern with an element that is not 0",
+);
+const NO_TARE: Idle =
+    ("the sensor is not tared", "remove it, or write tared = true in [facility.sensor] of the scenario");
+const NO_LOAD: Idle =
+    ("the sensor carries no load", "remove it, or add a table [facility.sensor.load] to the scenario");
+const NO_COMPENSATOR: Idle = (
+    "the facility has no compensator",
+    "remove it, or add a table [facility.compensator] that takes it to the scenario",
+);
+const OTHER_COMPENSATOR: Idle = (
+    "the facility's kind of compensator does not take it",
+    "remove it, or choose a kind that takes it in [facility.compensator]",
+);
+const NEVER_SWITCHED: Idle = (
+    "with a delay or a stiffness that is always 0 the compensator damps nothing",
+    "remove it, or give the compensator a delay and, for virtual damping, a stiffness above 0",
 );
 
 /// Refuses dispersions and derived values of parameters that can change nothing.
@@ -90,9 +106,24 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         "contact_damping_error" => {
             without(NO_DAMPING, never(if linear { "contact_damping" } else { "contact_dissipation" }))
         }
+        _ if name.starts_with("tare_error_") => without(NO_TARE, !model.facility.tared),
+        _ if name.starts_with("load_") => without(NO_LOAD, model.facility.load.is_none()),
         "sensor_crosstalk" => {
             without(NO_PATTERN, model.facility.crosstalk.iter().flatten().all(|element| *element == 0.0))
         }
+        _ => name.strip_prefix("compensator_").and_then(|name| idle_compensator(name, model, &never)),
+    }
+}
+
+/// Why a parameter of a compensator changes nothing, if so.
+fn idle_compensator(name: &str, model: &Model, never: &dyn Fn(&str) -> bool) -> Option<Idle> {
+    let kind = model.facility.compensator.kind;
+    let of = |idle: Idle, condition: bool| condition.then_some(idle);
+    let unstiff = kind == CompensatorKind::VirtualDamping && never("compensator_stiffness");
+    match name {
+        _ if kind == CompensatorKind::None => Some(NO_COMPENSATOR),
+        _ if !kind.parameters().contains(&name) => Some(OTHER_COMPENSATOR),
+        "margin" | "lag" => of(NEVER_SWITCHED, unstiff || never("compensator_delay")),
         _ => None,
     }
 }

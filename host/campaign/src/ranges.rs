@@ -123,6 +123,12 @@ const RANGES: &[(&str, Range)] = &[
     ("sensor_noise_moment", Range::within(0.0, FORCE)),
     ("sensor_bias_force", Range::size(FORCE)),
     ("sensor_bias_moment", Range::size(FORCE)),
+    ("sensor_drift_force", Range::size(FORCE)),
+    ("sensor_drift_moment", Range::size(FORCE)),
+    ("tare_error_force", Range::size(FORCE)),
+    ("tare_error_moment", Range::size(FORCE)),
+    ("load_mass_error", Range::within(-1.0, 10.0)),
+    ("load_centre_error", Range::size(LENGTH)),
     ("sensor_gain_force", Range::within(-1.0, 10.0)),
     ("sensor_gain_moment", Range::within(-1.0, 10.0)),
     ("sensor_crosstalk", Range::size(10.0)),
@@ -130,6 +136,13 @@ const RANGES: &[(&str, Range)] = &[
     ("sensor_resolution_moment", Range::within(0.0, FORCE)),
     ("sensor_range_force", Range::above(0.0, UNLIMITED)),
     ("sensor_range_moment", Range::above(0.0, UNLIMITED)),
+    ("compensator_delay", Range::within(0.0, LONGEST_DELAY)),
+    ("compensator_lag", Range::within(0.0, 10.0)),
+    ("compensator_stiffness", Range::within(0.0, STIFFNESS)),
+    ("compensator_margin", Range::within(-1.0, 100.0)),
+    ("compensator_damping", Range::within(0.0, DAMPING)),
+    ("compensator_energy", Range::within(0.0, UNLIMITED)),
+    ("compensator_threshold", Range::within(0.0, FORCE)),
 ];
 
 /// The name that both robots' drives have in common (`robot_backlash` of `robot1_backlash`).

@@ -1,6 +1,7 @@
 //! A scenario: the file checked and compiled into the kernels' model.
 
 mod bodies;
+mod compensator;
 mod contact;
 mod control;
 mod facility;

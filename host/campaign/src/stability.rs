@@ -4,7 +4,7 @@
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
-use softdock_kernels::model::{ArmControl, Model, NormalLaw, Thrust};
+use softdock_kernels::model::{ArmControl, CompensatorKind, Model, NormalLaw, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::Vec3;
 
@@ -65,6 +65,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     let mut springs = contact(m, extremes, &chaser);
     springs.extend(arm(m, &chaser));
     springs.extend(approach(m, &chaser));
+    springs.extend(compensator(m, extremes, &chaser));
     let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
     faults.extend(lags(m, extremes));
     faults
@@ -191,6 +192,22 @@ fn approach(m: &Model, chaser: &Chaser) -> Vec<Spring> {
         held("lateral thrust", lateral_stiffness, lateral_damping, &linear, "kg"),
         held("attitude control", attitude_stiffness, attitude_damping, &angular, "kg m^2"),
     ]
+}
+
+/// The model of a compensator, held over a tick: a spring or a damper of its own on the undelayed motion.
+fn compensator(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Option<Spring> {
+    let (low, high) = (&extremes.least, &extremes.greatest);
+    let points = m.contact.points.iter().map(|point| pair_mobility(m, low, chaser, point.position));
+    let mobility = points.fold(0.0, f64::max);
+    let stiffness = high.compensator_stiffness;
+    let (stiffness, damping) = match m.facility.compensator.kind {
+        CompensatorKind::Smith => (stiffness, 0.0),
+        CompensatorKind::VirtualDamping => (0.0, stiffness * high.compensator_delay * (1.0 + high.compensator_margin)),
+        _ => return None,
+    };
+    let key = "facility.compensator.stiffness";
+    let parameter = Some("compensator_stiffness");
+    Some(Spring { parameter, ..held("compensator".to_owned(), key, stiffness, damping, mobility, "kg") })
 }
 
 /// A controller that is held over a tick.

@@ -144,6 +144,8 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("N/m", "a stiffness", "N/m, N/mm, kN/m"),
     ("N s/m", "a damping", "N s/m, N s/mm"),
     ("s/m", "a dissipation", "s/m"),
+    ("N/s", "a drift of a force", "N/s, N/min, mN/s"),
+    ("N m/s", "a drift of a moment", "N m/s, N m/min"),
     ("N m/rad", "a rotational stiffness", "N m/rad, N m/deg"),
     ("N m s/rad", "a rotational damping", "N m s/rad, N m s/deg"),
     ("kg m^2", "a moment of inertia", "kg m^2, g mm^2"),

@@ -2,13 +2,14 @@
 
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
-use crate::kernel::bristle_names;
+use crate::kernel::{bristle_names, compensates};
 use crate::manipulator::cell::{Drives, SetPoint};
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link, the joint level's and bristles, in the order of [`state_fields`].
+    /// Bodies, watches, robots, sensor, held wrench, link, tracking, load, compensation, the joint level's and bristles,
+    /// in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
     pub lines: Vec<f64>,
@@ -38,6 +39,12 @@ pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
         ("link", fields::<f64, Vec3<f64>>()),
         ("tracking", fields::<f64, Tracking<f64>>()),
     ];
+    if loaded(m) {
+        variables.push(("load", fields::<f64, Load<f64>>()));
+    }
+    if compensates(m) {
+        variables.push(("compensation", fields::<f64, Compensation<f64>>()));
+    }
     if m.cells.is_some() {
         variables.extend([
             ("drives_a", fields::<f64, Drives<f64>>()),
@@ -77,9 +84,15 @@ impl<const N: usize> Tile<f64, N> {
             *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
         }
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
-        [tile.lost, tile.dropped] = [state[0], state[1]];
-        state = &state[3..];
+        let link: Vec3<f64> = take(&mut state);
+        [tile.lost, tile.dropped] = [link.x, link.y];
         tile.tracking = take(&mut state);
+        if loaded(m) {
+            tile.load = take(&mut state);
+        }
+        if compensates(m) {
+            tile.compensation = take(&mut state);
+        }
         if let Some(arms) = &mut tile.arms {
             arms.drives = [take(&mut state), take(&mut state)];
             arms.set = [take(&mut state), take(&mut state)];
@@ -96,7 +109,7 @@ impl<const N: usize> Tile<f64, N> {
     }
 
     /// What [`resume`](Self::resume) needs to go on from here, besides run, tick and parameters.
-    pub fn lane_state(&self) -> LaneState {
+    pub fn lane_state(&self, m: &Plant) -> LaneState {
         let mut state = Vec::new();
         for side in [&self.space, &self.hil] {
             state.extend(to_vec::<f64, _>(&side.bodies));
@@ -107,6 +120,12 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
         state.extend(to_vec::<f64, _>(&self.tracking));
+        if loaded(m) {
+            state.extend(to_vec::<f64, _>(&self.load));
+        }
+        if compensates(m) {
+            state.extend(to_vec::<f64, _>(&self.compensation));
+        }
         if let Some(arms) = &self.arms {
             state.extend(arms.drives.iter().flat_map(to_vec::<f64, _>));
             state.extend(arms.set.iter().flat_map(to_vec::<f64, _>));
@@ -185,6 +204,10 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("receive_wrench", |tile, m| {
             tile.receive_wrench(m, &simulated(m, &tile.hil).parts, true);
             Vec::new()
+        }),
+        ("compensated_wrench", |tile, m| {
+            let (parts, held) = (simulated(m, &tile.hil).parts, tile.held);
+            to_vec(&tile.compensated_wrench(m, &parts, held, true))
         }),
         ("tick_simulation", |tile, m| {
             tile.hil.kinematics = simulated(m, &tile.hil);

@@ -431,7 +431,9 @@ pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> 
         let drive = &cell.robot.joints[i].drive;
         let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
         let play = p.backlash * R::lit(0.5 * drive.backlash);
-        let side = R::select(torque[i].lt(zero), -play, play);
+        // Against the loaded flank of the gear; without load in the middle of the play.
+        let one = R::lit(1.0);
+        let side = torque[i].min(one).max(-one) * play;
         // The error with which a position loop asks for the rate that is under way.
         let behind = rate[i] * (R::lit(1.0) - p.velocity_feedforward) / p.position_gain.max(R::lit(1e-3));
         s.joint[i] = JointState {

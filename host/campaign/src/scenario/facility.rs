@@ -1,12 +1,12 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
-use super::{joint_level, whole_steps};
+use super::{compensator, joint_level, whole_steps};
 use crate::check::Checker;
-use crate::ranges::{RATE, Range, SPEED};
+use crate::ranges::{LENGTH, MASS, RATE, Range, SPEED};
 use crate::source::Source;
 use crate::written::At;
-use crate::written::scenario::{FacilityTable, RailTable, SensorTable, TestMotionTable};
-use softdock_kernels::model::{Facility, JointLevel, Rail, TestMotion, Timing, Waveform};
+use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
+use softdock_kernels::model::{Facility, JointLevel, Rail, SensorLoad, TestMotion, Timing, Waveform};
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::vector::{Vec3, vec3};
 
@@ -51,6 +51,9 @@ pub(crate) fn read(
         drop_hold_ticks,
         sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
         crosstalk: crosstalk(c, &table.sensor),
+        compensator: compensator::read(c, &table.compensator, p),
+        load: table.sensor.load.as_ref().map(|load| sensor_load(c, load, p)),
+        tared: table.sensor.tared.as_ref().is_some_and(|tared| tared.value),
         unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
         test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
         joint_level,
@@ -100,6 +103,15 @@ fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {
     p.sensor_noise_moment = c.parameter_or(&t.noise_moment, "sensor_noise_moment", 0.0);
     p.sensor_bias_force = c.parameter_vector(&t.bias_force, "sensor_bias_force");
     p.sensor_bias_moment = c.parameter_vector(&t.bias_moment, "sensor_bias_moment");
+    p.sensor_drift_force = c.parameter_vector(&t.drift_force, "sensor_drift_force");
+    p.sensor_drift_moment = c.parameter_vector(&t.drift_moment, "sensor_drift_moment");
+    p.tare_error_force = c.parameter_vector(&t.tare_error_force, "tare_error_force");
+    p.tare_error_moment = c.parameter_vector(&t.tare_error_moment, "tare_error_moment");
+    let errors = [&t.tare_error_force, &t.tare_error_moment].into_iter().flatten().next();
+    if let (Some(error), false) = (errors, t.tared.as_ref().is_some_and(|tared| tared.value)) {
+        let remedy = "remove it, or write tared = true";
+        c.refuse(&error.span, "this does nothing: the sensor is not tared", remedy);
+    }
     p.sensor_gain_force = c.parameter_vector(&t.gain_force, "sensor_gain_force");
     p.sensor_gain_moment = c.parameter_vector(&t.gain_moment, "sensor_gain_moment");
     p.sensor_crosstalk = c.parameter_or(&t.crosstalk, "sensor_crosstalk", 0.0);
@@ -107,6 +119,17 @@ fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {
     p.sensor_resolution_moment = c.parameter_or(&t.resolution_moment, "sensor_resolution_moment", 0.0);
     p.sensor_range_force = c.parameter_or(&t.range_force, "sensor_range_force", UNLIMITED);
     p.sensor_range_moment = c.parameter_or(&t.range_moment, "sensor_range_moment", UNLIMITED);
+}
+
+fn sensor_load(c: &mut Checker, t: &LoadTable, p: &mut Params<f64>) -> SensorLoad {
+    p.load_mass_error = c.parameter_or(&t.mass_error, "load_mass_error", 0.0);
+    p.load_centre_error = c.parameter_vector(&t.centre_error, "load_centre_error");
+    SensorLoad {
+        mass: c.number(&t.mass, "kg", Range::within(0.0, MASS)),
+        centre: c.vector(&t.centre, "m", Range::size(LENGTH)),
+        gravity: c.vector(&t.gravity, "m/s^2", Range::size(SPEED)),
+        inertia_compensated: t.inertia_compensated.unwrap_or(true),
+    }
 }
 
 fn rail(c: &mut Checker, table: &RailTable, p: &mut Params<f64>) -> Rail {

@@ -103,6 +103,9 @@ fn facility() -> Facility {
         unstable_speed: 1e6,
         test_motion: None,
         joint_level: None,
+        compensator: Compensator::NONE,
+        load: None,
+        tared: false,
     }
 }
 

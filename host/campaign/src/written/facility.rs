@@ -1,0 +1,198 @@
+//! The facility of a scenario as written.
+
+use super::joint_level::JointLevelTable;
+use super::{At, Quantities, Quantity};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The HIL facility.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FacilityTable {
+    /// Whole effective dead time of the loop; default the least that the loop can have.
+    pub(crate) loop_delay: Option<Quantity>,
+    /// Standard deviation of the command delay, per packet.
+    pub(crate) delay_jitter: Option<Quantity>,
+    /// Probability that a command packet is lost.
+    pub(crate) drop_probability: Option<Quantity>,
+    /// Ticks during which a lost command is carried on along its twist; default 2.
+    pub(crate) drop_hold_ticks: Option<At<u32>>,
+    /// Share of the relative translation that robot 1 (part A) makes; default 1/2.
+    pub(crate) robot1_share: Option<Quantity>,
+    /// Speed limit of the tools, per axis.
+    pub(crate) max_speed: Option<Quantity>,
+    /// Rate limit of the tools, per axis.
+    pub(crate) max_rate: Option<Quantity>,
+    /// The HIL loop counts as diverged above this relative speed; default "2 m/s".
+    pub(crate) unstable_speed: Option<Quantity>,
+    /// Response of the robot with part A.
+    #[serde(default)]
+    pub(crate) robot1: ResponseTable,
+    /// Response of the robot with part B.
+    #[serde(default)]
+    pub(crate) robot2: ResponseTable,
+    /// A known motion that the robots are told besides that of the simulation.
+    pub(crate) test_motion: Option<TestMotionTable>,
+    /// Both robots joint by joint, in place of their responses.
+    pub(crate) joint_level: Option<At<JointLevelTable>>,
+    /// The rail under robot 1.
+    pub(crate) rail: Option<RailTable>,
+    /// The force/torque sensor.
+    #[serde(default)]
+    pub(crate) sensor: SensorTable,
+    /// What the facility does against its own delay; default nothing.
+    pub(crate) compensator: Option<CompensatorTable>,
+    /// Differences between facility and space.
+    #[serde(default)]
+    pub(crate) errors: ErrorsTable,
+}
+
+/// A known motion added to part A's command; metrics `tracking_...` say how the robots follow it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TestMotionTable {
+    /// Direction in the laboratory, three numbers.
+    pub(crate) axis: At<Vec<At<f64>>>,
+    /// "sine", or "run": out at constant speed for half a period, then standing.
+    pub(crate) waveform: At<String>,
+    /// Amplitude of the sine, or length of the run.
+    pub(crate) amplitude: Quantity,
+    /// Frequency of the sine; a run takes half a period.
+    pub(crate) frequency: Quantity,
+    /// Time at which it begins; default at once.
+    pub(crate) begin: Option<Quantity>,
+    /// Gain, lag and error count from so long after the beginning, over whole periods; default at once.
+    pub(crate) settle: Option<Quantity>,
+}
+
+/// Delay compensation between the measured wrench and the simulated bodies; each kind takes its own keys.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CompensatorTable {
+    /// none, first_order_lead, second_order_lead, smith, virtual_damping, passivity or lead_passivity.
+    pub(crate) kind: At<String>,
+    /// Delay that it assumes: of the lead, of the prediction, of the virtual damping.
+    pub(crate) delay: Option<Quantity>,
+    /// Time constant of the low-pass on the derivative of a lead; default none.
+    pub(crate) lag: Option<Quantity>,
+    /// Contact stiffness that it assumes.
+    pub(crate) stiffness: Option<Quantity>,
+    /// Share by which virtual damping, or a lead that was switched up, exceeds what the delay asks for; default 0.
+    pub(crate) margin: Option<Quantity>,
+    /// Contact damping whose loss the energy observer allows for; default none.
+    pub(crate) damping: Option<Quantity>,
+    /// Energy that the facility may have given in a contact before damping is injected.
+    pub(crate) energy: Option<Quantity>,
+    /// Measured force above which the parts are taken to touch; default zero.
+    pub(crate) threshold: Option<Quantity>,
+    /// Whether the compensated force may pull parts that only push each other; default false.
+    pub(crate) pulls: Option<At<bool>>,
+}
+
+/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2).
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ResponseTable {
+    /// 1/w; default zero: ideal.
+    pub(crate) lag: Option<Quantity>,
+    /// z; default 1.
+    pub(crate) damping: Option<Quantity>,
+    /// T_z; default zero.
+    pub(crate) zero: Option<Quantity>,
+}
+
+/// A linear axis.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RailTable {
+    /// Direction in the laboratory.
+    pub(crate) axis: At<Vec<At<f64>>>,
+    /// Share of robot 1's displacement along the axis.
+    pub(crate) share: Quantity,
+    /// 1/w of its response; default zero: ideal.
+    pub(crate) lag: Option<Quantity>,
+    /// z of its response; default 1.
+    pub(crate) damping: Option<Quantity>,
+}
+
+/// The force/torque sensor; vectors in its own axes, which are part A's.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorTable {
+    /// Sampling period, a whole number of substeps; default one substep.
+    pub(crate) period: Option<Quantity>,
+    /// Delay of the measured wrench, a part of the loop delay.
+    pub(crate) delay: Option<Quantity>,
+    /// Time constant of the low-pass.
+    pub(crate) lag: Option<Quantity>,
+    /// Standard deviation of the force noise.
+    pub(crate) noise_force: Option<Quantity>,
+    /// Standard deviation of the moment noise.
+    pub(crate) noise_moment: Option<Quantity>,
+    /// Force bias.
+    pub(crate) bias_force: Option<Quantities>,
+    /// Moment bias.
+    pub(crate) bias_moment: Option<Quantities>,
+    /// Drift of the force from the start on.
+    pub(crate) drift_force: Option<Quantities>,
+    /// Drift of the moment from the start on.
+    pub(crate) drift_moment: Option<Quantities>,
+    /// Whether it is tared at the start pose before each run; default false.
+    pub(crate) tared: Option<At<bool>>,
+    /// Error of the tare, force.
+    pub(crate) tare_error_force: Option<Quantities>,
+    /// Error of the tare, moment.
+    pub(crate) tare_error_moment: Option<Quantities>,
+    /// What it carries besides the contact; default nothing.
+    pub(crate) load: Option<LoadTable>,
+    /// Relative gain error of the force.
+    pub(crate) gain_force: Option<Quantities>,
+    /// Relative gain error of the moment.
+    pub(crate) gain_moment: Option<Quantities>,
+    /// Factor on the crosstalk pattern.
+    pub(crate) crosstalk: Option<Quantity>,
+    /// 6 x 6 pattern (fx fy fz mx my mz, SI); default: ones between the forces and between the moments.
+    pub(crate) crosstalk_pattern: Option<At<Vec<Vec<f64>>>>,
+    /// Force quantisation.
+    pub(crate) resolution_force: Option<Quantity>,
+    /// Moment quantisation.
+    pub(crate) resolution_moment: Option<Quantity>,
+    /// Force at which it saturates.
+    pub(crate) range_force: Option<Quantity>,
+    /// Moment at which it saturates.
+    pub(crate) range_moment: Option<Quantity>,
+}
+
+/// Part A behind the sensor, a point mass in the laboratory's gravity, and the facility's errors about it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LoadTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Centre in part A's frame.
+    pub(crate) centre: Quantities,
+    /// Gravity in the laboratory's axes, which are those of the contact frame.
+    pub(crate) gravity: Quantities,
+    /// Whether the facility subtracts the inertia force too; default true.
+    pub(crate) inertia_compensated: Option<bool>,
+    /// Relative error of the mass that the facility assumes.
+    pub(crate) mass_error: Option<Quantity>,
+    /// Error of the centre that the facility assumes.
+    pub(crate) centre_error: Option<Quantities>,
+}
+
+/// Relative differences between facility and space.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ErrorsTable {
+    /// Target mass in the facility's simulation.
+    pub(crate) mass: Option<Quantity>,
+    /// Target inertia in the facility's simulation.
+    pub(crate) inertia: Option<Quantity>,
+    /// Stiffness of the mounted parts.
+    pub(crate) contact_stiffness: Option<Quantity>,
+    /// Damping of the mounted parts.
+    pub(crate) contact_damping: Option<Quantity>,
+    /// Friction of the mounted parts.
+    pub(crate) contact_friction: Option<Quantity>,
+}
