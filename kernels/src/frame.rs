@@ -10,6 +10,7 @@ use crate::compensator::{Compensation, look_back, new_compensation};
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
+use crate::impedance::{Yielding, not_yielding};
 use crate::lanes::Lane;
 use crate::load::{Load, load_at, loaded, sensor_at};
 use crate::metrics::Metrics;
@@ -23,9 +24,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry, carry_on, command, compensate, contact_point, feed_back, felt, finish, followed, gather, guide,
-    interpolate, kinematics, latch, low_pass, metrics, normals, observe, relieved, sample, start, substitute, track,
-    update_kinematics, with_test,
+    advance, carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, finish, followed, gather,
+    guide, interpolate, kinematics, latch, low_pass, metrics, normals, observe, relieved, sample, start, substitute,
+    track, update_kinematics, with_test, yield_to,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -83,6 +84,7 @@ pub struct Tile<L: Lane, const N: usize> {
     lost: L,
     dropped: L,
     tracking: Tracking<L>,
+    yielding: Yielding<L>,
     commands: Line<L, Parts<L>>,
     wrenches: Line<L, Wrench<L>>,
 }
@@ -166,6 +168,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             lost: zero,
             dropped: zero,
             tracking: no_tracking(),
+            yielding: not_yielding(),
             commands: Line::new(line_slots(m)),
             wrenches: Line::new(line_slots(m)),
         }
@@ -230,6 +233,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
         self.tracking = choose(fresh, &no_tracking(), &self.tracking);
+        self.yielding = choose(fresh, &not_yielding(), &self.yielding);
         self.tick = L::select(fresh, zero, self.tick);
     }
 
@@ -317,10 +321,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let [first, second, third] = self.recall_commands(oldest);
         let (mut sensed, mut seen, mut load) = (self.sensor, self.hil.watch, self.load);
         let (robots, arms) = (self.robots, self.arms.clone());
-        self.take_command(m, &interpolate(m, &first, &second, &third, (L::lit(1.0 / substeps) - delay) - oldest));
+        let mut yielding = self.yielding;
+        let begin = (L::lit(1.0 / substeps) - delay) - oldest;
+        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &yielding));
         for substep in 1..=m.timing.substeps {
             let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
-            self.move_robots(m, &interpolate(m, &first, &second, &third, place));
+            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &yielding));
             let parts = crate::robot::mounted_parts(m, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
@@ -340,6 +346,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                     sensed = relieved(m, &self.params, &load, parts.a, &sensed);
                 }
             }
+            yielding = yield_to(m, &yielding, parts.a, sensed.output);
         }
         let tracked = track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.robots), now);
         self.tracking = choose(live, &tracked, &self.tracking);
@@ -350,6 +357,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         self.sensor = choose(live, &sensed, &self.sensor);
         self.load = choose(live, &load, &self.load);
+        self.yielding = choose(live, &yielding, &self.yielding);
     }
 
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.

@@ -24,7 +24,7 @@ const FRAME: &str = concat!(
 
 /// Private variables that live across slices, with their structs; load, compensation and the joint level's, if there are
 /// any, and the bristles of the contact points follow.
-const STATE: [(&str, &str); 9] = [
+const STATE: [(&str, &str); 10] = [
     ("space", "Bodies"),
     ("space_watch", "Watch"),
     ("hil", "Bodies"),
@@ -34,6 +34,7 @@ const STATE: [(&str, &str); 9] = [
     ("held", "Wrench"),
     ("link", "Vec3"),
     ("tracking", "Tracking"),
+    ("yielding", "Yielding"),
 ];
 
 /// Private variables of the joint level that live across slices.

@@ -12,6 +12,7 @@ pub mod effects;
 pub mod fields;
 pub mod frame;
 pub mod guidance;
+pub mod impedance;
 pub mod joint_level;
 pub mod kernel;
 pub mod lanes;

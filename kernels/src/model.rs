@@ -300,10 +300,23 @@ pub struct Facility {
     pub load: Option<SensorLoad>,
     /// The sensor is tared at the start pose before each run.
     pub tared: bool,
+    /// How robot 1 gives way to the measured wrench; none follows its command alone.
+    pub impedance: Option<ImpedanceLaw>,
     /// A motion that the robots are told besides that of the simulation.
     pub test_motion: Option<TestMotion>,
     /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
     pub joint_level: Option<JointLevel>,
+}
+
+/// Impedance of robot 1: M X'' + B X' + K X = measured wrench; SI, laboratory axes, x y z and rotations about them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpedanceLaw {
+    /// Inverse of M.
+    pub inverse_mass: [[f64; 6]; 6],
+    /// B.
+    pub damping: [[f64; 6]; 6],
+    /// K.
+    pub stiffness: [[f64; 6]; 6],
 }
 
 /// A known motion added to part A's command; its amplitude and frequency are parameters.

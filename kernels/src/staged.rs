@@ -2,6 +2,7 @@
 
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
+use crate::impedance::Yielding;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
 use crate::manipulator::cell::{Drives, SetPoint};
@@ -67,6 +68,10 @@ staged! {
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
     robot::command(m; parts: &'a Parts<L>) -> Parts<L>;
+    /// [`crate::impedance::yield_to`]
+    impedance::yield_to(m; s: &'a Yielding<L>, a: Motion<L>, measured: Wrench<L>) -> Yielding<L>;
+    /// [`crate::impedance::displaced`]
+    impedance::displaced(m; told: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
     /// [`crate::test_motion::with_test`]
     test_motion::with_test(m; p: &'a Params<L>, told: &'a Parts<L>, time: L) -> Parts<L>;
     /// [`crate::test_motion::track`]

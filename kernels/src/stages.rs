@@ -3,6 +3,7 @@
 use crate::compensator::{self, Compensation};
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
 use crate::fields::{Bundle, fields, to_vec};
+use crate::impedance::{self, Yielding};
 use crate::joint_level;
 use crate::load::{self, Load};
 use crate::manipulator::cell::{Drives, SetPoint};
@@ -66,6 +67,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Load<Sym>>(),
         structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
+        structure::<Yielding<Sym>>(),
         structure::<Tracking<Sym>>(),
         structure::<Followed<Sym>>(),
         structure::<Metrics<Sym>>(),
@@ -122,6 +124,10 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
         stage!(with_test(p: Params<Sym>, told: Parts<Sym>, time: Sym) -> Parts<Sym>
             => test_motion::with_test(m, &p, &told, time)),
+        stage!(yield_to(s: Yielding<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Yielding<Sym>
+            => impedance::yield_to(m, &s, parts.a, w)),
+        stage!(displaced(told: Parts<Sym>, s: Yielding<Sym>) -> Parts<Sym> => impedance::displaced(m, &told, &s)),
+        stage!(not_yielding() -> Yielding<Sym> => impedance::not_yielding()),
         stage!(track(p: Params<Sym>, s: Tracking<Sym>, parts: Parts<Sym>, time: Sym) -> Tracking<Sym>
             => test_motion::track(m, &p, &s, &parts, time)),
         stage!(no_tracking() -> Tracking<Sym> => test_motion::no_tracking()),

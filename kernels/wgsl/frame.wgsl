@@ -42,6 +42,7 @@ var<private> load: Load;
 var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 var<private> tracking: Tracking;
+var<private> yielding: Yielding;
 
 fn zero_wrench() -> Wrench {
     return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -108,10 +109,11 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let first = get_command((tick + SLOTS - u32(back)) % SLOTS);
     let second = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
     let third = get_command((tick + SLOTS - u32(max(back - 2, 0))) % SLOTS);
-    take_command(interpolate(first, second, third, (1.0 / f32(SUBSTEPS) - delay) - oldest));
+    let begin = (1.0 / f32(SUBSTEPS) - delay) - oldest;
+    take_command(displaced(interpolate(first, second, third, begin), yielding));
     for (var substep = 1u; substep <= SUBSTEPS; substep++) {
         let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
-        move_robots(interpolate(first, second, third, place));
+        move_robots(displaced(interpolate(first, second, third, place), yielding));
         let parts = mounted_parts(robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
         let touch = touch_facility(pair, parts);
@@ -131,6 +133,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
                 sensed = relieved(p, load, parts, sensed);
             }
         }
+        yielding = yield_to(yielding, parts, output_of(sensed));
     }
     tracking = track(p, tracking, mounted_parts(robot), now);
 }
@@ -217,6 +220,7 @@ fn reset() {
     compensation = new_compensation();
     link = Vec3();
     tracking = no_tracking();
+    yielding = not_yielding();
     tick = 0u;
 }
 

@@ -29,6 +29,7 @@ pub(super) fn ideal_facility() -> Facility {
         sensor_substeps: 1,
         crosstalk: [[0.0; 6]; 6],
         unstable_speed: 1e6,
+        impedance: None,
         test_motion: None,
         joint_level: None,
         compensator: Compensator::NONE,

@@ -8,11 +8,12 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
+use softdock_kernels::impedance::Yielding;
 use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::model::{
-    ArmControl, Compensator, CompensatorKind, ContactPoint, Model, NormalLaw, SensorLoad, Shape, Solid, TestMotion,
-    Thrust, Waveform,
+    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, Model, NormalLaw, SensorLoad, Shape, Solid,
+    TestMotion, Thrust, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -151,8 +152,18 @@ fn crowded(model: &mut Model) {
     model.field = vec3(1e-3, 0.0, -2e-3);
 }
 
-/// The whole feedforward and a test motion, so that every stage of the joint level does all that it can.
+/// The whole feedforward, an impedance with coupled axes and a test motion, so that every stage of the joint level does all that it can.
 fn feed_all_forward(model: &mut Model) {
+    let size = |i: usize, shift: f64, turn: f64| if i < 3 { shift } else { turn };
+    let matrix = |shift: f64, turn: f64| -> [[f64; 6]; 6] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                if i == j { size(i, shift, turn) } else { 0.02 * size(i, shift, turn).min(size(j, shift, turn)) }
+            })
+        })
+    };
+    let law = ImpedanceLaw::new(matrix(200.0, 30.0), matrix(4000.0, 300.0), matrix(2e4, 2e3));
+    model.facility.impedance = Some(law.expect("a mass with an inverse"));
     let axis = vec3(0.0, 0.6, 0.8);
     model.facility.test_motion = Some(TestMotion { axis, waveform: Waveform::Sine, begin: 0.1, settle: 0.2 });
     model.facility.joint_level.as_mut().expect("robots with joints").servo.feedforward = Feedforward::Full;
@@ -371,6 +382,7 @@ fn bundle<const N: usize>(
         "Compensation" => optional::<N, Compensation<f64>>(plant, shot, "compensation_"),
         "Load" => optional::<N, Load<f64>>(plant, shot, "load_"),
         "Touch" => flat(&s.touch),
+        "Yielding" => optional::<N, Yielding<f64>>(plant, shot, "yielding_"),
         "Tracking" => optional::<N, Tracking<f64>>(plant, shot, "tracking_"),
         "Followed" => {
             let tracking = optional::<N, Tracking<f64>>(plant, shot, "tracking_");

@@ -8,6 +8,7 @@ use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
+use softdock_kernels::impedance::{self, Yielding};
 use softdock_kernels::joint_level;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::load::{self, Load};
@@ -108,6 +109,9 @@ fn facility_rows() -> Vec<Row<Twin>> {
     stages! { m;
         transport(p: Params<f64>) => robot::transport(m, &p), 6.0, "three sums of delays";
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
+        yield_to(s: Yielding<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::yield_to(m, &s, parts.a, w), 20.0, "a row of six products";
+        displaced(told: Parts<f64>, s: Yielding<f64>) => impedance::displaced(m, &told, &s), 8.0, "a sum, a turn";
+        not_yielding() => impedance::not_yielding::<f64>(), 0.0, COPIED;
         with_test(p: Params<f64>, told: Parts<f64>, time: f64) => test_motion::with_test(m, &p, &told, time), 60.0, "the sine of a phase of whole turns";
         track(p: Params<f64>, s: Tracking<f64>, parts: Parts<f64>, time: f64) => test_motion::track(m, &p, &s, &parts, time), 60.0, "as with_test; differences of places";
         no_tracking() => test_motion::no_tracking::<f64>(), 0.0, COPIED;

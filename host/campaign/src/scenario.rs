@@ -5,6 +5,7 @@ mod compensator;
 mod contact;
 mod control;
 mod facility;
+mod impedance;
 mod joint_level;
 
 use crate::check::Checker;

@@ -8,7 +8,7 @@ use crate::manipulator::cell::{Drives, SetPoint};
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link, tracking, load, compensation, the joint level's and bristles,
+    /// Bodies, watches, robots, sensor, held wrench, link, tracking, yielding, load, compensation, the joint level's and bristles,
     /// in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
@@ -38,6 +38,7 @@ pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
         ("held", fields::<f64, Wrench<f64>>()),
         ("link", fields::<f64, Vec3<f64>>()),
         ("tracking", fields::<f64, Tracking<f64>>()),
+        ("yielding", fields::<f64, Yielding<f64>>()),
     ];
     if loaded(m) {
         variables.push(("load", fields::<f64, Load<f64>>()));
@@ -87,6 +88,7 @@ impl<const N: usize> Tile<f64, N> {
         let link: Vec3<f64> = take(&mut state);
         [tile.lost, tile.dropped] = [link.x, link.y];
         tile.tracking = take(&mut state);
+        tile.yielding = take(&mut state);
         if loaded(m) {
             tile.load = take(&mut state);
         }
@@ -120,6 +122,7 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.held));
         state.extend([self.lost, self.dropped, 0.0]);
         state.extend(to_vec::<f64, _>(&self.tracking));
+        state.extend(to_vec::<f64, _>(&self.yielding));
         if loaded(m) {
             state.extend(to_vec::<f64, _>(&self.load));
         }

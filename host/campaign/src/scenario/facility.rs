@@ -1,6 +1,6 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
-use super::{compensator, joint_level, whole_steps};
+use super::{compensator, impedance, joint_level, whole_steps};
 use crate::check::Checker;
 use crate::ranges::{LENGTH, MASS, RATE, Range, SPEED};
 use crate::source::Source;
@@ -55,6 +55,7 @@ pub(crate) fn read(
         load: table.sensor.load.as_ref().map(|load| sensor_load(c, load, p)),
         tared: table.sensor.tared.as_ref().is_some_and(|tared| tared.value),
         unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
+        impedance: table.impedance.as_ref().and_then(|table| impedance::read(c, table)),
         test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
         joint_level,
     };

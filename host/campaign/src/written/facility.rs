@@ -31,6 +31,8 @@ pub(crate) struct FacilityTable {
     /// Response of the robot with part B.
     #[serde(default)]
     pub(crate) robot2: ResponseTable,
+    /// How robot 1 gives way to the measured wrench.
+    pub(crate) impedance: Option<At<ImpedanceTable>>,
     /// A known motion that the robots are told besides that of the simulation.
     pub(crate) test_motion: Option<TestMotionTable>,
     /// Both robots joint by joint, in place of their responses.
@@ -45,6 +47,30 @@ pub(crate) struct FacilityTable {
     /// Differences between facility and space.
     #[serde(default)]
     pub(crate) errors: ErrorsTable,
+}
+
+/// M X'' + B X' + K X = measured wrench on part A; X is added to robot 1's command. Laboratory axes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ImpedanceTable {
+    /// Mass along x, y, z.
+    pub(crate) mass: Quantities,
+    /// Inertia about x, y, z.
+    pub(crate) inertia: Quantities,
+    /// Damping along x, y, z.
+    pub(crate) damping: Quantities,
+    /// Damping about x, y, z.
+    pub(crate) rotation_damping: Quantities,
+    /// Stiffness along x, y, z.
+    pub(crate) stiffness: Quantities,
+    /// Stiffness about x, y, z.
+    pub(crate) rotation_stiffness: Quantities,
+    /// Off-diagonal elements of the mass, 6 x 6 in SI units; default none.
+    pub(crate) mass_coupling: Option<At<Vec<Vec<f64>>>>,
+    /// Off-diagonal elements of the damping.
+    pub(crate) damping_coupling: Option<At<Vec<Vec<f64>>>>,
+    /// Off-diagonal elements of the stiffness.
+    pub(crate) stiffness_coupling: Option<At<Vec<Vec<f64>>>>,
 }
 
 /// A known motion added to part A's command; metrics `tracking_...` say how the robots follow it.

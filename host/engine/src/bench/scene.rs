@@ -101,6 +101,7 @@ fn facility() -> Facility {
         sensor_substeps: 1,
         crosstalk: [[0.0; 6]; 6],
         unstable_speed: 1e6,
+        impedance: None,
         test_motion: None,
         joint_level: None,
         compensator: Compensator::NONE,
