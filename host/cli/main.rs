@@ -9,6 +9,7 @@ mod finish;
 mod folder;
 mod half_step;
 mod kernel;
+mod map;
 mod merge;
 mod page;
 mod parity;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),
         Command::Kernel(args) => kernel::kernel_listing(&args),
+        Command::Map(args) => map::map(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Devices => devices::devices(),
     };

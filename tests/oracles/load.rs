@@ -24,7 +24,7 @@ fn apart(load: Option<SensorLoad>, tared: bool) -> Model {
 }
 
 fn quiet() -> Params<f64> {
-    closing(1e9, 0.01, 1e4, 0.0)
+    Params { base_inertia_scale: 1e9, target_inertia_scale: 1e9, ..closing(1e9, 0.01, 1e4, 0.0) }
 }
 
 /// The fed-back wrench (part A's axes) after each tick.

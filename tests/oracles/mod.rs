@@ -9,6 +9,7 @@ mod docking;
 mod lanes;
 mod laws;
 mod load;
+mod map;
 mod nulls;
 mod rapier;
 mod shapes;
