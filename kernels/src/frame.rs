@@ -333,7 +333,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.hil.watch = choose(live, &seen, &self.hil.watch);
         self.robots = choose(live, &robots, &self.robots);
         self.sensor = choose(live, &sensed, &self.sensor);
-        self.load = choose(live, &load, &self.load);
+        if loaded(m) {
+            self.load = choose(live, &load, &self.load);
+        }
     }
 
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.
