@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Schema(SchemaArgs),
     /// Print the GPU kernel that a scenario becomes.
     Kernel(KernelArgs),
+    /// Find how stiff a contact the delayed loop bears, with every delay compensation.
+    Map(MapArgs),
     /// Measure steps and ticks per second of every backend at hand, and the share of the machine's own peak.
     Bench(BenchArgs),
     /// List what runs can be made on.
@@ -118,6 +120,38 @@ pub(crate) struct RobotArgs {
 pub(crate) struct KernelArgs {
     /// Scenario file.
     pub(crate) scenario: PathBuf,
+}
+
+/// Arguments of `map`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Bisects along the stiffness, through the loop itself, for the linear limit (a contact that never opens does not swing up)
+and the energy limit (a bounce without adhesion creates no energy). One dimension, ideal robots, pure delay; the
+compensators know delay, stiffness and damping.
+
+Example:
+  softdock map --mass-kg 200 --delay-ms 16 --out map.html")]
+pub(crate) struct MapArgs {
+    /// Reduced mass of the two bodies, kg.
+    #[arg(long, value_name = "KG", default_value_t = 200.0, value_parser = positive)]
+    pub(crate) mass_kg: f64,
+    /// Dead time of the loop, ms.
+    #[arg(long, value_name = "MS", default_value_t = 16.0, value_parser = positive)]
+    pub(crate) delay_ms: f64,
+    /// Every third damping only.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Draw the map into this HTML file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// A number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("write a number above 0".to_owned()),
+    }
 }
 
 /// Arguments of `bench`.

@@ -10,6 +10,7 @@ mod folder;
 mod half_step;
 mod identify;
 mod kernel;
+mod map;
 mod merge;
 mod page;
 mod parity;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),
         Command::Kernel(args) => kernel::kernel_listing(&args),
+        Command::Map(args) => map::map(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Identify(args) => identify::identify(&args),
         Command::Devices => devices::devices(),

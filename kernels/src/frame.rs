@@ -356,8 +356,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             arms.keep(live, &before);
         }
         self.sensor = choose(live, &sensed, &self.sensor);
-        self.load = choose(live, &load, &self.load);
         self.yielding = choose(live, &yielding, &self.yielding);
+        if loaded(m) {
+            self.load = choose(live, &load, &self.load);
+        }
     }
 
     /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.

@@ -11,6 +11,7 @@ mod impedance;
 mod lanes;
 mod laws;
 mod load;
+mod map;
 mod nulls;
 mod rapier;
 mod shapes;

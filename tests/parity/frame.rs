@@ -80,8 +80,8 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     ),
     row(
         "tick_facility",
-        200.0,
-        "four substeps of the robots' parts in contact",
+        600.0,
+        "four substeps of the robots' parts in contact; the load's acceleration, a difference of velocities over one",
         call(
             "let parts = parts_of(kinematics(hil_masses(p), hil));
     put_command(tick % SLOTS, command(parts));
@@ -111,7 +111,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     ),
     row(
         "receive_wrench",
-        100.0,
+        400.0,
         "one interpolation; a spring on the difference of two places",
         call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
     ),

@@ -13,9 +13,9 @@ use std::fmt::Write;
 
 /// An output whose enclosure is wider than this share of its size lies on a discontinuity, or is badly conditioned.
 const UNDECIDED: f64 = 1e-3;
-/// Drivers re-associate sums (lavapipe does, for the centre of mass, its step and the lever to a part): roundings then
-/// fall on other intermediate values than those of the enclosure.
-const ASSOCIATION: f64 = 1.5;
+/// Drivers re-associate sums (lavapipe does, for the centre of mass, its step and the lever to a part, and for the
+/// velocity of a turning part's point): roundings then fall on other intermediate values than those of the enclosure.
+const ASSOCIATION: f64 = 2.0;
 /// A bound so many times what is seen would find nothing.
 pub(crate) const SLACK: f64 = 100.0;
 /// So many outputs of a function may be beyond what is allowed for that reason.

@@ -133,7 +133,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
         felt(s: Load<f64>, parts: Parts<f64>, w: Wrench<f64>) => load::felt(m, &s, parts.a, w), 6.0, "a rotation and a lever";
         relieved(p: Params<f64>, s: Load<f64>, parts: Parts<f64>, sensor: Sensor<f64>)
             => load::relieved(m, &p, &s, parts.a, &sensor), 8.0, "a weight, estimated, off a measured one";
-        load_at(p: Params<f64>, told: Parts<f64>) => load::load_at(m, &p, told.a), 40.0, "a tare is a small difference of weights";
+        load_at(p: Params<f64>, told: Parts<f64>) => load::load_at(m, &p, told.a), 200.0, "a tare is a small difference of weights";
         sensor_at(s: Load<f64>, told: Parts<f64>) => load::sensor_at(m, &s, told.a), 6.0, "a rotation and a lever";
         new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
         look_back(p: Params<f64>) => compensator::look_back(m, &p), 4.0, "one sum";

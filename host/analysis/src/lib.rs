@@ -19,6 +19,7 @@ mod terminal;
 
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
+pub use plots::map::{MapCurve, map_page};
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Summary, Verdict};

@@ -5,6 +5,7 @@ pub mod cpu;
 pub mod effective_mass;
 pub mod failover;
 pub mod gpu;
+pub mod map;
 
 use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::outcome::Finished;

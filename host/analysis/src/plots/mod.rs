@@ -4,6 +4,7 @@ pub mod axis;
 pub(crate) mod energy;
 pub mod figure;
 pub(crate) mod force;
+pub(crate) mod map;
 pub(crate) mod margin;
 pub(crate) mod sample;
 pub(crate) mod success;

@@ -1,7 +1,7 @@
 //! Scenarios compiled from texts, against values worked by hand.
 
 use super::*;
-use softdock_kernels::model::{NormalLaw, Shape};
+use softdock_kernels::model::{Compensator, CompensatorKind, NormalLaw, Shape};
 use softdock_kernels::vector::vec3;
 
 /// A ball of 400 kg against a plane on a target of 400 kg.
@@ -111,4 +111,45 @@ fn the_chaser_is_placed_once() {
     assert!(problem.remedy.contains("gap"), "{}", problem.remedy);
     let problem = first("[part_a]\n", "position = [\"0 m\", \"0 m\", \"0 m\"]\n[part_a]\n");
     assert_eq!(problem.key, "base.position");
+}
+
+/// The free body with more of a facility.
+fn with_facility(text: &str) -> Result<Scenario, Problems> {
+    scenario(&FREE_BODY.replace("[task]", &format!("{text}\n[task]")))
+}
+
+#[test]
+fn a_compensator_takes_its_own_numbers_and_no_others() {
+    let m = with_facility("[facility.compensator]\nkind = \"smith\"\ndelay = \"8 ms\"\nstiffness = \"9e4 N/m\"")
+        .expect("valid")
+        .model;
+    assert_eq!(m.facility.compensator, Compensator { kind: CompensatorKind::Smith, pulls: false });
+    assert_eq!((m.nominal.compensator_delay, m.nominal.compensator_stiffness), (8e-3, 9e4));
+    assert_eq!(free_body().facility.compensator, Compensator::NONE);
+    let refused = |text: &str, message: &str| {
+        let problems = with_facility(&format!("[facility.compensator]\n{text}")).expect_err(text);
+        assert!(format!("{problems:?}").contains(message), "{problems:?}");
+    };
+    refused("kind = \"smith\"\ndelay = \"8 ms\"", "needs the key `stiffness`");
+    refused("kind = \"passivity\"\nenergy = \"0.1 J\"\nmargin = 0.1", "does not take the key `margin`");
+    refused("kind = \"none\"\npulls = true", "does not take the key `pulls`");
+    refused("kind = \"smit\"", "is not known here");
+    // A model spring that the tick cannot follow: half a radian in 1 ms on 200 kg.
+    refused("kind = \"smith\"\ndelay = \"8 ms\"\nstiffness = \"9e7 N/m\"", "compensator: stiffness");
+}
+
+#[test]
+fn a_load_and_a_tare_compile_and_an_error_without_a_tare_is_refused() {
+    let text = "[facility.sensor]\ntared = true\ntare_error_force = [\"0.1 N\", \"0 N\", \"0 N\"]\n\
+                drift_moment = [\"0 N m/s\", \"0 N m/s\", \"0.3 N m/min\"]\n\
+                load = { mass = \"12 kg\", centre = [\"80 mm\", \"0 m\", \"0 m\"], \
+                gravity = [\"0 m/s^2\", \"0 m/s^2\", \"-9.81 m/s^2\"], mass_error = \"2 %\" }";
+    let m = with_facility(text).expect("valid").model;
+    let load = m.facility.load.expect("a load");
+    assert!(m.facility.tared && load.inertia_compensated);
+    assert_eq!((load.mass, load.centre, load.gravity.z), (12.0, vec3(0.08, 0.0, 0.0), -9.81));
+    assert_eq!((m.nominal.load_mass_error, m.nominal.tare_error_force.x), (0.02, 0.1));
+    assert!((m.nominal.sensor_drift_moment.z - 0.005).abs() < 1e-15);
+    let untared = with_facility("[facility.sensor]\ntare_error_force = [\"0.1 N\", \"0 N\", \"0 N\"]");
+    assert!(format!("{:?}", untared.expect_err("no tare")).contains("the sensor is not tared"));
 }

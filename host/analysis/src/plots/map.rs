@@ -1,0 +1,48 @@
+//! Stability map: how stiff a contact a delayed loop bears over its damping, found points on closed curves.
+
+use crate::Result;
+use crate::plots::axis::{Axis, Scale};
+use crate::plots::figure::{Figure, Size, colour};
+
+/// The limits of one compensator.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapCurve {
+    /// Compensator.
+    pub name: String,
+    /// Linear limit found: b/(k h) and k h^2/m.
+    pub linear: Vec<(f64, f64)>,
+    /// Energy limit found.
+    pub energy: Vec<(f64, f64)>,
+    /// Linear limit in closed form.
+    pub closed: Vec<(f64, f64)>,
+}
+
+/// A page with one figure per compensator; `heading` says for which mass and delay.
+///
+/// # Errors
+/// If a figure cannot be drawn.
+pub fn map_page(heading: &str, curves: &[MapCurve]) -> Result<String> {
+    let mut figures = String::new();
+    for curve in curves {
+        figures.push_str(&format!("<figure><figcaption>{}</figcaption>{}</figure>\n", curve.name, figure(curve)?));
+    }
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Stability map</title></head>\n\
+         <body style=\"font-family:sans-serif;max-width:1020px;margin:2em auto\"><h1>Stability map</h1>\n<p>{heading}</p>\n\
+         <p>Blue dots: the linear limit, found through the loop; blue line: the same in closed form. Orange: the energy \
+         limit, e = 1 without adhesion. Below its curve a contact is within the limit; a curve that is missing was not \
+         met between the softest and the stiffest contact.</p>\n\
+         <div style=\"display:flex;flex-wrap:wrap;gap:12px\">\n{figures}</div></body></html>\n"
+    ))
+}
+
+fn figure(curve: &MapCurve) -> Result<String> {
+    let x = Axis::linear("damping b/(k h)", 0.0, 4.0);
+    let y = Axis { scale: Scale::Log, ..Axis::linear("stiffness k h\u{b2}/m", 4e-3, 4.0) };
+    Figure::new(format!("stability map, {}", curve.name), Size::Half, x, y)
+        .line(curve.closed.clone(), colour::SPACE, 1.4)
+        .line(curve.energy.clone(), colour::FACILITY, 1.0)
+        .points(curve.linear.clone(), colour::SPACE, 2.6, 1.0)
+        .points(curve.energy.clone(), colour::FACILITY, 2.6, 1.0)
+        .svg()
+}
