@@ -146,14 +146,6 @@ pub(crate) struct MapArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// A number above zero.
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("write a number above 0".to_owned()),
-    }
-}
-
 /// Arguments of `bench`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  softdock bench --quick")]
