@@ -167,8 +167,8 @@ pub(crate) fn joint_accelerations<R: Real, const N: usize>(
     let twist = Spatial { angular: k.omega, linear: k.velocity };
     let still = twist.cross_force(momentum(base_mass, k.base_com, k.base_inertia, twist));
     let mut axes = [Spatial::zero(); N];
-    for i in 0..N {
-        axes[i] = joint_axis(k, i);
+    for (i, axis) in axes.iter_mut().enumerate() {
+        *axis = joint_axis(k, i);
     }
     let force = drift_forces(&m.link_masses, &k.links, &axes, rate, twist, Spatial::zero());
     let tip = Spatial { angular: w.moment + point.cross(w.force), linear: w.force };
@@ -259,9 +259,9 @@ impl<R: Real, const N: usize> Folded<R, N> {
     #[inline(always)]
     pub(crate) fn accelerations(&self, base: Spatial<R>) -> [R; N] {
         let (mut joint, mut acceleration) = ([R::lit(0.0); N], base);
-        for i in 0..N {
-            joint[i] = (self.drive[i] - self.resist[i].dot(acceleration)) * self.inverse_d[i];
-            acceleration = self.axes[i].scale_add(joint[i], acceleration);
+        for (i, joint) in joint.iter_mut().enumerate() {
+            *joint = (self.drive[i] - self.resist[i].dot(acceleration)) * self.inverse_d[i];
+            acceleration = self.axes[i].scale_add(*joint, acceleration);
         }
         joint
     }

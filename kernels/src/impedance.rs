@@ -97,7 +97,8 @@ fn inverse(mut a: [[f64; 6]; 6]) -> Option<[[f64; 6]; 6]> {
     let mut out: [[f64; 6]; 6] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for column in 0..6 {
         let pivot = (column..6).max_by(|i, j| a[*i][column].abs().total_cmp(&a[*j][column].abs()))?;
-        (a.swap(column, pivot), out.swap(column, pivot));
+        a.swap(column, pivot);
+        out.swap(column, pivot);
         let scale = 1.0 / a[column][column];
         if !scale.is_finite() {
             return None;

@@ -212,9 +212,9 @@ impl<R: Real> Reach<R> {
     #[inline(always)]
     fn twist(&self, rate: [R; 6]) -> (Vec3<R>, Vec3<R>) {
         let (mut velocity, mut omega) = (Vec3::zero(), Vec3::zero());
-        for i in 0..6 {
-            velocity = self.axes[i].cross(self.part - self.frames[i].position).scale_add(rate[i], velocity);
-            omega = self.axes[i].scale_add(rate[i], omega);
+        for (i, rate) in rate.into_iter().enumerate() {
+            velocity = self.axes[i].cross(self.part - self.frames[i].position).scale_add(rate, velocity);
+            omega = self.axes[i].scale_add(rate, omega);
         }
         (velocity, omega)
     }
@@ -256,10 +256,10 @@ fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; 6], R) {
     let frame6 = Pose::lit(cell.base_inverse).compose(pose).compose(Pose::lit(cell.tool_inverse));
     let found = cell.wrist.inverse(cell.branch, frame6);
     let (mut angle, mut limited) = (found.angle, found.singular);
-    for i in 0..6 {
-        let away = angle[i] - R::lit(cell.start[i]);
+    for (i, angle) in angle.iter_mut().enumerate() {
+        let away = *angle - R::lit(cell.start[i]);
         let turns = away.mul_add(R::lit(1.0 / TAU), R::lit(0.5)).floor();
-        angle[i] = turns.mul_add(R::lit(-TAU), away);
+        *angle = turns.mul_add(R::lit(-TAU), away);
     }
     let reach = Reach::at(cell, angle);
     let at = tool_pose(cell, angle);

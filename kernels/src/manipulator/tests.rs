@@ -244,10 +244,12 @@ fn a_falling_robot_keeps_its_energy() {
         let k2 = slope(plus(angle, k1.0, 0.5 * step), plus(rate, k1.1, 0.5 * step));
         let k3 = slope(plus(angle, k2.0, 0.5 * step), plus(rate, k2.1, 0.5 * step));
         let k4 = slope(plus(angle, k3.0, step), plus(rate, k3.1, step));
-        let mean = |f: fn(&([f64; 6], [f64; 6])) -> [f64; 6]| -> [f64; 6] {
-            std::array::from_fn(|i| (f(&k1)[i] + 2.0 * f(&k2)[i] + 2.0 * f(&k3)[i] + f(&k4)[i]) / 6.0)
+        let mean = |slopes: [[f64; 6]; 4]| -> [f64; 6] {
+            let [a, b, c, d] = slopes;
+            std::array::from_fn(|i| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0)
         };
-        (plus(angle, mean(|k| k.0), step), plus(rate, mean(|k| k.1), step))
+        let (rates, accelerations) = ([k1.0, k2.0, k3.0, k4.0], [k1.1, k2.1, k3.1, k4.1]);
+        (plus(angle, mean(rates), step), plus(rate, mean(accelerations), step))
     });
     assert!(exact.iter().all(|error| *error < 1e-8), "RK4: {exact:?}");
     // The farm's own step: an error that comes and goes with the motion, and does not grow.
