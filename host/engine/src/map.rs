@@ -162,7 +162,7 @@ fn first_beyond(least: f64, most: f64, within: impl Fn(f64) -> bool) -> Option<f
 /// part of L vanishes; `None` without one, and for compensators that are not linear.
 pub fn closed_form(kind: CompensatorKind, ratio: f64) -> Option<f64> {
     linear_loop(kind, ratio, 1.0)?;
-    let of = |phi: f64| linear_loop(kind, ratio, phi).map_or((0.0, 0.0), |(re, im)| (re, im));
+    let of = |phi: f64| linear_loop(kind, ratio, phi).unwrap_or((0.0, 0.0));
     let step = 1e-3;
     let crossing = (1..(PI / step) as u32).map(|i| f64::from(i) * step).find(|phi| {
         let (now, next) = (of(*phi), of(phi + step));
