@@ -35,7 +35,7 @@ fn linear_limits_along_the_stiffness_are_met_within_two_percent() {
         .into_iter()
         .chain([0.02, 0.1, 0.3, 1.5, 3.0].map(|ratio| (CompensatorKind::FirstOrderLead, ratio)))
         .chain([0.3, 1.0, 1.5, 2.0, 3.0].map(|ratio| (CompensatorKind::Smith, ratio)))
-        .chain([1.5, 2.0, 3.0].map(|ratio| (CompensatorKind::VirtualDamping, ratio)))
+        .chain([1.5, 2.0, 3.0, 3.8].map(|ratio| (CompensatorKind::VirtualDamping, ratio)))
         .collect();
     let rows: Vec<_> = cases.into_par_iter().map(|(kind, r)| (kind, r, found(Limit::Linear, kind, r))).collect();
     for (kind, ratio, kappa) in rows {

@@ -138,7 +138,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
         new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
         look_back(p: Params<f64>) => compensator::look_back(m, &p), 4.0, "one sum";
         compensate(p: Params<f64>, s: Compensation<f64>, parts: Parts<f64>, past: Parts<f64>, w: Wrench<f64>)
-            => compensator::compensate(m, &p, &s, &parts, &past, w), 400.0, "differences of samples over a tick, of places over a delay";
+            => compensator::compensate(m, &p, &s, &parts, &past, w), 1000.0, "differences of samples over a tick, of places over a delay";
         acting_of(s: Compensation<f64>) => s.output, 0.0, COPIED;
         normals(u: f64, v: f64) => noise::normals(u, v), 20.0, "a logarithm, a root, a sine of a whole turn";
     }

@@ -4,7 +4,8 @@
 //! Derivatives are differences of samples behind a first-order low-pass. A backward difference is half a tick late and
 //! the low-pass by its time constant more: of a lead c that eats c (T/2 + lag) F'', in phase with the force, and leaves
 //! w^3 c^2 T/4 of growth; with the second order the lags of both differences cancel to that order. Without the
-//! low-pass noise grows by about sqrt(2) c/T.
+//! low-pass noise grows by about sqrt(2) c/T. The second order on a damped contact grows with the third power of the
+//! frequency over the mass's second: it needs the low-pass, or differences swing up from k h T/m of about 1/r on.
 
 use super::{Compensation, ContactLine, may_pull, never_pulling};
 use crate::params::Params;
