@@ -91,7 +91,7 @@ impl Contact {
 
     /// Growth per second of the dominant oscillation of a contact that never opens.
     ///
-    /// With one pair of roots z left, x0..x3 obey x[n+2] = p x[n+1] - |z|^2 x[n]; four samples give |z|. Where no
+    /// With one pair of roots z left, x0..x3 obey `x[n+2] = p x[n+1] - |z|^2 x[n]`; four samples give |z|. Where no
     /// oscillation is left the size decides; a run that has met its bound grows without one.
     pub fn growth(&self, kind: CompensatorKind) -> f64 {
         let step = self.delay / TICKS;
