@@ -141,6 +141,7 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("rad/s", "an angular rate", "deg/s, rad/s, rpm"),
     ("rad/s^2", "an angular acceleration", "deg/s^2, rad/s^2"),
     ("Hz", "a frequency", "Hz, kHz"),
+    ("1/s", "a gain", "1/s"),
     ("N/m", "a stiffness", "N/m, N/mm, kN/m"),
     ("N s/m", "a damping", "N s/m, N s/mm"),
     ("s/m", "a dissipation", "s/m"),
