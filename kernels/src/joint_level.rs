@@ -92,9 +92,3 @@ pub fn drives_at1<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Drives<
 pub fn drives_at2<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Drives<R> {
     cell::drives_at(&cells(m)[1], &p.robot2, &told.b)
 }
-
-/// The set-point before the first tick.
-#[inline(always)]
-pub fn first_set_point<R: Real>(s: &Drives<R>) -> SetPoint<R> {
-    cell::first_set_point(s)
-}

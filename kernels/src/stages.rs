@@ -6,7 +6,7 @@ use crate::fields::{Bundle, fields, to_vec};
 use crate::impedance::{self, Yielding};
 use crate::joint_level;
 use crate::load::{self, Load};
-use crate::manipulator::cell::{Drives, SetPoint};
+use crate::manipulator::cell::{self, Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{self, Normals};
@@ -176,7 +176,7 @@ fn joint_stages(m: &Plant) -> Vec<Function> {
             => joint_level::held_parts(m, &s, &drives1, &drives2)),
         stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at1(m, &p, &told)),
         stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at2(m, &p, &told)),
-        stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => joint_level::first_set_point(&s)),
+        stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => cell::first_set_point(&s)),
     ]
 }
 

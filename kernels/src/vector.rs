@@ -427,6 +427,13 @@ impl<R: Real> Pose<R> {
         Self { position: Vec3::lit(p.position), attitude: Quat::lit(p.attitude) }
     }
 
+    /// The pose that undoes this one.
+    #[inline(always)]
+    pub fn inverse(self) -> Self {
+        let attitude = self.attitude.conjugate();
+        Self { position: -attitude.rotate(self.position), attitude }
+    }
+
     /// The pose of a frame that is posed `o` in this one.
     #[inline(always)]
     pub fn compose(self, o: Self) -> Self {

@@ -12,7 +12,7 @@ use softdock_kernels::impedance::{self, Yielding};
 use softdock_kernels::joint_level;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::load::{self, Load};
-use softdock_kernels::manipulator::cell::{Drives, SetPoint};
+use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
 use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise;
 use softdock_kernels::params::Params;
@@ -160,7 +160,7 @@ fn joint_rows() -> Vec<Row<Twin>> {
             => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
         drives_at1(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at1(m, &p, &told), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
         drives_at2(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at2(m, &p, &told), 4000.0, "as drives_at1";
-        first_set_point(s: Drives<f64>) => joint_level::first_set_point(&s), 0.0, COPIED;
+        first_set_point(s: Drives<f64>) => cell::first_set_point(&s), 0.0, COPIED;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The arm from its URDF: a serial chain, every link turned so that its joint axis is its z axis.
 
-use crate::check::{from_roll_pitch_yaw, inverse};
+use crate::check::from_roll_pitch_yaw;
 use crate::inertia::{Joined, fault};
 use crate::problem::Problem;
 use crate::source::Source;
@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
             arm.last.clone_from(&joint.child.link);
             // The number of links counts this one already, so that its frames are filed under it.
             arm.links.push(Link { origin, mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) });
-            let (body, on) = self.body(&joint.child.link, inverse(turned), &mut arm)?;
+            let (body, on) = self.body(&joint.child.link, turned.inverse(), &mut arm)?;
             if body.mass == 0.0 {
                 let message = format!("link `{}` moves but has no mass", joint.child.link);
                 self.refuse("link", &joint.child.link, "", message, "give it an <inertial> with <mass> and <inertia>");

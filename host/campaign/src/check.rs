@@ -240,9 +240,3 @@ pub(crate) fn from_roll_pitch_yaw(rpy: Vec3<f64>) -> Quat<f64> {
     let yaw = about(rpy.z, vec3(0.0, 0.0, 1.0));
     yaw.compose(pitch).compose(roll).normalized()
 }
-
-/// The pose that undoes a pose.
-pub(crate) fn inverse(pose: Pose<f64>) -> Pose<f64> {
-    let attitude = pose.attitude.conjugate();
-    Pose { position: -attitude.rotate(pose.position), attitude }
-}

@@ -1,6 +1,5 @@
 //! Where bodies stand at the start: forward kinematics of the arm, and the chaser placed from its tool.
 
-use crate::check::inverse;
 use softdock_kernels::model::Link;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 
@@ -26,7 +25,7 @@ pub(crate) fn link_frames(links: &[Link], angles: &[f64]) -> Vec<Pose<f64>> {
 /// Pose of the base in the contact frame that puts part A's frame at (-gap, 0, 0) with the contact frame's axes.
 pub(crate) fn base_from_tool(tool_on_base: Pose<f64>, gap: f64) -> Pose<f64> {
     let tool = Pose { position: vec3(-gap, 0.0, 0.0), attitude: Quat::identity() };
-    tool.compose(inverse(tool_on_base))
+    tool.compose(tool_on_base.inverse())
 }
 
 /// The angle of a rotation \[rad\].

@@ -2,9 +2,8 @@
 
 use super::{Tile, choose, zero_wrench};
 use crate::fields::filled;
-use crate::joint_level::first_set_point;
 use crate::lanes::Lane;
-use crate::manipulator::cell::{Drives, SetPoint};
+use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
 use crate::staged::{

@@ -6,7 +6,7 @@
 use super::drive::{Reference, motor, moved};
 use super::{
     Branch, DriveParams, JointState, Levels, Manipulator, SphericalWrist, VelocityLoop, best_posture,
-    counterweight_torque, forward_dynamics, joint_axis, link_frames, rigid_torques,
+    counterweight_torque, forward_dynamics, joint_axis, link_frames, rigid_torques, turn,
 };
 use crate::bundle;
 use crate::fields::filled;
@@ -123,13 +123,13 @@ impl Cell {
         timing: &crate::model::Timing,
     ) -> Result<Self, Misplaced> {
         let wrist = SphericalWrist::of(robot).ok_or(Misplaced::NoWrist)?;
-        let (base_inverse, tool_inverse) = (inverse(mount.base), inverse(mount.tool));
+        let (base_inverse, tool_inverse) = (mount.base.inverse(), mount.tool.inverse());
         let frame6 = base_inverse.compose(home).compose(tool_inverse);
         let (branch, start) = best_posture(robot, &wrist, frame6).ok_or(Misplaced::OutOfReach)?;
         let mut robot = robot.clone();
         for (joint, angle) in robot.joints.iter_mut().zip(start) {
-            let (s, c) = (0.5 * joint.sign * angle).sin_cos();
-            joint.link.origin.attitude = joint.link.origin.attitude.compose(Quat { w: c, v: vec3(0.0, 0.0, s) });
+            let turned = turn(vec3(0.0, 0.0, 1.0), joint.sign * angle);
+            joint.link.origin.attitude = joint.link.origin.attitude.compose(turned);
         }
         carry(&mut robot, mount);
         let frames = link_frames(&robot, [0.0; 6]);
@@ -166,11 +166,6 @@ fn carry(robot: &mut Manipulator, mount: &Mount) {
     let carried =
         payload.inertia.rotated(tool.attitude.matrix()) + crate::vector::Sym3::point_mass(payload.mass, com - middle);
     (last.mass, last.com, last.inertia) = (mass, middle, own + carried);
-}
-
-/// The pose that undoes a pose.
-fn inverse(pose: Pose<f64>) -> Pose<f64> {
-    Pose { position: -pose.attitude.rotate_back(pose.position), attitude: pose.attitude.conjugate() }
 }
 
 /// The part's pose in the laboratory, from joint angles: its place changes by the screws, last joint first.
@@ -315,15 +310,15 @@ fn feedforward<R: Real>(cell: &Cell, p: &DriveParams<R>, angle: [R; 6], rate: [R
     if cell.servo.feedforward == Feedforward::Off {
         return zero;
     }
-    let weight = carried(cell, angle);
+    let still = weight(cell, angle);
+    let load = carried(cell, angle, still);
     let mut torque = zero;
     for i in 0..6 {
-        torque[i] = weight[i].mul_add(p.model_gravity_error, weight[i]);
+        torque[i] = load[i].mul_add(p.model_gravity_error, load[i]);
     }
     if cell.servo.feedforward == Feedforward::Gravity {
         return torque;
     }
-    let still = rigid_torques(&cell.robot, angle, zero, zero);
     let moving = rigid_torques(&cell.robot, angle, rate, acceleration);
     for i in 0..6 {
         let joint = &cell.robot.joints[i];
@@ -331,24 +326,29 @@ fn feedforward<R: Real>(cell: &Cell, p: &DriveParams<R>, angle: [R; 6], rate: [R
         let inertial = acceleration[i].mul_add(rotor, moving[i] - still[i]);
         // A commanded direction that changes smoothly: no step of the torque at a rate of zero.
         let direction = rate[i] / (rate[i].abs() + R::lit(joint.friction.stribeck_speed));
-        let resisting = Levels::of(&joint.friction).torque(direction, rate[i], weight[i]);
+        let resisting = Levels::of(&joint.friction).torque(direction, rate[i], load[i]);
         let inertial = inertial.mul_add(p.model_inertia_error, inertial);
         torque[i] = torque[i] + inertial + resisting.mul_add(p.model_friction_error, resisting);
     }
     torque
 }
 
-/// Torques with which the gears carry the robot's weight at rest.
+/// Torques of the rigid links at rest.
 #[inline(always)]
-fn carried<R: Real>(cell: &Cell, angle: [R; 6]) -> [R; 6] {
+fn weight<R: Real>(cell: &Cell, angle: [R; 6]) -> [R; 6] {
     let still = [R::lit(0.0); 6];
-    let mut torque = rigid_torques(&cell.robot, angle, still, still);
+    rigid_torques(&cell.robot, angle, still, still)
+}
+
+/// What the gears carry of the links' weight: what the counterbalances leave.
+#[inline(always)]
+fn carried<R: Real>(cell: &Cell, angle: [R; 6], mut weight: [R; 6]) -> [R; 6] {
     for i in 0..6 {
         if let Some(c) = cell.robot.joints[i].counterweight {
-            torque[i] = torque[i] - counterweight_torque(&c, angle[i] + R::lit(cell.start[i]));
+            weight[i] = weight[i] - counterweight_torque(&c, angle[i] + R::lit(cell.start[i]));
         }
     }
-    torque
+    weight
 }
 
 /// One substep of a robot: drives, gears and the chain of its links, under a wrench on its part.
@@ -424,7 +424,7 @@ pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> 
     let (angle, limited) = posture(cell, told);
     let to_base = Quat::lit(cell.base_inverse.attitude);
     let rate = Reach::at(cell, angle).rates(to_base.rotate(told.velocity), to_base.rotate(told.omega));
-    let torque = carried(cell, angle);
+    let torque = carried(cell, angle, weight(cell, angle));
     let ahead = feedforward(cell, p, angle, rate, [zero; 6]);
     let mut s = Drives { joint: [filled(zero); 6], limited };
     for i in 0..6 {

@@ -1,7 +1,7 @@
 //! Base, arm, target and where the parts stand on them.
 
 use crate::arm::{self, Arm};
-use crate::check::{Checker, inverse};
+use crate::check::Checker;
 use crate::inertia::fault;
 use crate::placement::end_frame;
 use crate::ranges::{ANGLE, Range};
@@ -36,7 +36,7 @@ impl Bodies {
 
     /// A place for the base when none is known.
     pub(crate) fn base_at_origin(&self) -> Pose<f64> {
-        inverse(end_frame(&self.links, &self.angles, self.tool))
+        end_frame(&self.links, &self.angles, self.tool).inverse()
     }
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
     let target_pose = if file.target.position.is_some() || file.target.rotation.is_some() {
         c.pose(&file.target.position, &file.target.rotation)
     } else {
-        inverse(seat)
+        seat.inverse()
     };
     let mut bodies = Bodies {
         base_inertia,
