@@ -255,6 +255,19 @@ pub(crate) fn fold<R: Real, const N: usize>(
 }
 
 impl<R: Real, const N: usize> Folded<R, N> {
+    /// Acceleration of a carriage under the chain that can move along a direction: its own mass and the force on it.
+    #[inline(always)]
+    pub(crate) fn slide(&self, along: Vec3<R>, mass: R, force: R) -> R {
+        let felt = self.outboard.translation.times(along).dot(along) + mass;
+        (force - self.load.linear.dot(along)) / felt
+    }
+
+    /// [`accelerations`](Self::accelerations) when the base does not turn.
+    #[inline(always)]
+    pub(crate) fn accelerations_on(&self, base: Vec3<R>) -> [R; N] {
+        self.accelerations(Spatial { angular: Vec3::zero(), linear: base })
+    }
+
     /// Outwards again: the joints' accelerations when the base accelerates so, beyond what `drift_forces` was given.
     #[inline(always)]
     pub(crate) fn accelerations(&self, base: Spatial<R>) -> [R; N] {

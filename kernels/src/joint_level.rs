@@ -1,94 +1,28 @@
 //! Robot stage at the joint level: both robots with their drives, controllers and links, in place of the lag.
 //!
-//! Robot 1 stands on the rail and is told what the rail leaves of part A's motion; contact pushes both robots.
+//! Robot 1 stands on the rail; contact pushes both robots. What one robot does by itself is [`crate::manipulator::cell`].
 
-use crate::manipulator::cell::{self, Cell, Drives, SetPoint};
-use crate::params::Params;
+use crate::manipulator::cell::{Drives, held_part};
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::robot::{Axes, Robots, mounted_parts, rail_share};
-use crate::space::{Parts, Wrench};
-use crate::vector::Vec3;
+use crate::robot::{Axes, Robots};
+use crate::space::{Motion, Parts, Wrench};
 
-/// One substep of robot 1 at the joint level; `load` is the wrench on part A about its origin, laboratory axes.
+/// The parts where the joints and the rail hold them.
 #[inline(always)]
-pub fn drive1<R: Real>(
-    m: &Plant,
-    p: &Params<R>,
-    s: &Drives<R>,
-    aim: &SetPoint<R>,
-    at: &Robots<R>,
-    load: Wrench<R>,
-) -> Drives<R> {
-    let push = m.facility.rail.map_or(Vec3::zero(), |rail| Vec3::lit(rail.axis) * at.robot1.rail_acceleration);
-    cell::drive(&cells(m)[0], &p.robot1, s, aim, load, push)
-}
-
-/// One substep of robot 2 at the joint level; `load` is the wrench on part A about A's origin, its negative acts on B.
-#[inline(always)]
-pub fn drive2<R: Real>(
-    m: &Plant,
-    p: &Params<R>,
-    s: &Drives<R>,
-    aim: &SetPoint<R>,
-    at: &Robots<R>,
-    load: Wrench<R>,
-) -> Drives<R> {
-    let parts = mounted_parts(m, at);
-    let lever = parts.a.position - parts.b.position;
-    let own = Wrench { force: -load.force, moment: -(load.moment + lever.cross(load.force)) };
-    cell::drive(&cells(m)[1], &p.robot2, s, aim, own, Vec3::zero())
-}
-
-/// The parts where the joints hold them, on the rail as it is.
-#[inline(always)]
-pub fn held_parts<R: Real>(m: &Plant, s: &Robots<R>, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
-    let cells = cells(m);
+pub fn held_parts<R: Real>(m: &Plant, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
+    let [cell1, cell2] = m.robots();
+    let axes = |(motion, [rail, rail_rate]): (Motion<R>, [R; 2])| Axes { motion, rail, rail_rate };
     Robots {
-        robot1: Axes { motion: cell::held_part(&cells[0], drives1), ..s.robot1 },
-        robot2: Axes { motion: cell::held_part(&cells[1], drives2), ..s.robot2 },
-        limited: s.limited.max(drives1.limited).max(drives2.limited),
+        robot1: axes(held_part(cell1, drives1)),
+        robot2: axes(held_part(cell2, drives2)),
+        limited: drives1.limited.max(drives2.limited),
     }
 }
 
-/// The robots of the joint level.
+/// The contact's wrench on part B about B's origin, from the one on part A about A's.
 #[inline(always)]
-fn cells(m: &Plant) -> &[Cell; 2] {
-    m.cells.as_ref().expect("only the joint level has cells")
-}
-
-/// Set-point of robot 1 for a tick.
-#[inline(always)]
-pub fn set_point1<R: Real>(
-    m: &Plant,
-    p: &Params<R>,
-    s: &Drives<R>,
-    last: &SetPoint<R>,
-    told: &Parts<R>,
-) -> SetPoint<R> {
-    cell::set_point(&cells(m)[0], &p.robot1, s, last, &rail_share(m, told.a).2)
-}
-
-/// Set-point of robot 2 for a tick.
-#[inline(always)]
-pub fn set_point2<R: Real>(
-    m: &Plant,
-    p: &Params<R>,
-    s: &Drives<R>,
-    last: &SetPoint<R>,
-    told: &Parts<R>,
-) -> SetPoint<R> {
-    cell::set_point(&cells(m)[1], &p.robot2, s, last, &told.b)
-}
-
-/// Robot 1 on its first command.
-#[inline(always)]
-pub fn drives_at1<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Drives<R> {
-    cell::drives_at(&cells(m)[0], &p.robot1, &rail_share(m, told.a).2)
-}
-
-/// Robot 2 on its first command.
-#[inline(always)]
-pub fn drives_at2<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Drives<R> {
-    cell::drives_at(&cells(m)[1], &p.robot2, &told.b)
+pub fn reaction<R: Real>(parts: &Parts<R>, w: Wrench<R>) -> Wrench<R> {
+    let lever = parts.a.position - parts.b.position;
+    Wrench { force: -w.force, moment: -(w.moment + lever.cross(w.force)) }
 }

@@ -4,7 +4,7 @@
 //! What may vary from run to run is not here but in [`Params`].
 
 use crate::manipulator::Manipulator;
-use crate::manipulator::cell::{Mount, Servo};
+use crate::manipulator::cell::{Carriage, Mount, Servo};
 use crate::params::Params;
 use crate::vector::{Pose, Sym3, Vec3};
 
@@ -350,6 +350,8 @@ pub struct JointLevel {
     pub mounts: [Mount; 2],
     /// The controllers of their joints.
     pub servo: Servo,
+    /// What robot 1 stands on, if there is a rail.
+    pub carriage: Option<Carriage>,
 }
 
 /// Part A as the sensor carries it: a point mass in the laboratory's gravity.

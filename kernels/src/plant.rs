@@ -67,6 +67,11 @@ impl Plant {
         plant
     }
 
+    /// Robots 1 and 2 in their places; only the joint level has them.
+    pub fn robots(&self) -> &[Cell; 2] {
+        self.cells.as_ref().expect("only the joint level has robots")
+    }
+
     /// Number of arm joints.
     pub fn joints(&self) -> usize {
         self.model.links.len()
@@ -85,7 +90,9 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
     let start = robots_at(m, &told);
     let cell = |robot: usize, motion: Motion<f64>| {
         let home = Pose { position: motion.position, attitude: motion.attitude };
-        Cell::new(&level.robot, &level.mounts[robot], &level.servo, home, &m.timing).map_err(|why| (robot + 1, why))
+        let rail = m.facility.rail.zip(level.carriage.clone()).filter(|_| robot == 0);
+        Cell::new(&level.robot, &level.mounts[robot], &level.servo, rail, home, &m.timing)
+            .map_err(|why| (robot + 1, why))
     };
     Ok([cell(0, start.robot1.motion)?, cell(1, start.robot2.motion)?])
 }

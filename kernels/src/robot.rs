@@ -5,6 +5,7 @@
 
 use crate::bundle;
 use crate::fields::Bundle;
+use crate::model::Rail;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -17,7 +18,6 @@ bundle! {
         motion: Motion<R>, "1", "actual motion of the tool, laboratory";
         rail: R, "m", "actual rail position";
         rail_rate: R, "m/s", "actual rail speed";
-        rail_acceleration: R, "m/s^2", "acceleration of the rail in the last substep";
     }
 }
 
@@ -118,40 +118,34 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
 /// One substep of both robots towards the interpolated commands; an axis without lag is where it is told to be.
 #[inline(always)]
 pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>) -> Robots<R> {
-    let (_, _, told_a) = rail_share(m, told.a);
+    let (place, rate, told_a) = rail_share(m.facility.rail.as_ref(), told.a);
     let (motion1, limited1) = follow(m, p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero, s.robot1.motion, told_a);
     let (motion2, limited2) = follow(m, p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero, s.robot2.motion, told.b);
-    let on_rail = rail(m, p, s, told);
+    let (rail, rail_rate) = slide(m, p, &s.robot1, place, rate);
     Robots {
-        robot1: Axes { motion: motion1, ..on_rail.robot1 },
+        robot1: Axes { motion: motion1, rail, rail_rate },
         robot2: Axes { motion: motion2, ..s.robot2 },
         limited: s.limited.max(limited1).max(limited2),
     }
 }
 
-/// One substep of the rail alone.
+/// Place and speed of the rail after a substep towards the place and speed that it is told.
 #[inline(always)]
-pub fn rail<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>) -> Robots<R> {
+fn slide<R: Real>(m: &Plant, p: &Params<R>, at: &Axes<R>, place: R, rate: R) -> (R, R) {
     if m.facility.rail.is_none() {
-        return *s;
+        return (at.rail, at.rail_rate);
     }
-    let (rail_told, rate_told, _) = rail_share(m, told.a);
     let (dt, ideal) = (R::lit(m.timing.substep), p.rail_lag.le(R::lit(0.0)));
     let w = R::lit(1.0) / p.rail_lag.max(R::lit(1e-9));
-    let mut axis = s.robot1;
-    let pull = (w * w) * (rail_told - axis.rail) - (w * p.rail_lag_damping * R::lit(2.0)) * axis.rail_rate;
-    let lagging = pull.mul_add(dt, axis.rail_rate);
-    let rate = R::select(ideal, rate_told, lagging);
-    axis.rail_acceleration = (rate - axis.rail_rate) * R::lit(1.0 / m.timing.substep);
-    axis.rail = R::select(ideal, rail_told, lagging.mul_add(dt, axis.rail));
-    axis.rail_rate = rate;
-    Robots { robot1: axis, ..*s }
+    let pull = (w * w) * (place - at.rail) - (w * p.rail_lag_damping * R::lit(2.0)) * at.rail_rate;
+    let lagging = pull.mul_add(dt, at.rail_rate);
+    (R::select(ideal, place, lagging.mul_add(dt, at.rail)), R::select(ideal, rate, lagging))
 }
 
-/// Splits part A's command into the rail's share and what is left for robot 1.
+/// Splits part A's command into the rail's place and speed and what is left for robot 1.
 #[inline(always)]
-pub(crate) fn rail_share<R: Real>(m: &Plant, told: Motion<R>) -> (R, R, Motion<R>) {
-    let Some(rail) = m.facility.rail else {
+pub(crate) fn rail_share<R: Real>(rail: Option<&Rail>, told: Motion<R>) -> (R, R, Motion<R>) {
+    let Some(rail) = rail else {
         return (R::lit(0.0), R::lit(0.0), told);
     };
     let (axis, share) = (Vec3::lit(rail.axis), R::lit(rail.share));
@@ -213,10 +207,10 @@ pub fn mounted_parts<R: Real>(m: &Plant, s: &Robots<R>) -> Parts<R> {
 #[inline(always)]
 pub fn robots_at<R: Real>(m: &Plant, told: &Parts<R>) -> Robots<R> {
     let zero = R::lit(0.0);
-    let (rail, rail_rate, a) = rail_share(m, told.a);
+    let (rail, rail_rate, a) = rail_share(m.facility.rail.as_ref(), told.a);
     Robots {
-        robot1: Axes { motion: a, rail, rail_rate, rail_acceleration: zero },
-        robot2: Axes { motion: told.b, rail: zero, rail_rate: zero, rail_acceleration: zero },
+        robot1: Axes { motion: a, rail, rail_rate },
+        robot2: Axes { motion: told.b, rail: zero, rail_rate: zero },
         limited: zero,
     }
 }

@@ -5,7 +5,8 @@ use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::impedance::Yielding;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
-use crate::manipulator::cell::{Drives, SetPoint};
+use crate::manipulator::DriveParams;
+use crate::manipulator::cell::{Cell, Drives, SetPoint};
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
@@ -86,22 +87,16 @@ staged! {
     robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
     /// [`crate::robot::robots`]
     robot::robots(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
-    /// [`crate::robot::rail`]
-    robot::rail(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
-    /// [`crate::joint_level::set_point1`]
-    joint_level::set_point1(m; p: &'a Params<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Parts<L>) -> SetPoint<L>;
-    /// [`crate::joint_level::set_point2`]
-    joint_level::set_point2(m; p: &'a Params<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Parts<L>) -> SetPoint<L>;
-    /// [`crate::joint_level::drive1`]
-    joint_level::drive1(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
-    /// [`crate::joint_level::drive2`]
-    joint_level::drive2(m; p: &'a Params<L>, s: &'a Drives<L>, aim: &'a SetPoint<L>, at: &'a Robots<L>, load: Wrench<L>) -> Drives<L>;
+    /// [`crate::manipulator::cell::set_point`]
+    manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Motion<L>) -> SetPoint<L>;
+    /// [`crate::manipulator::cell::drive`]
+    manipulator::drive(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L>, told: &'a SetPoint<L>, load: Wrench<L>) -> Drives<L>;
+    /// [`crate::manipulator::cell::drives_at`]
+    manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, told: &'a Motion<L>) -> Drives<L>;
     /// [`crate::joint_level::held_parts`]
-    joint_level::held_parts(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
-    /// [`crate::joint_level::drives_at1`]
-    joint_level::drives_at1(m; p: &'a Params<L>, told: &'a Parts<L>) -> Drives<L>;
-    /// [`crate::joint_level::drives_at2`]
-    joint_level::drives_at2(m; p: &'a Params<L>, told: &'a Parts<L>) -> Drives<L>;
+    joint_level::held_parts(m; drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
+    /// [`crate::joint_level::reaction`]
+    joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::low_pass`]

@@ -162,20 +162,21 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
 }
 
 fn joint_stages(m: &Plant) -> Vec<Function> {
+    let [robot1, robot2] = m.robots();
     vec![
-        stage!(rail(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::rail(m, &p, &s, &told)),
         stage!(set_point1(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
-            => joint_level::set_point1(m, &p, &s, &last, &told)),
+            => cell::set_point(robot1, &p.robot1, &s, &last, &told.a)),
         stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
-            => joint_level::set_point2(m, &p, &s, &last, &told)),
-        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => joint_level::drive1(m, &p, &s, &aim, &at, load)),
-        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, at: Robots<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => joint_level::drive2(m, &p, &s, &aim, &at, load)),
-        stage!(held_parts(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
-            => joint_level::held_parts(m, &s, &drives1, &drives2)),
-        stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at1(m, &p, &told)),
-        stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => joint_level::drives_at2(m, &p, &told)),
+            => cell::set_point(robot2, &p.robot2, &s, &last, &told.b)),
+        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => cell::drive(robot1, &p.robot1, &s, &set, load)),
+        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => cell::drive(robot2, &p.robot2, &s, &set, load)),
+        stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot1, &p.robot1, &told.a)),
+        stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot2, &p.robot2, &told.b)),
+        stage!(held_parts(drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
+            => joint_level::held_parts(m, &drives1, &drives2)),
+        stage!(reaction(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => joint_level::reaction(&parts, w)),
         stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => cell::first_set_point(&s)),
     ]
 }

@@ -14,10 +14,10 @@ fn take_command(told: Parts) {
 
 // One substep of both robots and the rail.
 fn move_robots(told: Parts) {
-    let on_rail = rail(p, robot, told);
-    drives_a = drive1(p, drives_a, set_a, on_rail, push);
-    drives_b = drive2(p, drives_b, set_b, on_rail, push);
-    robot = held_parts(on_rail, drives_a, drives_b);
+    let push_b = reaction(mounted_parts(robot), push);
+    drives_a = drive1(p, drives_a, set_a, push);
+    drives_b = drive2(p, drives_b, set_b, push_b);
+    robot = held_parts(drives_a, drives_b);
 }
 
 // The wrench on part A, laboratory axes, that the next substep feels.
@@ -32,5 +32,5 @@ fn place_robots(told: Parts) {
     set_a = first_set_point(drives_a);
     set_b = first_set_point(drives_b);
     push = zero_wrench();
-    robot = held_parts(robots_at(told), drives_a, drives_b);
+    robot = held_parts(drives_a, drives_b);
 }

@@ -147,19 +147,19 @@ fn facility_rows() -> Vec<Row<Twin>> {
 /// The stages of the joint level, in kernels of robots with joints alone.
 fn joint_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        rail(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::rail(m, &p, &s, &told), 40.0, "as robots";
         set_point1(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => joint_level::set_point1(m, &p, &s, &last, &told), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
+            => cell::set_point(&m.robots()[0], &p.robot1, &s, &last, &told.a), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
         set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => joint_level::set_point2(m, &p, &s, &last, &told), 200.0, "as set_point1";
-        drive1(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
-            => joint_level::drive1(m, &p, &s, &aim, &at, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
-        drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, at: Robots<f64>, load: Wrench<f64>)
-            => joint_level::drive2(m, &p, &s, &aim, &at, load), 200.0, "as drive1";
-        held_parts(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
-            => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
-        drives_at1(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at1(m, &p, &told), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
-        drives_at2(p: Params<f64>, told: Parts<f64>) => joint_level::drives_at2(m, &p, &told), 4000.0, "as drives_at1";
+            => cell::set_point(&m.robots()[1], &p.robot2, &s, &last, &told.b), 200.0, "as set_point1";
+        drive1(p: Params<f64>, s: Drives<f64>, set: SetPoint<f64>, load: Wrench<f64>)
+            => cell::drive(&m.robots()[0], &p.robot1, &s, &set, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
+        drive2(p: Params<f64>, s: Drives<f64>, set: SetPoint<f64>, load: Wrench<f64>)
+            => cell::drive(&m.robots()[1], &p.robot2, &s, &set, load), 200.0, "as drive1";
+        held_parts(drives1: Drives<f64>, drives2: Drives<f64>)
+            => joint_level::held_parts(m, &drives1, &drives2), 100.0, "velocities at the end of six levers";
+        reaction(parts: Parts<f64>, w: Wrench<f64>) => joint_level::reaction(&parts, w), 6.0, "a cross product added to a moment";
+        drives_at1(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &told.a), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
+        drives_at2(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &told.b), 4000.0, "as drives_at1";
         first_set_point(s: Drives<f64>) => cell::first_set_point(&s), 0.0, COPIED;
     }
 }

@@ -88,6 +88,7 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
         _ if name.starts_with("test_") => without(NO_TEST, model.facility.test_motion.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),
+        _ if name.starts_with("rail_") && joints.is_some() => Some(JOINTS),
         _ if name.starts_with("rail_") && rail.is_some_and(|rail| rail.share == 0.0) => Some(RAIL_STANDS),
         _ if name.starts_with("robot1_lag") || name.starts_with("robot2_lag") => {
             let lag = if name.starts_with("robot1") { "robot1_lag" } else { "robot2_lag" };

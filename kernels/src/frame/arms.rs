@@ -6,9 +6,7 @@ use crate::lanes::Lane;
 use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
-use crate::staged::{
-    drive1, drive2, drives_at1, drives_at2, held_parts, rail, robots as follow_commands, set_point1, set_point2,
-};
+use crate::staged::{drive, drives_at, held_parts, reaction, robots as follow_commands, set_point};
 
 /// Both robots joint by joint, and the wrench on part A that the next substep feels.
 #[derive(Clone)]
@@ -41,8 +39,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     pub(super) fn take_command(&mut self, m: &Plant, told: &Parts<L>) {
         if let Some(arms) = &mut self.arms {
-            arms.set[0] = set_point1(m, &self.params, &arms.drives[0], &arms.set[0], told);
-            arms.set[1] = set_point2(m, &self.params, &arms.drives[1], &arms.set[1], told);
+            let ([cell1, cell2], p) = (m.robots(), &self.params);
+            arms.set[0] = set_point(cell1, &p.robot1, &arms.drives[0], &arms.set[0], &told.a);
+            arms.set[1] = set_point(cell2, &p.robot2, &arms.drives[1], &arms.set[1], &told.b);
         }
     }
 
@@ -53,10 +52,11 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.robots = follow_commands(m, &self.params, &self.robots, told);
             return;
         };
-        let on_rail = rail(m, &self.params, &self.robots, told);
-        arms.drives[0] = drive1(m, &self.params, &arms.drives[0], &arms.set[0], &on_rail, arms.push);
-        arms.drives[1] = drive2(m, &self.params, &arms.drives[1], &arms.set[1], &on_rail, arms.push);
-        self.robots = held_parts(m, &on_rail, &arms.drives[0], &arms.drives[1]);
+        let ([cell1, cell2], p) = (m.robots(), &self.params);
+        let push_b = reaction(&crate::robot::mounted_parts(m, &self.robots), arms.push);
+        arms.drives[0] = drive(cell1, &p.robot1, &arms.drives[0], &arms.set[0], arms.push);
+        arms.drives[1] = drive(cell2, &p.robot2, &arms.drives[1], &arms.set[1], push_b);
+        self.robots = held_parts(m, &arms.drives[0], &arms.drives[1]);
     }
 
     /// The wrench on part A, laboratory axes, that the next substep feels.
@@ -72,9 +72,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     pub(super) fn place_robots(&mut self, m: &Plant, told: &Parts<L>, fresh: L::Mask) {
         let mut placed = crate::robot::robots_at(m, told);
         if let Some(arms) = &mut self.arms {
-            let drives = [drives_at1(m, &self.params, told), drives_at2(m, &self.params, told)];
+            let ([cell1, cell2], p) = (m.robots(), &self.params);
+            let drives = [drives_at(cell1, &p.robot1, &told.a), drives_at(cell2, &p.robot2, &told.b)];
             let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
-            placed = held_parts(m, &placed, &drives[0], &drives[1]);
+            placed = held_parts(m, &drives[0], &drives[1]);
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
             arms.keep(fresh, &before);
         }

@@ -3,15 +3,30 @@
 use super::cell::*;
 use super::tests::robot;
 use super::*;
-use crate::model::Timing;
+use crate::model::{Rail, Timing};
 use crate::space::{Motion, Wrench};
 use crate::vector::{Sym3, Vec3};
 use std::f64::consts::TAU;
 
 const TIMING: Timing = Timing { substep: 0.25e-3, substeps: 4, max_ticks: 1 };
 
+/// A carriage of 2 t on a rail along x, with a drive of 40 N s/mm.
+fn on_rail(share: f64) -> Option<(Rail, Carriage)> {
+    let mut joint = robot().joints[0];
+    joint.link.mass = 2000.0;
+    (joint.drive.gear_ratio, joint.drive.rotor_inertia, joint.drive.torque_offset) = (400.0, 0.002, 0.0);
+    (joint.drive.gear_stiffness, joint.drive.gear_damping, joint.drive.torque_limit) = (1e8, 1e5, 3e4);
+    joint.limits = Limits { lower: -1.0, upper: 1.0, speed: 1.5, acceleration: 2.0 };
+    let rail = Rail { axis: vec3(1.0, 0.0, 0.0), share };
+    Some((rail, Carriage { joint, velocity: VelocityLoop { gain: 4e5, integral_time: 0.05 } }))
+}
+
 /// The robot 2 m behind the laboratory's origin, its flange looking along +x.
 fn cell(feedforward: Feedforward) -> Cell {
+    cell_on(None, feedforward)
+}
+
+fn cell_on(rail: Option<(Rail, Carriage)>, feedforward: Feedforward) -> Cell {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     // The part's x axis is the last link's z axis.
     let tool = Pose { position: vec3(0.0, 0.0, 0.1), attitude: Quat { w: half, v: vec3(0.0, -half, 0.0) } };
@@ -23,7 +38,7 @@ fn cell(feedforward: Feedforward) -> Cell {
         feedforward,
     };
     let mount = Mount { base, tool, payload };
-    Cell::new(&robot(), &mount, &servo, Pose::identity(), &TIMING).expect("within reach")
+    Cell::new(&robot(), &mount, &servo, rail, Pose::identity(), &TIMING).expect("within reach")
 }
 
 fn params() -> DriveParams<f64> {
@@ -52,8 +67,10 @@ fn follow(cell: &Cell, p: &DriveParams<f64>, ticks: usize, told: impl Fn(f64) ->
     (0..ticks)
         .map(|tick| {
             set = set_point(cell, p, &s, &set, &told(tick as f64 * TIMING.tick()));
-            (0..TIMING.substeps).for_each(|_| s = drive(cell, p, &s, &set, NOTHING, Vec3::zero()));
-            held_part(cell, &s)
+            (0..TIMING.substeps).for_each(|_| s = drive(cell, p, &s, &set, NOTHING));
+            let (part, [place, speed]) = held_part(cell, &s);
+            let along = |v: Vec3<f64>, by: f64| vec3(v.x + by, v.y, v.z);
+            Motion { position: along(part.position, place), velocity: along(part.velocity, speed), ..part }
         })
         .collect()
 }
@@ -75,23 +92,61 @@ fn the_part_is_where_the_command_is_and_stands_still() {
     }
 }
 
-#[test]
-fn a_sine_comes_out_with_the_gain_and_lag_of_the_loops() {
-    let cell = cell(Feedforward::Off);
+/// Gain and lag \[deg\] of the part's motion along x for 20 mm at 1 Hz.
+fn sine(cell: &Cell) -> (f64, f64) {
     let frequency = 1.0;
     let told = |t: f64| {
         let phase = TAU * frequency * t;
         let position = vec3(0.02 * phase.sin(), 0.0, 0.0);
         Motion { position, velocity: vec3(0.02 * TAU * frequency * phase.cos(), 0.0, 0.0), ..rest() }
     };
-    let at = follow(&cell, &params(), 5000, told);
+    let at = follow(cell, &params(), 5000, told);
     let (mut sine, mut cosine) = (0.0, 0.0);
     for (tick, motion) in at.iter().enumerate().skip(2000) {
         let phase = TAU * frequency * (tick + 1) as f64 * TIMING.tick();
         sine += motion.position.x * phase.sin() / 1500.0;
         cosine += motion.position.x * phase.cos() / 1500.0;
     }
-    let (gain, lag) = (sine.hypot(cosine) / 0.02, -cosine.atan2(sine).to_degrees());
-    println!("gain {gain:.4} lag {lag:.2}");
-    assert!((gain - 0.8).abs() < 0.05 && (lag - 20.0).abs() < 3.0, "{gain} {lag}");
+    (sine.hypot(cosine) / 0.02, -cosine.atan2(sine).to_degrees())
+}
+
+#[test]
+fn a_sine_comes_out_with_the_gain_and_lag_of_the_loops() {
+    for (who, rail) in [("joints", None), ("rail", on_rail(1.0)), ("both", on_rail(0.5))] {
+        let (gain, lag) = sine(&cell_on(rail, Feedforward::Off));
+        println!("{who}: gain {gain:.4} lag {lag:.2}");
+        assert!((gain - 0.8).abs() < 0.05 && (lag - 20.0).abs() < 3.0, "{who}: {gain} {lag}");
+    }
+}
+
+/// A chain on a carriage: forces and torques of an inverse dynamics give back its accelerations.
+#[test]
+fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
+    let robot = robot();
+    let (angle, rate) = ([0.3, -1.2, 1.1, 0.4, -0.7, 0.2], [0.5, -0.3, 0.4, -0.8, 0.6, 1.0]);
+    let (joints, along, carriage) = ([1.0, -2.0, 0.7, 3.0, -1.5, 2.5], vec3(0.6, 0.8, 0.0), 2000.0);
+    for base in [0.0, 1.7, -0.4] {
+        let (torque, push) = chain_torques(&robot, angle, rate, joints, along * base);
+        let force = push.dot(along) + carriage * base;
+        let chain = fold_chain(&robot, &link_frames(&robot, angle), rate, &torque, &[0.0; 6], NOTHING);
+        let slid = chain.slide(along, carriage, force);
+        assert!((slid - base).abs() < 1e-9, "{slid} for {base}");
+        let found = chain.accelerations_on(along * slid);
+        found.iter().zip(joints).for_each(|(found, joint)| assert!((found - joint).abs() < 1e-9, "{found} {joint}"));
+    }
+}
+
+/// Without friction, a push on the part along the rail ends in its drive, through the arm.
+#[test]
+fn a_push_on_the_part_ends_in_the_drive_of_the_rail() {
+    let held = cell_on(on_rail(1.0), Feedforward::Off);
+    let p = DriveParams { coulomb_error: -1.0, viscous_error: -1.0, stribeck: 0.0, backlash: 0.0, ..params() };
+    let push = Wrench { force: vec3(500.0, 0.0, 0.0), ..NOTHING };
+    let mut s = drives_at(&held, &p, &rest());
+    let set = SetPoint { speed: [0.0; AXES], ..first_set_point(&s) };
+    (0..20_000).for_each(|_| s = drive(&held, &p, &s, &set, push));
+    // The velocity loop's integral part carries the whole force in the end: the motor stands, the gear gives way.
+    let rail = s.axis[AXES - 1];
+    assert!((rail.torque + 500.0).abs() < 5.0, "the drive holds the push: {}", rail.torque);
+    assert!((rail.windup + 500.0 / 1e8).abs() < 5e-8, "the rack gives way: {}", rail.windup);
 }

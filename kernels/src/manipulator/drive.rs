@@ -35,7 +35,7 @@ bundle! {
 bundle! {
     /// The state of one joint's drive; the motor's side is counted behind the gear.
     JointState {
-        angle: R, "rad", "joint angle behind the gear, from the start posture";
+        angle: R, "rad", "joint angle behind the gear, from the start posture (m for a rail, and so on)";
         rate: R, "rad/s", "joint rate behind the gear";
         windup: R, "rad", "motor angle less joint angle";
         motor_rate: R, "rad/s", "motor rate";

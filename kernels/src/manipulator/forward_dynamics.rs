@@ -1,26 +1,25 @@
 //! Forward dynamics of the joint chain on its fixed base: the articulated-body algorithm, with rotors behind gears.
 
 use super::{Manipulator, joint_axis, link_frames};
-use crate::aba::{Spatial, drift_forces, fold};
+use crate::aba::{Folded, Spatial, drift_forces, fold};
 use crate::fields::filled;
 use crate::real::Real;
 use crate::space::{LinkState, Wrench};
 use crate::vector::{Pose, Sym3, Vec3};
 
-/// Joint accelerations \[rad/s^2\] under joint torques \[N m\] and a wrench on the last link, in base axes.
+/// The chain under joint torques \[N m\] and a wrench on the last link, folded into what its base feels; base axes.
 ///
 /// `armature` \[kg m^2\] is felt by the joint's own acceleration alone (a rotor behind its gear); `tip` acts about
-/// the base's origin; the base itself accelerates by `base` \[m/s^2\] (a rail), gravity not counted.
+/// the base's origin.
 #[inline(always)]
-pub fn forward_dynamics<R: Real, const N: usize>(
+pub(crate) fn fold_chain<R: Real, const N: usize>(
     robot: &Manipulator,
     frames: &[Pose<R>; N],
     rate: [R; N],
     torque: &[R; N],
     armature: &[R; N],
     tip: Wrench<R>,
-    base: Vec3<R>,
-) -> [R; N] {
+) -> Folded<R, N> {
     let mut masses = [0.0; N];
     let mut links: [LinkState<R>; N] = filled(R::lit(0.0));
     let mut axes = [Spatial::zero(); N];
@@ -34,13 +33,13 @@ pub fn forward_dynamics<R: Real, const N: usize>(
         axes[i] = Spatial { angular: axis, linear: frames[i].position.cross(axis) };
     }
     // Gravity is felt as if the base accelerated upwards.
-    let lifted = Spatial { angular: Vec3::zero(), linear: base - Vec3::lit(robot.gravity) };
+    let lifted = Spatial { angular: Vec3::zero(), linear: -Vec3::lit(robot.gravity) };
     let force = drift_forces(&masses, &links, &axes, rate, Spatial::zero(), lifted);
     let tip = Spatial { angular: tip.moment, linear: tip.force };
-    fold(&masses, &links, axes, &force, torque, Some(armature), tip).accelerations(Spatial::zero())
+    fold(&masses, &links, axes, &force, torque, Some(armature), tip)
 }
 
-/// [`forward_dynamics`] from joint angles \[rad\], without rotors, on a resting base.
+/// Joint accelerations \[rad/s^2\] from joint angles \[rad\], without rotors, on a resting base.
 pub fn accelerations<const N: usize>(
     robot: &Manipulator,
     angle: [f64; N],
@@ -48,5 +47,5 @@ pub fn accelerations<const N: usize>(
     torque: &[f64; N],
 ) -> [f64; N] {
     let tip = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
-    forward_dynamics(robot, &link_frames(robot, angle), rate, torque, &[0.0; N], tip, Vec3::zero())
+    fold_chain(robot, &link_frames(robot, angle), rate, torque, &[0.0; N], tip).accelerations_on(Vec3::zero())
 }

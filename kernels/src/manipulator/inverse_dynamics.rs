@@ -16,10 +16,22 @@ pub fn rigid_torques<R: Real, const N: usize>(
     rate: [R; N],
     acceleration: [R; N],
 ) -> [R; N] {
+    chain_torques(robot, angle, rate, acceleration, Vec3::zero()).0
+}
+
+/// [`rigid_torques`] on a base that accelerates \[m/s^2\], and the force that the base puts on the chain \[N\]; base axes.
+#[inline(always)]
+pub(crate) fn chain_torques<R: Real, const N: usize>(
+    robot: &Manipulator,
+    angle: [R; N],
+    rate: [R; N],
+    acceleration: [R; N],
+    base: Vec3<R>,
+) -> ([R; N], Vec3<R>) {
     let frames = link_frames(robot, angle);
     let (mut axes, mut forces) = ([Spatial::zero(); N], [Spatial::zero(); N]);
     let mut twist = Spatial::zero();
-    let mut gain = Spatial { angular: Vec3::zero(), linear: -Vec3::lit(robot.gravity) };
+    let mut gain = Spatial { angular: Vec3::zero(), linear: base - Vec3::lit(robot.gravity) };
     for i in 0..N {
         let joint = &robot.joints[i];
         let axis = joint_axis(frames[i], joint.sign);
@@ -36,7 +48,7 @@ pub fn rigid_torques<R: Real, const N: usize>(
         load = load.plus(forces[i]);
         torques[i] = axes[i].dot(load);
     }
-    torques
+    (torques, load.linear)
 }
 
 /// Torque of a counterbalance on its joint \[N m\].

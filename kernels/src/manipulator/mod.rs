@@ -11,9 +11,12 @@ mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
 
+pub use cell::{drive, drives_at, set_point};
 pub use drive::{DriveParams, JointState, VelocityLoop};
-pub use forward_dynamics::{accelerations, forward_dynamics};
+pub use forward_dynamics::accelerations;
+pub(crate) use forward_dynamics::fold_chain;
 pub use friction::{Levels, bristle};
+pub(crate) use inverse_dynamics::chain_torques;
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
 pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, nearest_turn};
 pub use kinematics::{flange, joint_axis, link_frames};

@@ -42,7 +42,7 @@ pub(crate) fn read(
         c.count(&written, 0, 1000) as u32
     });
     let period = c.number_or(&table.sensor.period, timing.substep, "s", Range::above(0.0, 0.128));
-    let (joint_level, robot) = joint_level(c, table, p).unzip();
+    let (joint_level, robot) = joint_level(c, table, rail.as_ref(), p).unzip();
     let facility = Facility {
         robot1_share: c.number_or(&table.robot1_share, 0.5, "1", Range::within(0.0, 1.0)),
         rail,
@@ -76,16 +76,24 @@ fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) ->
 }
 
 /// The joint level, which takes the place of the robots' responses.
-fn joint_level(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) -> Option<(JointLevel, Source)> {
+fn joint_level(
+    c: &mut Checker,
+    table: &FacilityTable,
+    rail: Option<&Rail>,
+    p: &mut Params<f64>,
+) -> Option<(JointLevel, Source)> {
     let level = table.joint_level.as_ref()?;
     let responses = [&table.robot1, &table.robot2];
     let written = responses.iter().flat_map(|response| [&response.lag, &response.damping, &response.zero]);
-    for response in written.chain([&table.max_speed, &table.max_rate]).flatten() {
+    let of_rail = table.rail.iter().flat_map(|rail| [&rail.lag, &rail.damping]);
+    for response in written.chain([&table.max_speed, &table.max_rate]).chain(of_rail).flatten() {
         let remedy =
             "remove it: at the joint level the robots follow by their drives, and keep the limits of their joints";
         c.refuse(&response.span, "this does nothing beside [facility.joint_level]", remedy);
     }
-    joint_level::read(c, &level.value, p)
+    let (read, source) = joint_level::read(c, &level.value, p)?;
+    joint_level::check_rail(c, &level.value, rail, &read);
+    Some((read, source))
 }
 
 fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {

@@ -2,17 +2,17 @@
 
 use crate::check::Checker;
 use crate::inertia::fault;
-use crate::ranges::{DAMPING, LENGTH, MASS, Range};
+use crate::ranges::{DAMPING, FORCE, LENGTH, MASS, Range, SPEED, STIFFNESS};
 use crate::robot::Robot;
 use crate::source::Source;
 use crate::written::At;
-use crate::written::joint_level::{DrivesTable, JointLevelTable, MountTable, PayloadTable};
-use softdock_kernels::manipulator::cell::{Feedforward, Misplaced, Mount, Payload, Servo};
-use softdock_kernels::manipulator::{DriveParams, VelocityLoop};
-use softdock_kernels::model::{JointLevel, Model};
+use crate::written::joint_level::{DrivesTable, JointLevelTable, MountTable, PayloadTable, RailDriveTable};
+use softdock_kernels::manipulator::cell::{Carriage, Feedforward, Misplaced, Mount, Payload, Servo};
+use softdock_kernels::manipulator::{Drive, DriveParams, Friction, Joint, Limits, VelocityLoop};
+use softdock_kernels::model::{JointLevel, Link, Model, Rail};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, place};
-use softdock_kernels::vector::{Sym3, Vec3};
+use softdock_kernels::vector::{Pose, Sym3, Vec3};
 use std::f64::consts::TAU;
 
 /// Bandwidth of a current loop unless the scenario says otherwise \[Hz\].
@@ -20,6 +20,12 @@ const CURRENT_LOOP: f64 = 600.0;
 
 /// Joints of a robot with a spherical wrist.
 const JOINTS: usize = 6;
+
+/// A rail that climbs less than this, as a sine, is level.
+const LEVEL: f64 = 1e-3;
+
+/// Stribeck speed of a rail whose table states none \[m/s\].
+const STRIBECK_SPEED: f64 = 0.02;
 
 const WORDS: [(&str, Feedforward); 3] =
     [("off", Feedforward::Off), ("gravity", Feedforward::Gravity), ("full", Feedforward::Full)];
@@ -50,7 +56,8 @@ pub(crate) fn read(c: &mut Checker, table: &JointLevelTable, p: &mut Params<f64>
         }
     };
     let velocity = std::array::from_fn(|i| VelocityLoop { gain: gains.get(i).copied().unwrap_or(0.0), integral_time });
-    Some((JointLevel { robot, mounts, servo: Servo { velocity, feedforward } }, source))
+    let carriage = table.rail.as_ref().map(|rail| carriage(c, &rail.value, integral_time));
+    Some((JointLevel { robot, mounts, servo: Servo { velocity, feedforward }, carriage }, source))
 }
 
 /// Refuses robots that cannot reach the start from where they stand.
@@ -97,6 +104,66 @@ fn drives(c: &mut Checker, table: &JointLevelTable, robot: &str) -> DriveParams<
         model_gravity_error: or(&t.model_gravity_error, "model_gravity_error", 0.0),
         model_friction_error: or(&t.model_friction_error, "model_friction_error", 0.0),
         position_gain: c.parameter(&servo.position_gain, &name("position_gain")),
+    }
+}
+
+/// The rail's drive as a joint's: metres for radians, newtons for newton metres.
+fn carriage(c: &mut Checker, t: &RailDriveTable, integral_time: f64) -> Carriage {
+    let (force, speed) = (Range::within(0.0, FORCE), Range::above(0.0, SPEED));
+    let damping = Range::within(0.0, DAMPING);
+    let link = Link {
+        origin: Pose::identity(),
+        mass: c.number(&t.mass, "kg", Range::within(0.0, MASS)),
+        com: Vec3::zero(),
+        inertia: Sym3::splat(0.0),
+    };
+    let drive = Drive {
+        gear_ratio: TAU / c.number(&t.travel_per_turn, "m", Range::above(0.0, LENGTH)),
+        rotor_inertia: c.number(&t.rotor_inertia, "kg m^2", Range::within(0.0, 1e3)),
+        gear_stiffness: c.number(&t.stiffness, "N/m", Range::above(0.0, STIFFNESS)),
+        gear_damping: c.number(&t.damping, "N s/m", damping),
+        backlash: c.number_or(&t.backlash, 0.0, "m", Range::within(0.0, 0.1)),
+        torque_offset: 0.0,
+        torque_limit: c.number(&t.force_limit, "N", Range::above(0.0, FORCE)),
+        static_torque: 0.0,
+    };
+    let friction = Friction {
+        coulomb: c.number(&t.coulomb, "N", force),
+        viscous: c.number(&t.viscous, "N s/m", damping),
+        stribeck: c.number_or(&t.stribeck, 0.0, "N", force),
+        stribeck_speed: c.number_or(&t.stribeck_speed, STRIBECK_SPEED, "m/s", speed),
+        presliding_stiffness: c.number(&t.presliding_stiffness, "N/m", Range::above(0.0, STIFFNESS)),
+        load_coefficient: 0.0,
+    };
+    let limits = Limits {
+        lower: c.number(&t.lower, "m", Range::within(-LENGTH, 0.0)),
+        upper: c.number(&t.upper, "m", Range::within(0.0, LENGTH)),
+        speed: c.number(&t.speed, "m/s", speed),
+        acceleration: c.number(&t.acceleration, "m/s^2", Range::above(0.0, 1e4)),
+    };
+    let velocity = VelocityLoop { gain: c.number(&t.velocity_gain, "N s/m", damping), integral_time };
+    Carriage { joint: Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }, velocity }
+}
+
+/// Refuses a rail without a drive, a drive without a rail, and a rail that climbs.
+pub(crate) fn check_rail(c: &mut Checker, table: &JointLevelTable, rail: Option<&Rail>, level: &JointLevel) {
+    match (rail, &table.rail) {
+        (Some(_), None) => {
+            let remedy = "add a table [facility.joint_level.rail]: mass, drive, friction and limits of the carriage";
+            c.refuse(&table.robot.span, "at the joint level a rail needs a drive", remedy);
+        }
+        (None, Some(drive)) => {
+            let remedy = "remove it, or add a table [facility.rail] with axis and share";
+            c.refuse(&drive.span, "this drive has no rail", remedy);
+        }
+        _ => {}
+    }
+    let down = level.mounts[0].base.attitude.rotate(level.robot.gravity);
+    if let (Some(rail), Some(drive)) = (rail, &table.rail)
+        && down.dot(rail.axis).abs() > LEVEL * down.norm()
+    {
+        let remedy = "turn facility.rail.axis, or the base of robot 1: its z axis points up";
+        c.refuse(&drive.span, "a rail is level: this one climbs", remedy);
     }
 }
 

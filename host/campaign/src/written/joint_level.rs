@@ -18,6 +18,8 @@ pub(crate) struct JointLevelTable {
     /// The drives, of both robots; what differs from run to run or from robot to robot is dispersed.
     #[serde(default)]
     pub(crate) drives: DrivesTable,
+    /// What robot 1 runs on; with [facility.rail] alone.
+    pub(crate) rail: Option<At<RailDriveTable>>,
     /// Where robot 1 (part A) stands and what it holds.
     pub(crate) robot1: At<MountTable>,
     /// Where robot 2 (part B) stands and what it holds.
@@ -74,6 +76,46 @@ pub(crate) struct DrivesTable {
     pub(crate) model_gravity_error: Option<Quantity>,
     /// Relative error of the feedforward's friction torques; default 0.
     pub(crate) model_friction_error: Option<Quantity>,
+}
+
+/// The carriage of the rail, a drive among the robot's own; direction and share stand in [facility.rail].
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RailDriveTable {
+    /// Mass of the carriage without the robot's moving links.
+    pub(crate) mass: Quantity,
+    /// Travel in a turn of the motor.
+    pub(crate) travel_per_turn: Quantity,
+    /// Inertia of rotor and gear input at the motor's side.
+    pub(crate) rotor_inertia: Quantity,
+    /// Stiffness between motor and carriage.
+    pub(crate) stiffness: Quantity,
+    /// Damping between motor and carriage.
+    pub(crate) damping: Quantity,
+    /// Whole backlash between motor and carriage; default none.
+    pub(crate) backlash: Option<Quantity>,
+    /// Greatest force of the motor at the carriage.
+    pub(crate) force_limit: Quantity,
+    /// Coulomb friction.
+    pub(crate) coulomb: Quantity,
+    /// Viscous friction.
+    pub(crate) viscous: Quantity,
+    /// Static friction beyond Coulomb's; default none.
+    pub(crate) stribeck: Option<Quantity>,
+    /// Speed at which the static part has fallen to 1/e; default 20 mm/s.
+    pub(crate) stribeck_speed: Option<Quantity>,
+    /// Stiffness before sliding.
+    pub(crate) presliding_stiffness: Quantity,
+    /// Greatest travel against the rail's direction, from the start, below zero.
+    pub(crate) lower: Quantity,
+    /// Greatest travel along the rail's direction, from the start.
+    pub(crate) upper: Quantity,
+    /// Greatest speed.
+    pub(crate) speed: Quantity,
+    /// Greatest acceleration.
+    pub(crate) acceleration: Quantity,
+    /// Force at the carriage per error of the motor's speed behind the gear.
+    pub(crate) velocity_gain: Quantity,
 }
 
 /// One robot's place and load.

@@ -1,0 +1,146 @@
+//! A robot's controller: position loops once a tick, limits of speed and acceleration, feedforward.
+
+use super::reach::{Reach, posture};
+use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint};
+use crate::fields::filled;
+use crate::manipulator::{DriveParams, Levels, chain_torques, counterweight_torque};
+use crate::real::Real;
+use crate::robot::rail_share;
+use crate::space::Motion;
+use crate::vector::{Quat, Vec3};
+
+/// What the axes are told.
+pub(super) struct Course<R> {
+    pub(super) angle: [R; AXES],
+    pub(super) rate: [R; AXES],
+    /// 1 where the motion is out of reach, near a singular posture or beyond a range.
+    pub(super) limited: R,
+}
+
+/// Angles and rates of the axes for a motion of the part; the rail takes its share.
+#[inline(always)]
+pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+    let (joints, mut limited) = posture(cell, &left);
+    let to_base = Quat::lit(cell.base_inverse.attitude);
+    let rates = Reach::at(cell, joints).rates(to_base.rotate(left.velocity), to_base.rotate(left.omega));
+    let (mut angle, mut rate) = ([place; AXES], [speed; AXES]);
+    angle[..JOINTS].copy_from_slice(&joints);
+    rate[..JOINTS].copy_from_slice(&rates);
+    if let Some((_, carriage)) = &cell.rail {
+        let limits = &carriage.joint.limits;
+        angle[RAIL] = place.min(R::lit(limits.upper)).max(R::lit(limits.lower));
+        limited = limited.max(R::select(angle[RAIL].lt(place) | place.lt(angle[RAIL]), one, zero));
+    }
+    Course { angle, rate, limited }
+}
+
+/// What the position loops make of a commanded motion of the part, from where the motors are; once a tick.
+#[inline(always)]
+pub fn set_point<R: Real>(
+    cell: &Cell,
+    p: &DriveParams<R>,
+    s: &Drives<R>,
+    last: &SetPoint<R>,
+    told: &Motion<R>,
+) -> SetPoint<R> {
+    let (zero, one, tick) = (R::lit(0.0), R::lit(1.0), R::lit(cell.tick));
+    let Course { angle, rate, mut limited } = course(cell, told);
+    let (mut acceleration, mut speed) = ([zero; AXES], [zero; AXES]);
+    for i in 0..cell.axes() {
+        let limits = &cell.axis(i).0.limits;
+        acceleration[i] = (rate[i] - last.rate[i]) * R::lit(1.0 / cell.tick);
+        let motor = s.axis[i].angle + (s.axis[i].windup - last.sag[i]);
+        let wanted = (angle[i] - motor).mul_add(p.position_gain, rate[i] * p.velocity_feedforward);
+        // Speed first, then its change: the limits that a drive's controller keeps.
+        let most = R::lit(limits.speed) / p.gear_ratio;
+        let fastest = wanted.min(most).max(-most);
+        let change = R::lit(limits.acceleration) * tick;
+        speed[i] = fastest.min(last.speed[i] + change).max(last.speed[i] - change);
+        let beyond = speed[i].lt(wanted) | wanted.lt(speed[i]);
+        limited = limited.max(R::select(beyond, one, zero));
+    }
+    let torque = feedforward(cell, p, angle, rate, acceleration);
+    SetPoint { angle, rate, speed, torque, limited: last.limited.max(limited), ..*last }
+}
+
+/// Torques of the feedforward, from a model that may be wrong.
+#[inline(always)]
+pub(super) fn feedforward<R: Real>(
+    cell: &Cell,
+    p: &DriveParams<R>,
+    angle: [R; AXES],
+    rate: [R; AXES],
+    acceleration: [R; AXES],
+) -> [R; AXES] {
+    let zero = [R::lit(0.0); AXES];
+    if cell.servo.feedforward == Feedforward::Off {
+        return zero;
+    }
+    let still = links(cell, angle, zero, zero);
+    let load = beyond_counterweights(cell, angle, still);
+    let mut torque = zero;
+    for i in 0..JOINTS {
+        torque[i] = load[i].mul_add(p.model_gravity_error, load[i]);
+    }
+    if cell.servo.feedforward == Feedforward::Gravity {
+        return torque;
+    }
+    let moving = links(cell, angle, rate, acceleration);
+    for i in 0..cell.axes() {
+        let (joint, ..) = cell.axis(i);
+        let rotor = p.gear_ratio * p.gear_ratio * R::lit(joint.drive.reflected_inertia());
+        let inertial = acceleration[i].mul_add(rotor, moving[i] - still[i]);
+        // A commanded direction that changes smoothly: no step of the torque at a rate of zero.
+        let direction = rate[i] / (rate[i].abs() + R::lit(joint.friction.stribeck_speed));
+        let resisting = Levels::of(&joint.friction).torque(direction, rate[i], load[i]);
+        let inertial = inertial.mul_add(p.model_inertia_error, inertial);
+        torque[i] = torque[i] + inertial + resisting.mul_add(p.model_friction_error, resisting);
+    }
+    torque
+}
+
+/// What the gears carry of a robot at rest.
+#[inline(always)]
+pub(super) fn weight<R: Real>(cell: &Cell, angle: [R; AXES]) -> [R; AXES] {
+    let zero = [R::lit(0.0); AXES];
+    beyond_counterweights(cell, angle, links(cell, angle, zero, zero))
+}
+
+/// Torques that move the rigid links and the force that moves the carriage under them.
+#[inline(always)]
+fn links<R: Real>(cell: &Cell, angle: [R; AXES], rate: [R; AXES], acceleration: [R; AXES]) -> [R; AXES] {
+    let arm = |all: [R; AXES]| -> [R; JOINTS] { std::array::from_fn(|i| all[i]) };
+    let (along, mass) = cell.track();
+    let (along, own) = (Vec3::lit(along), acceleration[RAIL] * R::lit(mass));
+    let (torque, push) =
+        chain_torques(&cell.robot, arm(angle), arm(rate), arm(acceleration), along * acceleration[RAIL]);
+    let mut all = [along.dot(push) + own; AXES];
+    all[..JOINTS].copy_from_slice(&torque);
+    all
+}
+
+/// What the counterbalances leave of the joints' torques.
+#[inline(always)]
+fn beyond_counterweights<R: Real>(cell: &Cell, angle: [R; AXES], mut torque: [R; AXES]) -> [R; AXES] {
+    for i in 0..JOINTS {
+        if let Some(c) = cell.robot.joints[i].counterweight {
+            torque[i] = torque[i] - counterweight_torque(&c, angle[i] + R::lit(cell.start[i]));
+        }
+    }
+    torque
+}
+
+/// The set-point before the first tick: the motion that is under way.
+#[inline(always)]
+pub fn first_set_point<R: Real>(s: &Drives<R>) -> SetPoint<R> {
+    let mut set: SetPoint<R> = filled(R::lit(0.0));
+    for i in 0..AXES {
+        set.angle[i] = s.axis[i].angle;
+        set.rate[i] = s.axis[i].rate;
+        set.speed[i] = s.axis[i].rate;
+        set.sag[i] = s.axis[i].windup;
+    }
+    set
+}

@@ -1,0 +1,128 @@
+//! A robot's drives and links, substep by substep, under the wrench on its part.
+
+use super::controller::{Course, course, feedforward, weight};
+use super::reach::{Reach, tool_pose};
+use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint};
+use crate::fields::filled;
+use crate::manipulator::drive::{Reference, motor, moved};
+use crate::manipulator::{DriveParams, JointState, counterweight_torque, fold_chain, link_frames};
+use crate::real::Real;
+use crate::space::{Motion, Wrench};
+use crate::vector::{Quat, Vec3};
+
+/// One substep of a robot: drives, gears, the chain of its links and the carriage under it, under a wrench on its part.
+///
+/// `load` about the part's origin, laboratory axes.
+#[inline(always)]
+pub fn drive<R: Real>(
+    cell: &Cell,
+    p: &DriveParams<R>,
+    s: &Drives<R>,
+    told: &SetPoint<R>,
+    load: Wrench<R>,
+) -> Drives<R> {
+    let zero = R::lit(0.0);
+    let (mut torque, mut armature, mut next) = ([zero; AXES], [zero; AXES], *s);
+    let mut geared = [None; AXES];
+    for i in 0..cell.axes() {
+        let (joint, servo, start) = cell.axis(i);
+        let reference = Reference { speed: told.speed[i], torque: told.torque[i] };
+        // The errors of gears in angle are none of a rack's.
+        let p = &if i == RAIL { DriveParams { transmission_error: zero, ..*p } } else { *p };
+        let (state, gear, limited) = motor(joint, servo, start, cell.substep, p, &s.axis[i], reference);
+        next.axis[i] = state;
+        next.limited = next.limited.max(limited);
+        (torque[i], armature[i]) = (gear.torque, gear.armature);
+        if let Some(c) = joint.counterweight {
+            torque[i] = torque[i] + counterweight_torque(&c, s.axis[i].angle + R::lit(start));
+        }
+        geared[i] = Some(gear);
+    }
+    let acceleration = accelerations(cell, s, &torque, &armature, load);
+    for i in 0..cell.axes() {
+        let gear = geared[i].expect("one gear an axis");
+        next.axis[i] = moved(cell.substep, &next.axis[i], gear, acceleration[i]);
+    }
+    next.limited = next.limited.max(told.limited);
+    next
+}
+
+/// Accelerations of the axes: the chain of the links on what carries it.
+#[inline(always)]
+fn accelerations<R: Real>(
+    cell: &Cell,
+    s: &Drives<R>,
+    torque: &[R; AXES],
+    armature: &[R; AXES],
+    load: Wrench<R>,
+) -> [R; AXES] {
+    let (angle, rate) = motion(s);
+    let frames = link_frames(&cell.robot, angle);
+    let part = frames[JOINTS - 1].position + frames[JOINTS - 1].attitude.rotate(Vec3::lit(cell.tool.position));
+    let to_base = Quat::lit(cell.base_inverse.attitude);
+    let force = to_base.rotate(load.force);
+    let tip = Wrench { force, moment: to_base.rotate(load.moment) + part.cross(force) };
+    let of_joints = |all: &[R; AXES]| -> [R; JOINTS] { std::array::from_fn(|i| all[i]) };
+    let chain = fold_chain(&cell.robot, &frames, rate, &of_joints(torque), &of_joints(armature), tip);
+    let (along, mass) = cell.track();
+    let along = Vec3::lit(along);
+    let mut all = [R::lit(0.0); AXES];
+    if cell.rail.is_some() {
+        all[RAIL] = chain.slide(along, armature[RAIL] + R::lit(mass), torque[RAIL]);
+    }
+    let joints = chain.accelerations_on(along * all[RAIL]);
+    all[..JOINTS].copy_from_slice(&joints);
+    all
+}
+
+/// Angles and rates of the joints.
+#[inline(always)]
+fn motion<R: Real>(s: &Drives<R>) -> ([R; JOINTS], [R; JOINTS]) {
+    (std::array::from_fn(|i| s.axis[i].angle), std::array::from_fn(|i| s.axis[i].rate))
+}
+
+/// Motion of the part that a robot holds, laboratory, without the rail's; and place and speed on the rail.
+#[inline(always)]
+pub fn held_part<R: Real>(cell: &Cell, s: &Drives<R>) -> (Motion<R>, [R; 2]) {
+    let (angle, rate) = motion(s);
+    let pose = tool_pose(cell, angle);
+    let (velocity, omega) = Reach::at(cell, angle).twist(rate);
+    let to_laboratory = Quat::lit(cell.base.attitude);
+    let motion = Motion {
+        position: pose.position,
+        attitude: pose.attitude,
+        velocity: to_laboratory.rotate(velocity),
+        omega: to_laboratory.rotate(omega),
+    };
+    (motion, [s.axis[RAIL].angle, s.axis[RAIL].rate])
+}
+
+/// A robot on its first command: moving as told, as far behind as its position loops follow, its motors carrying its
+/// weight.
+#[inline(always)]
+pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> Drives<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let Course { angle, rate, limited } = course(cell, told);
+    let torque = weight(cell, angle);
+    let ahead = feedforward(cell, p, angle, rate, [zero; AXES]);
+    let mut s = Drives { axis: [filled(zero); AXES], limited };
+    for i in 0..cell.axes() {
+        let drive = &cell.axis(i).0.drive;
+        let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
+        let play = p.backlash * R::lit(0.5 * drive.backlash);
+        // Against the loaded flank of the gear; without load in the middle of the play.
+        let side = torque[i].min(one).max(-one) * play;
+        // The error with which a position loop asks for the rate that is under way.
+        let behind = rate[i] * (one - p.velocity_feedforward) / p.position_gain.max(R::lit(1e-3));
+        s.axis[i] = JointState {
+            angle: angle[i] - behind,
+            rate: rate[i],
+            windup: torque[i].mul_add(compliance, side),
+            motor_rate: rate[i],
+            torque: torque[i],
+            integral: torque[i] - ahead[i],
+            slip: zero,
+        };
+    }
+    s
+}

@@ -1,0 +1,113 @@
+//! Where a robot's joints hold its part, and which joint angles and rates hold it where it shall be.
+
+use super::{Cell, JOINTS};
+use crate::manipulator::{joint_axis, link_frames};
+use crate::math::sin_cos;
+use crate::real::Real;
+use crate::space::Motion;
+use crate::vector::{Mat3, Pose, Quat, Vec3, vec3};
+use std::f64::consts::TAU;
+
+/// The part's pose in the laboratory, from joint angles: its place changes by the screws, last joint first.
+#[inline(always)]
+pub(super) fn tool_pose<R: Real>(cell: &Cell, angle: [R; JOINTS]) -> Pose<R> {
+    let (mut shift, mut turn) = (Vec3::zero(), Quat::identity());
+    for i in (0..JOINTS).rev() {
+        let (axis, lever) = (Vec3::lit(cell.screws[i].0), Vec3::lit(cell.screws[i].1));
+        let (s, c) = sin_cos(angle[i] * R::lit(0.5));
+        // (rotation - 1) r = 2 s (c a x r + s a x (a x r)) with the half angle: small for a small angle.
+        let r: Vec3<R> = lever + shift;
+        let across = axis.cross(r);
+        shift = (across * c + axis.cross(across) * s).scale_add(s + s, shift);
+        turn = Quat { w: c, v: axis * s }.compose(turn);
+    }
+    Pose { position: Vec3::lit(cell.home.position) + shift, attitude: turn.compose(Quat::lit(cell.home.attitude)) }
+}
+
+/// What the part's twist and the joints' rates have to do with each other at a posture; base axes.
+pub(super) struct Reach<R> {
+    frames: [Pose<R>; JOINTS],
+    axes: [Vec3<R>; JOINTS],
+    part: Vec3<R>,
+}
+
+impl<R: Real> Reach<R> {
+    #[inline(always)]
+    pub(super) fn at(cell: &Cell, angle: [R; JOINTS]) -> Self {
+        let frames = link_frames(&cell.robot, angle);
+        let mut axes = [Vec3::zero(); 6];
+        for i in 0..JOINTS {
+            axes[i] = joint_axis(frames[i], cell.robot.joints[i].sign);
+        }
+        let part = frames[5].position + frames[5].attitude.rotate(Vec3::lit(cell.tool.position));
+        Self { frames, axes, part }
+    }
+
+    /// Velocity of the part's origin and angular velocity, base axes.
+    #[inline(always)]
+    pub(super) fn twist(&self, rate: [R; JOINTS]) -> (Vec3<R>, Vec3<R>) {
+        let (mut velocity, mut omega) = (Vec3::zero(), Vec3::zero());
+        for (i, rate) in rate.into_iter().enumerate() {
+            velocity = self.axes[i].cross(self.part - self.frames[i].position).scale_add(rate, velocity);
+            omega = self.axes[i].scale_add(rate, omega);
+        }
+        (velocity, omega)
+    }
+
+    /// Joint rates for a velocity of the part and an angular velocity: the wrist's centre needs the first three alone.
+    #[inline(always)]
+    pub(super) fn rates(&self, velocity: Vec3<R>, omega: Vec3<R>) -> [R; JOINTS] {
+        let wrist = self.frames[4].position;
+        let column = |i: usize| self.axes[i].cross(wrist - self.frames[i].position);
+        let arm = Mat3 { x: column(0), y: column(1), z: column(2) };
+        let first = solve(arm, velocity + omega.cross(wrist - self.part));
+        let swung = self.axes[2].scale_add(first.z, self.axes[1].scale_add(first.y, self.axes[0] * first.x));
+        let hand = Mat3 { x: self.axes[3], y: self.axes[4], z: self.axes[5] };
+        let last = solve(hand, omega - swung);
+        [first.x, first.y, first.z, last.x, last.y, last.z]
+    }
+}
+
+/// `columns * x = right`; near a singular matrix the solution stays bounded.
+#[inline(always)]
+fn solve<R: Real>(columns: Mat3<R>, right: Vec3<R>) -> Vec3<R> {
+    let (yz, least) = (columns.y.cross(columns.z), R::lit(1e-3));
+    let determinant = columns.x.dot(yz);
+    let safe = R::select(determinant.lt(R::lit(0.0)), determinant.min(-least), determinant.max(least));
+    let x = right.dot(yz);
+    let y = columns.x.dot(right.cross(columns.z));
+    let z = columns.x.dot(columns.y.cross(right));
+    vec3(x, y, z) * (R::lit(1.0) / safe)
+}
+
+/// Joint angles that put the part at a pose, and 1 where they are out of reach, singular or out of range.
+///
+/// The closed form finds the posture to the scalar's rounding of metres; one Newton step on the small differences
+/// finds it to the rounding of millimetres.
+#[inline(always)]
+pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let pose = Pose { position: told.position, attitude: told.attitude };
+    let frame6 = Pose::lit(cell.base_inverse).compose(pose).compose(Pose::lit(cell.tool_inverse));
+    let found = cell.wrist.inverse(cell.branch, frame6);
+    let (mut angle, mut limited) = (found.angle, found.singular);
+    for (i, angle) in angle.iter_mut().enumerate() {
+        let away = *angle - R::lit(cell.start[i]);
+        let turns = away.mul_add(R::lit(1.0 / TAU), R::lit(0.5)).floor();
+        *angle = turns.mul_add(R::lit(-TAU), away);
+    }
+    let reach = Reach::at(cell, angle);
+    let at = tool_pose(cell, angle);
+    let error = told.attitude.compose(at.attitude.conjugate());
+    let turn = error.v * R::select(error.w.lt(zero), R::lit(-2.0), R::lit(2.0));
+    let to_base = Quat::lit(cell.base_inverse.attitude);
+    let step = reach.rates(to_base.rotate(told.position - at.position), to_base.rotate(turn));
+    for i in 0..JOINTS {
+        let limits = &cell.robot.joints[i].limits;
+        let wanted = angle[i] + step[i];
+        angle[i] = wanted.min(R::lit(limits.upper - cell.start[i])).max(R::lit(limits.lower - cell.start[i]));
+        let beyond = angle[i].lt(wanted) | wanted.lt(angle[i]);
+        limited = limited.max(R::select(beyond, one, zero));
+    }
+    (angle, limited)
+}
