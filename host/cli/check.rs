@@ -10,6 +10,8 @@ use softdock_campaign::campaign::Method;
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
+use softdock_kernels::model::Model;
+use softdock_kernels::plant::Plant;
 
 /// What a sample that is not independent shows.
 const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"random\" for one";
@@ -31,6 +33,7 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
         "delay\n  the frame itself delays by {}; it is part of loop_delay, which cannot be less (with sensor_delay)\n",
         with_unit(own, "s")
     );
+    text += &robots(&campaign.scenario.model);
     text += "\nrequirements\n";
     for requirement in &campaign.requirements {
         let line = match campaign.method {
@@ -50,6 +53,33 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
     }
     if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
+    }
+    text
+}
+
+/// What the start asks of robots with joints, beside their ratings.
+fn robots(model: &Model) -> String {
+    let Some(level) = &model.facility.joint_level else {
+        return String::new();
+    };
+    let workspace = &level.robot.workspace;
+    let mut text = "\nrobots at the start\n".to_owned();
+    let plant = Plant::new(model.clone());
+    for (index, (cell, mount)) in plant.robots().iter().zip(&level.mounts).enumerate() {
+        let rated = level.robot.joints.iter().map(|joint| joint.drive.static_torque);
+        let uses = cell.start_torques().into_iter().zip(rated).enumerate().filter(|(_, (_, rated))| *rated > 0.0);
+        let uses: Vec<String> = uses
+            .map(|(axis, (torque, rated))| format!("A{} {:.0} %", axis + 1, 100.0 * torque.abs() / rated))
+            .collect();
+        text += &format!(
+            "  robot {}  tool {:.2} of {:.2} m from axis 1, load {} of {} kg\n           of the rated static torque: {}\n",
+            index + 1,
+            cell.start_distance(),
+            workspace.reach,
+            mount.payload.mass,
+            workspace.payload,
+            uses.join(", ")
+        );
     }
     text
 }

@@ -340,6 +340,14 @@ pub const EFFECTS: &[Effect] = &[
         group: "G3",
     },
     Effect {
+        id: "K7_surface_offset",
+        block: Block::Contact,
+        name: "place of the parts on the robots",
+        parameters: &[at("place_error_x", 2e-4), at("place_error_y", 2e-4), at("place_error_z", 2e-4)],
+        source: "reference facility: repeatability of a robot, plus or minus 0.2 mm",
+        group: "G6",
+    },
+    Effect {
         id: "P1_mass",
         block: Block::Space,
         name: "mass and inertia error of the simulated target",

@@ -223,7 +223,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
         self.place_robots(m, &at, fresh);
-        let a = crate::robot::mounted_parts(m, &self.robots).a;
+        let a = crate::robot::mounted_parts(m, &self.params, &self.robots).a;
         let load = load_at(m, &self.params, a);
         let sensor = sensor_at(m, &load, a);
         self.load = choose(fresh, &load, &self.load);
@@ -327,7 +327,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         for substep in 1..=m.timing.substeps {
             let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &yielding));
-            let parts = crate::robot::mounted_parts(m, &self.robots);
+            let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
             let latch = latch(m, &self.params, &parts, seen.closed);
@@ -348,7 +348,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             }
             yielding = yield_to(m, &yielding, parts.a, sensed.output);
         }
-        let tracked = track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.robots), now);
+        let tracked =
+            track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.params, &self.robots), now);
         self.tracking = choose(live, &tracked, &self.tracking);
         self.hil.watch = choose(live, &seen, &self.hil.watch);
         self.robots = choose(live, &self.robots, &robots);

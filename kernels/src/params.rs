@@ -49,6 +49,7 @@ bundle! {
         robot2_lag: R, "s", "1/w of robot 2's response; 0 = ideal";
         robot2_lag_damping: R, "1", "damping ratio z of robot 2's response";
         robot2_lag_zero: R, "s", "time constant T_z of the zero of robot 2's response";
+        place_error: Vec3<R>, "m", "error of part A's place on its robot, laboratory axes: repeatability, a surface that is not where it should be";
         test_amplitude: R, "m", "amplitude of the test motion";
         test_frequency: R, "Hz", "frequency of the test motion; a run takes half a period";
 

@@ -193,8 +193,9 @@ fn follow<R: Real>(m: &Plant, lag: R, damping: R, zero_time: R, at: Motion<R>, t
 
 /// Actual motions of the parts on the robots' tools.
 #[inline(always)]
-pub fn mounted_parts<R: Real>(m: &Plant, s: &Robots<R>) -> Parts<R> {
+pub fn mounted_parts<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>) -> Parts<R> {
     let mut a = s.robot1.motion;
+    a.position = a.position + p.place_error;
     if let Some(rail) = m.facility.rail {
         let axis = Vec3::lit(rail.axis);
         a.position = axis.scale_add(s.robot1.rail, a.position);

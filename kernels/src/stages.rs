@@ -138,7 +138,7 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
             => robot::interpolate(m, &first, &second, &third, place)),
         stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
         stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
-        stage!(mounted_parts(s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &s)),
+        stage!(mounted_parts(p: Params<Sym>, s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &p, &s)),
         stage!(to_sensor(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::to_sensor(parts.a, w)),
         stage!(low_pass(p: Params<Sym>, s: Sensor<Sym>, w: Wrench<Sym>) -> Sensor<Sym> => sensor::low_pass(m, &p, &s, w)),
         stage!(sample(p: Params<Sym>, s: Sensor<Sym>, time: Sym, noise: Wrench<Sym>) -> Sensor<Sym>

@@ -114,7 +114,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     for (var substep = 1u; substep <= SUBSTEPS; substep++) {
         let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
         move_robots(displaced(interpolate(first, second, third, place), yielding));
-        let parts = mounted_parts(robot);
+        let parts = mounted_parts(p, robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
         let touch = touch_facility(pair, parts);
         let hold = latch(p, parts, hil_watch.closed);
@@ -135,7 +135,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         }
         yielding = yield_to(yielding, parts, output_of(sensed));
     }
-    tracking = track(p, tracking, mounted_parts(robot), now);
+    tracking = track(p, tracking, mounted_parts(p, robot), now);
 }
 
 // The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
@@ -213,7 +213,7 @@ fn reset() {
         put_wrench(SLOTS - age, zero_wrench());
     }
     place_robots(carry_on(told, -(transport(p) + 1.0)));
-    let mounted = mounted_parts(robot);
+    let mounted = mounted_parts(p, robot);
     load = load_at(p, mounted);
     sensed = sensor_at(load, mounted);
     held = zero_wrench();

@@ -14,7 +14,7 @@ fn take_command(told: Parts) {
 
 // One substep of both robots and the rail.
 fn move_robots(told: Parts) {
-    let push_b = reaction(mounted_parts(robot), push);
+    let push_b = reaction(mounted_parts(p, robot), push);
     drives_a = drive1(p, drives_a, set_a, push);
     drives_b = drive2(p, drives_b, set_b, push_b);
     robot = held_parts(drives_a, drives_b);

@@ -57,7 +57,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
         "touch_facility",
         400.0,
         "as touch_space",
-        call("let r0 = touch_facility(hil_pair(p), mounted_parts(robot));", &["Touch"], NONE),
+        call("let r0 = touch_facility(hil_pair(p), mounted_parts(p, robot));", &["Touch"], NONE),
     ),
     row("reset_bristles", 0.0, "no arithmetic", call("reset_bristles();", &[], NONE)),
     row(

@@ -315,7 +315,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     bodies_now.target.com_step = bodies_now.target.momentum * (5e-4 / masses.target_mass);
     let k = kinematics(plant, masses, &bodies_now);
     let robots: Robots<f64> = from_slice(robots);
-    let mounted = if facility { mounted_parts(plant, &robots) } else { k.parts };
+    let mounted = if facility { mounted_parts(plant, &shot.params, &robots) } else { k.parts };
     let bristles = shot.lane.bristles(facility, plant.contact.points.len());
     let points = plant.contact.points.iter().zip(bristles.chunks(3));
     let contacts: Vec<_> = points

@@ -122,7 +122,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
         robots_at(told: Parts<f64>) => robot::robots_at(m, &told), 0.0, "a rail along an axis, a share of a half: exact";
         robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, &p, &s, &told), 40.0, "an error of attitude and place, times the square of a bandwidth";
-        mounted_parts(s: Robots<f64>) => robot::mounted_parts(m, &s), 4.0, "one sum";
+        mounted_parts(p: Params<f64>, s: Robots<f64>) => robot::mounted_parts(m, &p, &s), 4.0, "two sums";
         to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 4.0, "a rotation";
         low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, &p, &s, w), 6.0, "a division and a sum";
         sample(p: Params<f64>, s: Sensor<f64>, time: f64, noise: Wrench<f64>) => sensor::sample(m, &p, &s, time, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";

@@ -115,6 +115,7 @@ const RANGES: &[(&str, Range)] = &[
     ("robot_model_inertia_error", Range::within(-1.0, 10.0)),
     ("robot_model_gravity_error", Range::within(-1.0, 10.0)),
     ("robot_model_friction_error", Range::within(-1.0, 10.0)),
+    ("place_error", Range::size(0.1)),
     ("rail_lag", Range::within(0.0, 10.0)),
     ("rail_lag_damping", Range::within(0.0, 100.0)),
     ("sensor_delay", Range::within(0.0, LONGEST_DELAY)),

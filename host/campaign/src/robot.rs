@@ -15,7 +15,9 @@ use crate::written::robot::{
     DriveTable, FrictionTable, JointTable, KinematicsTable, LimitsTable, LinkTable, RobotFile,
 };
 use crate::written::{At, Quantity as Written};
-use softdock_kernels::manipulator::{Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, Limits, Manipulator};
+use softdock_kernels::manipulator::{
+    Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, Limits, Manipulator, Workspace,
+};
 use softdock_kernels::model::{Link, MAX_JOINTS};
 use softdock_kernels::vector::{Pose, Sym3, Vec3, vec3};
 use std::path::Path;
@@ -37,8 +39,8 @@ pub struct Robot {
     pub model: Manipulator,
     /// What the constants do not hold, joint by joint.
     pub joints: Vec<JointFacts>,
-    /// Limits at the tool.
-    pub workspace: Workspace,
+    /// Where the limits of the robot as a whole come from.
+    pub workspace_source: String,
     /// Columns of a recording, by signal.
     pub log: Vec<Channel>,
     /// The file's name, for messages.
@@ -73,19 +75,6 @@ pub struct Sources {
     pub limits: String,
 }
 
-/// What the robot as a whole may do.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Workspace {
-    /// Greatest horizontal distance of the flange from axis 1 \[m\].
-    pub reach: f64,
-    /// Rated load \[kg\].
-    pub payload: f64,
-    /// Repeatability, plus or minus \[m\].
-    pub repeatability: f64,
-    /// Where the values come from.
-    pub source: String,
-}
-
 impl Robot {
     /// Reads a robot model file.
     pub fn load(path: &Path) -> Result<Self, Problems> {
@@ -113,13 +102,13 @@ impl Robot {
             reach: c.number(&file.workspace.reach, "m", length),
             payload: c.number(&file.workspace.payload, "kg", Range::within(0.0, MASS)),
             repeatability: c.number(&file.workspace.repeatability, "m", Range::within(0.0, 1.0)),
-            source: file.workspace.source.value.clone(),
         };
+        let workspace_source = file.workspace.source.value.clone();
         let log = log::read(&mut c, &file.log, written.len());
         Problems::check(std::mem::take(&mut c.problems))?;
-        let model = Manipulator { joints, flange: Pose::identity(), gravity: vec3(0.0, 0.0, -GRAVITY) };
+        let model = Manipulator { joints, flange: Pose::identity(), gravity: vec3(0.0, 0.0, -GRAVITY), workspace };
         let name = c.source.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        Ok(Self { id, title: file.title.value, model, joints: facts, workspace, log, file: name })
+        Ok(Self { id, title: file.title.value, model, joints: facts, workspace_source, log, file: name })
     }
 }
 

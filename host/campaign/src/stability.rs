@@ -66,6 +66,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     springs.extend(arm(m, &chaser));
     springs.extend(approach(m, &chaser));
     springs.extend(compensator(m, extremes, &chaser));
+    springs.extend(servos(m, extremes));
     let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
     faults.extend(lags(m, extremes));
     faults
@@ -208,6 +209,37 @@ fn compensator(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Option<Spring
     let key = "facility.compensator.stiffness";
     let parameter = Some("compensator_stiffness");
     Some(Spring { parameter, ..held("compensator".to_owned(), key, stiffness, damping, mobility, "kg") })
+}
+
+/// The loops of the robots' drives: velocity with every substep, on the rotor alone; position held over a tick.
+fn servos(m: &Model, extremes: &Extremes) -> Vec<Spring> {
+    let Some(level) = &m.facility.joint_level else {
+        return Vec::new();
+    };
+    let (low, high) = (&extremes.least, &extremes.greatest);
+    let robots = [
+        ("robot 1", "robot1_velocity_gain", "robot1_position_gain", &low.robot1, &high.robot1),
+        ("robot 2", "robot2_velocity_gain", "robot2_position_gain", &low.robot2, &high.robot2),
+    ];
+    let mut springs = Vec::new();
+    for (index, (robot, velocity_gain, position_gain, low, high)) in robots.into_iter().enumerate() {
+        let carriage = level.carriage.as_ref().filter(|_| index == 0);
+        let joints = level.robot.joints.iter().zip(&level.servo.velocity);
+        let joints = joints.enumerate().map(|(i, axis)| (format!("joint {} of {robot}", i + 1), axis));
+        let rail = carriage.map(|carriage| ("the rail".to_owned(), (&carriage.joint, &carriage.velocity)));
+        for (axis, (joint, velocity)) in joints.chain(rail) {
+            let rotor = low.gear_ratio * low.gear_ratio * joint.drive.reflected_inertia();
+            let damping = velocity.gain * high.velocity_gain + joint.friction.viscous * (1.0 + high.viscous_error);
+            let key = "facility.joint_level.servo.velocity_gain";
+            let loops = held(format!("velocity loop of {axis}"), key, 0.0, damping, 1.0 / rotor, "kg m^2");
+            springs.push(Spring { parameter: Some(velocity_gain), held: false, ..loops });
+        }
+        let key = "facility.joint_level.servo.position_gain";
+        let what = format!("position loops of {robot}");
+        let loops = held(what, key, 0.0, high.position_gain, 1.0, "(per unit inertia)");
+        springs.push(Spring { parameter: Some(position_gain), ..loops });
+    }
+    springs
 }
 
 /// A controller that is held over a tick.

@@ -267,7 +267,7 @@ fn uses_at<const N: usize>(robot: &Robot, states: &[[f64; 3]]) -> Uses {
 
 /// Greatest of: distance by reach; and 1 plus what is missing from floor and column.
 fn workspace_use<const N: usize>(robot: &Robot, angle: [f64; N]) -> f64 {
-    let reach = robot.workspace.reach;
+    let reach = robot.model.workspace.reach;
     let flange = flange(&robot.model, angle).position;
     // The wrist: the frame before the last.
     let wrist = link_frames(&robot.model, angle).get(N.saturating_sub(2)).map_or(flange, |frame| frame.position);

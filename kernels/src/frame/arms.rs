@@ -53,7 +53,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             return;
         };
         let ([cell1, cell2], p) = (m.robots(), &self.params);
-        let push_b = reaction(&crate::robot::mounted_parts(m, &self.robots), arms.push);
+        let push_b = reaction(&crate::robot::mounted_parts(m, p, &self.robots), arms.push);
         arms.drives[0] = drive(cell1, &p.robot1, &arms.drives[0], &arms.set[0], arms.push);
         arms.drives[1] = drive(cell2, &p.robot2, &arms.drives[1], &arms.set[1], push_b);
         self.robots = held_parts(m, &arms.drives[0], &arms.drives[1]);

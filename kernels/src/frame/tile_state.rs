@@ -159,7 +159,7 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             to_vec(&touch_points(m, pair, &parts, &mut tile.space.bristles, true))
         }),
         ("touch_facility", |tile, m| {
-            let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.robots), tile.hil.pair);
+            let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.params, &tile.robots), tile.hil.pair);
             to_vec(&touch_points(m, pair, &mounted, &mut tile.hil.bristles, true))
         }),
         ("reset_bristles", |tile, _| {

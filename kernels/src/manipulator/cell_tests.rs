@@ -1,57 +1,27 @@
 //! A robot in its place: it stands still, follows a sine as its loops say, and its parts are where the joints say.
 
 use super::cell::*;
-use super::tests::robot;
+use super::sample::{carriage, mount, reference_drives, robot, servo};
 use super::*;
 use crate::model::{Rail, Timing};
 use crate::space::{Motion, Wrench};
-use crate::vector::{Sym3, Vec3};
+use crate::vector::Vec3;
 use std::f64::consts::TAU;
 
 const TIMING: Timing = Timing { substep: 0.25e-3, substeps: 4, max_ticks: 1 };
 
-/// A carriage of 2 t on a rail along x, with a drive of 40 N s/mm.
-fn on_rail(share: f64) -> Option<(Rail, Carriage)> {
-    let mut joint = robot().joints[0];
-    joint.link.mass = 2000.0;
-    (joint.drive.gear_ratio, joint.drive.rotor_inertia, joint.drive.torque_offset) = (400.0, 0.002, 0.0);
-    (joint.drive.gear_stiffness, joint.drive.gear_damping, joint.drive.torque_limit) = (1e8, 1e5, 3e4);
-    joint.limits = Limits { lower: -1.0, upper: 1.0, speed: 1.5, acceleration: 2.0 };
-    let rail = Rail { axis: vec3(1.0, 0.0, 0.0), share };
-    Some((rail, Carriage { joint, velocity: VelocityLoop { gain: 4e5, integral_time: 0.05 } }))
-}
-
-/// The robot 2 m behind the laboratory's origin, its flange looking along +x.
 fn cell(feedforward: Feedforward) -> Cell {
     cell_on(None, feedforward)
 }
 
-fn cell_on(rail: Option<(Rail, Carriage)>, feedforward: Feedforward) -> Cell {
-    let half = std::f64::consts::FRAC_1_SQRT_2;
-    // The part's x axis is the last link's z axis.
-    let tool = Pose { position: vec3(0.0, 0.0, 0.1), attitude: Quat { w: half, v: vec3(0.0, -half, 0.0) } };
-    let payload = Payload { mass: 200.0, com: Vec3::zero(), inertia: Sym3::diagonal(vec3(5.0, 5.0, 5.0)) };
-    let base = Pose { position: vec3(-2.0, 0.0, -1.8), attitude: Quat::identity() };
-    let velocity = |gain: f64| VelocityLoop { gain, integral_time: 0.05 };
-    let servo = Servo {
-        velocity: [300_000.0, 300_000.0, 300_000.0, 100_000.0, 100_000.0, 100_000.0].map(velocity),
-        feedforward,
-    };
-    let mount = Mount { base, tool, payload };
-    Cell::new(&robot(), &mount, &servo, rail, Pose::identity(), &TIMING).expect("within reach")
+/// The robot on a rail along x that makes a share of its motion.
+fn cell_on(share: Option<f64>, feedforward: Feedforward) -> Cell {
+    let rail = share.map(|share| (Rail { axis: vec3(1.0, 0.0, 0.0), share }, carriage()));
+    Cell::new(&robot(), &mount(), &servo(feedforward), rail, Pose::identity(), &TIMING).expect("within reach")
 }
 
 fn params() -> DriveParams<f64> {
-    DriveParams {
-        position_gain: 7.0,
-        velocity_feedforward: 0.45,
-        stribeck: 1.0,
-        presliding: 1.0,
-        gear_compliance: 1.0,
-        backlash: 1.0,
-        current_lag: 1.0 / (TAU * 600.0),
-        ..crate::params::Params::null().robot1
-    }
+    reference_drives()
 }
 
 fn rest() -> Motion<f64> {
@@ -112,8 +82,8 @@ fn sine(cell: &Cell) -> (f64, f64) {
 
 #[test]
 fn a_sine_comes_out_with_the_gain_and_lag_of_the_loops() {
-    for (who, rail) in [("joints", None), ("rail", on_rail(1.0)), ("both", on_rail(0.5))] {
-        let (gain, lag) = sine(&cell_on(rail, Feedforward::Off));
+    for (who, share) in [("joints", None), ("rail", Some(1.0)), ("both", Some(0.5))] {
+        let (gain, lag) = sine(&cell_on(share, Feedforward::Off));
         println!("{who}: gain {gain:.4} lag {lag:.2}");
         assert!((gain - 0.8).abs() < 0.05 && (lag - 20.0).abs() < 3.0, "{who}: {gain} {lag}");
     }
@@ -124,12 +94,12 @@ fn a_sine_comes_out_with_the_gain_and_lag_of_the_loops() {
 fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
     let robot = robot();
     let (angle, rate) = ([0.3, -1.2, 1.1, 0.4, -0.7, 0.2], [0.5, -0.3, 0.4, -0.8, 0.6, 1.0]);
-    let (joints, along, carriage) = ([1.0, -2.0, 0.7, 3.0, -1.5, 2.5], vec3(0.6, 0.8, 0.0), 2000.0);
+    let (joints, along, mass) = ([1.0, -2.0, 0.7, 3.0, -1.5, 2.5], vec3(0.6, 0.8, 0.0), 2000.0);
     for base in [0.0, 1.7, -0.4] {
         let (torque, push) = chain_torques(&robot, angle, rate, joints, along * base);
-        let force = push.dot(along) + carriage * base;
+        let force = push.dot(along) + mass * base;
         let chain = fold_chain(&robot, &link_frames(&robot, angle), rate, &torque, &[0.0; 6], NOTHING);
-        let slid = chain.slide(along, carriage, force);
+        let slid = chain.slide(along, mass, force);
         assert!((slid - base).abs() < 1e-9, "{slid} for {base}");
         let found = chain.accelerations_on(along * slid);
         found.iter().zip(joints).for_each(|(found, joint)| assert!((found - joint).abs() < 1e-9, "{found} {joint}"));
@@ -139,7 +109,7 @@ fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
 /// Without friction, a push on the part along the rail ends in its drive, through the arm.
 #[test]
 fn a_push_on_the_part_ends_in_the_drive_of_the_rail() {
-    let held = cell_on(on_rail(1.0), Feedforward::Off);
+    let held = cell_on(Some(1.0), Feedforward::Off);
     let p = DriveParams { coulomb_error: -1.0, viscous_error: -1.0, stribeck: 0.0, backlash: 0.0, ..params() };
     let push = Wrench { force: vec3(500.0, 0.0, 0.0), ..NOTHING };
     let mut s = drives_at(&held, &p, &rest());
@@ -149,4 +119,16 @@ fn a_push_on_the_part_ends_in_the_drive_of_the_rail() {
     let rail = s.axis[AXES - 1];
     assert!((rail.torque + 500.0).abs() < 5.0, "the drive holds the push: {}", rail.torque);
     assert!((rail.windup + 500.0 / 1e8).abs() < 5e-8, "the rack gives way: {}", rail.windup);
+}
+
+/// Beyond the workspace a command is followed as far as the joints go, and said to be beyond.
+#[test]
+fn a_command_beyond_the_workspace_is_flagged() {
+    let cell = cell(Feedforward::Off);
+    let s = drives_at(&cell, &params(), &rest());
+    let told = |x: f64| Motion { position: vec3(x, 0.0, 0.0), ..rest() };
+    let limited = |x: f64| set_point(&cell, &params(), &s, &first_set_point(&s), &told(x)).limited;
+    // The tool is 2 m from axis 1 and may be 2.3 m away; speed and acceleration bite far below a jump of 0.1 mm.
+    assert_eq!((limited(1e-4), drives_at(&cell, &params(), &told(0.29)).limited), (0.0, 0.0));
+    assert_eq!(drives_at(&cell, &params(), &told(0.31)).limited, 1.0);
 }

@@ -10,6 +10,7 @@ mod friction;
 mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
+pub mod sample;
 
 pub use cell::{drive, drives_at, set_point};
 pub use drive::{DriveParams, JointState, VelocityLoop};
@@ -36,6 +37,19 @@ pub struct Manipulator {
     pub flange: Pose<f64>,
     /// Acceleration of free fall in base axes \[m/s^2\].
     pub gravity: Vec3<f64>,
+    /// What the robot as a whole may do.
+    pub workspace: Workspace,
+}
+
+/// What a robot as a whole may do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workspace {
+    /// Greatest horizontal distance of the tool from axis 1 \[m\].
+    pub reach: f64,
+    /// Rated load \[kg\].
+    pub payload: f64,
+    /// Repeatability, plus or minus \[m\].
+    pub repeatability: f64,
 }
 
 /// One joint with its link and its drive.

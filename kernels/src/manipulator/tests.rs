@@ -1,52 +1,7 @@
 //! Kinematics, dynamics and friction of a robot against hand values and energy.
 
+use super::sample::robot;
 use super::*;
-use crate::vector::Sym3;
-
-/// Geometry of a KUKA KR 300 R2500 ultra with plain bodies.
-pub(super) fn robot() -> Manipulator {
-    let rows: [(f64, f64, f64, f64, f64); 6] = [
-        (0.0, 0.0, 0.675, 0.0, -1.0),
-        (0.35, -90.0, 0.0, 0.0, 1.0),
-        (1.15, 0.0, 0.0, -90.0, 1.0),
-        (-0.041, -90.0, 1.0, 0.0, -1.0),
-        (0.0, 90.0, 0.0, 0.0, 1.0),
-        (0.0, -90.0, 0.24, 180.0, -1.0),
-    ];
-    let joint = |(a, alpha, d, offset, sign): (f64, f64, f64, f64, f64)| {
-        let row = DhRow { a, alpha: alpha.to_radians(), d, offset: offset.to_radians(), sign };
-        Joint {
-            link: Link {
-                origin: row.origin(),
-                mass: 100.0 + 50.0 * a,
-                com: vec3(0.1, 0.2 * a, -0.1),
-                inertia: Sym3 { xx: 5.0, yy: 6.0, zz: 7.0, xy: 0.3, xz: -0.2, yz: 0.1 },
-            },
-            sign,
-            drive: Drive {
-                gear_ratio: 200.0,
-                rotor_inertia: 0.01,
-                gear_stiffness: 1e6,
-                gear_damping: 1e3,
-                backlash: 0.0,
-                torque_offset: 3.0,
-                torque_limit: 1e4,
-                static_torque: 5e3,
-            },
-            friction: Friction {
-                coulomb: 100.0,
-                viscous: 500.0,
-                stribeck: 40.0,
-                stribeck_speed: 0.02,
-                presliding_stiffness: 1.4e6,
-                load_coefficient: 0.0,
-            },
-            counterweight: None,
-            limits: Limits { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 5.0 },
-        }
-    };
-    Manipulator { joints: rows.map(joint).into(), flange: Pose::identity(), gravity: vec3(0.0, 0.0, -GRAVITY) }
-}
 
 #[test]
 fn check_points_of_the_kr_300() {

@@ -57,7 +57,10 @@ fn what_is_written_is_read_back_to_the_bit() {
     let robot = read(&shipped()).expect("valid");
     let again = read(&robot.to_toml(&["a remark".to_owned()])).expect("the writer's text is valid");
     assert_eq!(again.model, robot.model);
-    assert_eq!((&again.joints, &again.workspace, &again.log), (&robot.joints, &robot.workspace, &robot.log));
+    assert_eq!(
+        (&again.joints, &again.model.workspace, &again.log),
+        (&robot.joints, &robot.model.workspace, &robot.log)
+    );
     assert_eq!((&again.id, &again.title), (&robot.id, &robot.title));
 }
 

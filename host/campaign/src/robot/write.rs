@@ -15,14 +15,14 @@ impl Robot {
             let _ = writeln!(out, "# {}", remark.replace('\n', " "));
         }
         let _ = writeln!(out, "\nschema = {:?}\nid = {:?}\ntitle = {}", FORMAT, self.id, text(&self.title));
-        let w = &self.workspace;
+        let w = &self.model.workspace;
         let _ = writeln!(
             out,
             "\n[workspace]\nreach = \"{} m\"\npayload = \"{} kg\"\nrepeatability = \"{} m\"\nsource = {}",
             w.reach,
             w.payload,
             w.repeatability,
-            text(&w.source)
+            text(&self.workspace_source)
         );
         for index in 0..self.joints.len() {
             self.joint(&mut out, index);

@@ -103,6 +103,7 @@ fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
     p.contact_stiffness_error = c.parameter_or(&e.contact_stiffness, "contact_stiffness_error", 0.0);
     p.contact_damping_error = c.parameter_or(&e.contact_damping, "contact_damping_error", 0.0);
     p.contact_friction_error = c.parameter_or(&e.contact_friction, "contact_friction_error", 0.0);
+    p.place_error = c.parameter_vector(&e.place, "place_error");
 }
 
 fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {

@@ -55,6 +55,14 @@ pub(crate) fn read(c: &mut Checker, table: &JointLevelTable, p: &mut Params<f64>
             return None;
         }
     };
+    for (place, mount) in [&table.robot1, &table.robot2].into_iter().zip(&mounts) {
+        let (load, rated) = (mount.payload.mass, robot.workspace.payload);
+        if load > rated {
+            let message = format!("a load of {load} kg is more than the {rated} kg that this robot is rated for");
+            let remedy = "lighten it, or take another robot: the rating is workspace.payload of its model file";
+            c.refuse(&place.span, message, remedy);
+        }
+    }
     let velocity = std::array::from_fn(|i| VelocityLoop { gain: gains.get(i).copied().unwrap_or(0.0), integral_time });
     let carriage = table.rail.as_ref().map(|rail| carriage(c, &rail.value, integral_time));
     Some((JointLevel { robot, mounts, servo: Servo { velocity, feedforward }, carriage }, source))

@@ -207,7 +207,7 @@ pub(crate) struct LoadTable {
     pub(crate) centre_error: Option<Quantities>,
 }
 
-/// Relative differences between facility and space.
+/// Differences between facility and space; relative ones, but for the place.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ErrorsTable {
@@ -221,4 +221,6 @@ pub(crate) struct ErrorsTable {
     pub(crate) contact_damping: Option<Quantity>,
     /// Friction of the mounted parts.
     pub(crate) contact_friction: Option<Quantity>,
+    /// Place of part A on its robot, laboratory axes.
+    pub(crate) place: Option<Quantities>,
 }

@@ -175,6 +175,18 @@ impl Cell {
         })
     }
 
+    /// Torques that the gears carry of the robot's weight and its load's at the start posture \[N m\].
+    pub fn start_torques(&self) -> [f64; JOINTS] {
+        let carried = controller::weight(self, [0.0; AXES]);
+        std::array::from_fn(|i| carried[i])
+    }
+
+    /// Horizontal distance of the tool from axis 1 at the start posture \[m\].
+    pub fn start_distance(&self) -> f64 {
+        let part = self.base_inverse.compose(self.home).position;
+        part.x.hypot(part.y)
+    }
+
     /// How many axes there are: 6, or 7 on a rail.
     fn axes(&self) -> usize {
         JOINTS + usize::from(self.rail.is_some())

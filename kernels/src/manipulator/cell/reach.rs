@@ -88,9 +88,12 @@ fn solve<R: Real>(columns: Mat3<R>, right: Vec3<R>) -> Vec3<R> {
 pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let pose = Pose { position: told.position, attitude: told.attitude };
-    let frame6 = Pose::lit(cell.base_inverse).compose(pose).compose(Pose::lit(cell.tool_inverse));
-    let found = cell.wrist.inverse(cell.branch, frame6);
-    let (mut angle, mut limited) = (found.angle, found.singular);
+    let part = Pose::lit(cell.base_inverse).compose(pose);
+    let found = cell.wrist.inverse(cell.branch, part.compose(Pose::lit(cell.tool_inverse)));
+    let away = part.position.x.mul_add(part.position.x, part.position.y * part.position.y);
+    let reach = cell.robot.workspace.reach;
+    let beyond_reach = R::select(R::lit(reach * reach).lt(away), one, zero);
+    let (mut angle, mut limited) = (found.angle, found.singular.max(beyond_reach));
     for (i, angle) in angle.iter_mut().enumerate() {
         let away = *angle - R::lit(cell.start[i]);
         let turns = away.mul_add(R::lit(1.0 / TAU), R::lit(0.5)).floor();
