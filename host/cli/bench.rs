@@ -4,7 +4,7 @@ use crate::args::BenchArgs;
 use crate::words::{Exit, json, say};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
-use softdock_engine::bench::{Scene, cpu_peak, device_peak, ticks_per_second};
+use softdock_engine::bench::{Scene, Speed, cpu_peak, device_peak, speed};
 use softdock_engine::cpu::{CpuEngine, InstructionSet};
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Engine, EngineError};
@@ -21,6 +21,9 @@ struct Row {
     ideal_steps: f64,
     ideal_ticks: f64,
     hil_ticks: f64,
+    joint_ticks: f64,
+    /// What a device takes to compile the kernel of robots with joints [s].
+    compilation: Option<f64>,
     peak: f64,
 }
 
@@ -70,8 +73,8 @@ fn thread_counts() -> Vec<usize> {
 fn on_threads(backend: String, set: InstructionSet, threads: usize, length: Length) -> miette::Result<Row> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().into_diagnostic()?;
     let runs = RUNS_PER_THREAD * threads as u64;
-    pool.install(|| row(backend, threads, runs, &mut CpuEngine::with(set), cpu_peak(set, length.seconds), length))
-        .into_diagnostic()
+    let row = || row(backend, threads, runs, &mut CpuEngine::with(set), cpu_peak(set, length.seconds), length);
+    Ok(Row { compilation: None, ..pool.install(row).into_diagnostic()? })
 }
 
 fn on_device(mut engine: GpuEngine, length: Length) -> Result<Row, EngineError> {
@@ -90,11 +93,14 @@ fn row(
     peak: f64,
     length: Length,
 ) -> Result<Row, EngineError> {
-    let mut rate = |scene| ticks_per_second(engine, scene, runs, length.seconds, length.repeats);
+    let mut of = |scene| speed(engine, scene, runs, length.seconds, length.repeats);
+    let joints = of(Scene::JointLoop)?;
     Ok(Row {
-        ideal_steps: rate(Scene::IdealStep)?,
-        ideal_ticks: rate(Scene::IdealLoop)?,
-        hil_ticks: rate(Scene::HilLoop)?,
+        ideal_steps: of(Scene::IdealStep)?.ticks,
+        ideal_ticks: of(Scene::IdealLoop)?.ticks,
+        hil_ticks: of(Scene::HilLoop)?.ticks,
+        joint_ticks: joints.ticks,
+        compilation: Some(joints.first),
         backend,
         threads,
         peak,
@@ -106,7 +112,10 @@ fn growth(length: Length) -> Result<Vec<(u64, f64)>, EngineError> {
     let mut engine = CpuEngine::new();
     [1, 8, 64, 512, 4096]
         .into_iter()
-        .map(|runs| Ok((runs, ticks_per_second(&mut engine, Scene::HilLoop, runs, length.seconds, length.repeats)?)))
+        .map(|runs| {
+            let Speed { ticks, .. } = speed(&mut engine, Scene::HilLoop, runs, length.seconds, length.repeats)?;
+            Ok((runs, ticks))
+        })
         .collect()
 }
 
@@ -120,21 +129,26 @@ impl Row {
 fn in_words(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> String {
     let mut out = format!(
         "Scene: free base, 7 joints, free target, sphere in a cone with friction; {flops} flop per ideal step of 1 ms.\n\
-         Loops: tick 1 ms in 4 substeps; HIL = both loops, delay 8 ms, lagging robots, noisy sensor.\n\n\
-         {:<44} {:>7} {:>12} {:>12} {:>12} {:>10} {:>6}\n",
-        "backend", "threads", "ideal step/s", "ideal tick/s", "HIL tick/s", "peak Gflop", "share"
+         Loops: tick 1 ms in 4 substeps; HIL = both loops, delay 8 ms, lagging robots, noisy sensor; joints = the same, robots \
+         joint by joint.\n\n\
+         {:<44} {:>7} {:>12} {:>12} {:>12} {:>12} {:>10} {:>6}\n",
+        "backend", "threads", "ideal step/s", "ideal tick/s", "HIL tick/s", "joint tick/s", "peak Gflop", "share"
     );
     for row in rows {
         let name: String = row.backend.chars().take(44).collect();
         let threads = if row.threads == 0 { "-".to_owned() } else { row.threads.to_string() };
         out += &format!(
-            "{name:<44} {threads:>7} {:>12.0} {:>12.0} {:>12.0} {:>10.1} {:>5.1}%\n",
+            "{name:<44} {threads:>7} {:>12.0} {:>12.0} {:>12.0} {:>12.0} {:>10.1} {:>5.1}%\n",
             row.ideal_steps,
             row.ideal_ticks,
             row.hil_ticks,
+            row.joint_ticks,
             row.peak / 1e9,
             100.0 * row.share(flops)
         );
+    }
+    for (row, seconds) in rows.iter().filter_map(|row| Some((row, row.compilation?))) {
+        out += &format!("\n{} compiles the kernel of robots with joints in {seconds:.1} s\n", row.backend);
     }
     out += "\nCost against the number of runs (HIL loop, CPU lanes, all threads):\n";
     for (runs, rate) in growth {
@@ -149,7 +163,8 @@ fn in_json(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> Value {
         .map(|row| {
             json!({
                 "backend": row.backend, "threads": row.threads, "ideal_steps_per_s": row.ideal_steps,
-                "ideal_ticks_per_s": row.ideal_ticks, "hil_ticks_per_s": row.hil_ticks,
+                "ideal_ticks_per_s": row.ideal_ticks, "hil_ticks_per_s": row.hil_ticks, "joint_ticks_per_s": row.joint_ticks,
+                "joint_compilation_s": row.compilation,
                 "peak_flop_per_s": row.peak, "share_of_peak": row.share(flops),
             })
         })

@@ -168,10 +168,10 @@ fn joint_stages(m: &Plant) -> Vec<Function> {
             => cell::set_point(robot1, &p.robot1, &s, &last, &told.a)),
         stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
             => cell::set_point(robot2, &p.robot2, &s, &last, &told.b)),
-        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => cell::drive(robot1, &p.robot1, &s, &set, load)),
-        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, set: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
-            => cell::drive(robot2, &p.robot2, &s, &set, load)),
+        stage!(drive1(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => cell::drive(robot1, &p.robot1, &s, &aim, load)),
+        stage!(drive2(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
+            => cell::drive(robot2, &p.robot2, &s, &aim, load)),
         stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot1, &p.robot1, &told.a)),
         stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot2, &p.robot2, &told.b)),
         stage!(held_parts(drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>

@@ -105,8 +105,8 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     row("push_robots", 0.0, "no arithmetic", call("push_robots(held);", &[], NONE)),
     row(
         "place_robots",
-        2000.0,
-        "as take_command",
+        4000.0,
+        "as drives_at1, which it calls",
         call("place_robots(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
     ),
     row(

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// An output whose enclosure is wider than this share of its size lies on a discontinuity, or is badly conditioned.
-const UNDECIDED: f64 = 1e-3;
+const UNDECIDED: f64 = 1e-4;
 /// Drivers re-associate sums (lavapipe does, for the centre of mass, its step and the lever to a part, and for the
 /// velocity of a turning part's point): roundings then fall on other intermediate values than those of the enclosure.
 const ASSOCIATION: f64 = 2.0;

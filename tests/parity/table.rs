@@ -98,7 +98,7 @@ fn contact_rows() -> Vec<Row<Twin>> {
         hil_pair(p: Params<f64>) => contact::hil_pair(&p), 4.0, "two roundings";
         contact_point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, bristle: Vec3<f64>)
             => contact::contact_point(m, pair, &parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
-        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 20.0, "the gap is a difference of positions";
+        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 40.0, "the gap is a difference of positions";
         no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
         gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";
         total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(&touch, &latch), 2.0, "one sum";
@@ -151,10 +151,10 @@ fn joint_rows() -> Vec<Row<Twin>> {
             => cell::set_point(&m.robots()[0], &p.robot1, &s, &last, &told.a), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
         set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
             => cell::set_point(&m.robots()[1], &p.robot2, &s, &last, &told.b), 200.0, "as set_point1";
-        drive1(p: Params<f64>, s: Drives<f64>, set: SetPoint<f64>, load: Wrench<f64>)
-            => cell::drive(&m.robots()[0], &p.robot1, &s, &set, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
-        drive2(p: Params<f64>, s: Drives<f64>, set: SetPoint<f64>, load: Wrench<f64>)
-            => cell::drive(&m.robots()[1], &p.robot2, &s, &set, load), 200.0, "as drive1";
+        drive1(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, load: Wrench<f64>)
+            => cell::drive(&m.robots()[0], &p.robot1, &s, &aim, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
+        drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, load: Wrench<f64>)
+            => cell::drive(&m.robots()[1], &p.robot2, &s, &aim, load), 200.0, "as drive1";
         held_parts(drives1: Drives<f64>, drives2: Drives<f64>)
             => joint_level::held_parts(m, &drives1, &drives2), 100.0, "velocities at the end of six levers";
         reaction(parts: Parts<f64>, w: Wrench<f64>) => joint_level::reaction(&parts, w), 6.0, "a cross product added to a moment";

@@ -153,3 +153,45 @@ fn a_load_and_a_tare_compile_and_an_error_without_a_tare_is_refused() {
     let untared = with_facility("[facility.sensor]\ntare_error_force = [\"0.1 N\", \"0 N\", \"0 N\"]");
     assert!(format!("{:?}", untared.expect_err("no tare")).contains("the sensor is not tared"));
 }
+
+/// The shipped docking on robots with joints, changed in one place.
+fn on_joints(old: &str, new: &str) -> Result<Scenario, Problems> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/scenarios/smoke_joint.toml");
+    let text = std::fs::read_to_string(&path).expect("a shipped scenario");
+    assert!(text.contains(old), "{old}");
+    Scenario::from_source(Source::new(path, text.replacen(old, new, 1)))
+}
+
+#[test]
+fn robots_with_joints_take_what_a_facility_can_be() {
+    let m = on_joints("", "").expect("valid").model;
+    let level = m.facility.joint_level.expect("joints");
+    let carriage = level.carriage.expect("a rail");
+    assert_eq!(carriage.joint.link.mass, 1200.0);
+    assert!((carriage.joint.drive.reflected_inertia() - 0.006 * (std::f64::consts::TAU / 8e-3).powi(2)).abs() < 1e-6);
+    let refused = |old: &str, new: &str, key: &str, message: &str| {
+        let problems = on_joints(old, new).expect_err(new);
+        let problem = problems.iter().next().expect("never empty");
+        assert_eq!(problem.key, key, "{problem}");
+        assert!(problem.message.contains(message), "{problem}");
+    };
+    let rail = "rail = { axis = [1, 0, 0], share = 0.5 }";
+    refused(rail, "", "facility.joint_level.rail", "this drive has no rail");
+    refused(rail, "rail = { axis = [1, 0, 1], share = 0.5 }", "facility.joint_level.rail", "this one climbs");
+    let lagging = "rail = { axis = [1, 0, 0], share = 0.5, lag = \"10 ms\" }";
+    refused(rail, lagging, "facility.rail.lag", "this does nothing beside [facility.joint_level]");
+    let heavy = "payload = { mass = \"340 kg\",";
+    refused("payload = { mass = \"40 kg\",", heavy, "facility.joint_level.robot1", "more than the 300 kg");
+    let far = "[facility.joint_level.robot1]      # holds the probe\nposition = [\"-4 m\"";
+    let near = "[facility.joint_level.robot1]      # holds the probe\nposition = [\"-2 m\"";
+    refused(near, far, "facility.joint_level.robot1", "robot 1 cannot hold its part");
+    // 5e8 N m s/rad on the reflected rotor of axis 1, 609 kg m^2, cannot be followed in 0.25 ms.
+    let gains = "facility.joint_level.servo.velocity_gain";
+    refused(
+        "velocity_gain = [\"3e5 N m s/rad\"",
+        "velocity_gain = [\"5e8 N m s/rad\"",
+        gains,
+        "velocity loop of joint 1",
+    );
+    refused("velocity_gain = \"4e5 N s/m\"", "velocity_gain = \"4e8 N s/m\"", gains, "velocity loop of the rail");
+}

@@ -5,7 +5,7 @@ mod scene;
 
 use crate::{Engine, EngineError, Job, RunInput};
 pub use peak::{cpu_peak, device_peak};
-pub use scene::{ideal_step_flops, scene};
+pub use scene::{ideal_step_flops, scene, with_joints};
 use softdock_kernels::frame::Loops;
 use std::time::Instant;
 
@@ -18,6 +18,17 @@ pub enum Scene {
     IdealLoop,
     /// Both loops of a run, with delay, lagging robots and a noisy sensor; a tick of 1 ms in four substeps.
     HilLoop,
+    /// The same with both robots joint by joint.
+    JointLoop,
+}
+
+/// How fast an engine steps a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speed {
+    /// Ticks per second over all runs together: the median of some windows.
+    pub ticks: f64,
+    /// What the first batch of a kernel takes more than the second \[s\]: its compilation, on a device.
+    pub first: f64,
 }
 
 impl Scene {
@@ -25,9 +36,11 @@ impl Scene {
         let plant = match self {
             Self::IdealStep => scene(1e-3, 1, ticks),
             Self::IdealLoop | Self::HilLoop => scene(2.5e-4, 4, ticks),
+            Self::JointLoop => with_joints(&scene(2.5e-4, 4, ticks)),
         };
-        let mut job = Job::new(plant, 1, self == Self::HilLoop);
-        job.batch.loops = if self == Self::HilLoop { Loops::Both } else { Loops::SpaceOnly };
+        let both = matches!(self, Self::HilLoop | Self::JointLoop);
+        let mut job = Job::new(plant, 1, both);
+        job.batch.loops = if both { Loops::Both } else { Loops::SpaceOnly };
         job
     }
 
@@ -38,20 +51,23 @@ impl Scene {
     }
 }
 
-/// Ticks per second over all runs together: the median of `repeats` windows of about `seconds` each.
+/// Speed over `repeats` windows of about `seconds` each.
 ///
 /// # Errors
 /// What the engine says.
-pub fn ticks_per_second(
+pub fn speed(
     engine: &mut dyn Engine,
     scene: Scene,
     runs: u64,
     seconds: f64,
     repeats: usize,
-) -> Result<f64, EngineError> {
+) -> Result<Speed, EngineError> {
     // A run of a few ticks would measure its start; the length is part of the kernel, so each is run once to compile.
     let mut ticks = 512;
-    let mut rate = measure(engine, scene, runs, ticks)?.max(measure(engine, scene, runs, ticks)?);
+    let batch = runs as f64 * f64::from(ticks);
+    let (first, second) = (measure(engine, scene, runs, ticks)?, measure(engine, scene, runs, ticks)?);
+    let first_more = (batch / first - batch / second).max(0.0);
+    let mut rate = first.max(second);
     while (runs as f64) * f64::from(ticks) / rate < 0.5 * seconds && ticks < 1 << 20 {
         ticks = (seconds * rate / runs as f64).clamp(f64::from(ticks) * 2.0, 1.1e6) as u32;
         rate = measure(engine, scene, runs, ticks)?.max(measure(engine, scene, runs, ticks)?);
@@ -61,7 +77,7 @@ pub fn ticks_per_second(
         rates.push(measure(engine, scene, runs, ticks)?);
     }
     rates.sort_by(f64::total_cmp);
-    Ok(rates[rates.len() / 2])
+    Ok(Speed { ticks: rates[rates.len() / 2], first: first_more })
 }
 
 fn measure(engine: &mut dyn Engine, scene: Scene, runs: u64, ticks: u32) -> Result<f64, EngineError> {

@@ -2,6 +2,8 @@
 
 use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
+use softdock_kernels::manipulator::cell::{Feedforward, Mount};
+use softdock_kernels::manipulator::sample;
 use softdock_kernels::model::*;
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
@@ -51,6 +53,30 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
     // The tool at the contact frame's origin, whatever the posture.
     let reach = Plant::new(chain.clone()).tool_start.position;
     Plant::new(Model { base_pose: Pose { position: -reach, attitude: Quat::identity() }, ..chain })
+}
+
+/// The scene with both robots joint by joint, held where they stand by their flanges.
+pub fn with_joints(plant: &Plant) -> Plant {
+    let mut model = Model::clone(plant);
+    // A tool that undoes the part's own attitude, so that the flange looks as it does in the sample.
+    let towards = |base: Pose<f64>, attitude: Quat<f64>| {
+        let mount = sample::mount();
+        let flange = sample::mount().tool.attitude.conjugate();
+        let own = base.attitude.compose(flange).conjugate().compose(attitude);
+        Mount { base, tool: Pose { attitude: own, ..mount.tool }, ..mount }
+    };
+    let (a, b) = (model.base_pose.compose(plant.tool_start), model.target_pose.compose(model.seat));
+    let base1 = sample::mount().base;
+    let around = Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) };
+    let base2 = Pose { position: vec3(-base1.position.x, 0.0, base1.position.z), attitude: around };
+    model.facility.joint_level = Some(JointLevel {
+        robot: sample::robot(),
+        mounts: [towards(base1, a.attitude), towards(base2, b.attitude)],
+        servo: sample::servo(Feedforward::Full),
+        carriage: None,
+    });
+    (model.nominal.robot1, model.nominal.robot2) = (sample::reference_drives(), sample::reference_drives());
+    Plant::new(model)
 }
 
 /// Parameters of every run of the scene: soft contact with friction, delay, lagging robots, a noisy sensor.
