@@ -150,7 +150,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
 }
 
-fn environment() -> Result<Environment<'static>> {
+/// The pages' templates with what they may call.
+pub(crate) fn environment() -> Result<Environment<'static>> {
     let mut page = Environment::new();
     page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     page.add_filter("grouped", grouped);
@@ -162,6 +163,7 @@ fn environment() -> Result<Environment<'static>> {
         interval(&Interval { lo, hi, confidence }).replace(" %", "\u{a0}%")
     });
     page.add_template("report.html", include_str!("page/report.html"))?;
+    page.add_template("compare.html", include_str!("page/compare.html"))?;
     Ok(page)
 }
 

@@ -48,6 +48,17 @@ impl Axis {
         Self { lo: self.lo - room, hi: self.hi + room, ..self }
     }
 
+    /// A linear or a logarithmic axis from end to end.
+    pub fn scaled(label: impl Into<String>, lo: f64, hi: f64, logarithmic: bool) -> Self {
+        let scale = if logarithmic { Scale::Log } else { Scale::Linear };
+        Self { scale, ..Self::linear(label, lo, hi) }
+    }
+
+    /// The value in the middle between two, as it is drawn.
+    pub(crate) fn middle(&self, (lo, hi): (f64, f64)) -> f64 {
+        if self.scale == Scale::Log { (lo * hi).sqrt() } else { 0.5 * (lo + hi) }
+    }
+
     pub(crate) fn contains(&self, value: f64) -> bool {
         (self.lo..=self.hi).contains(&value)
     }
