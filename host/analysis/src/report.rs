@@ -19,6 +19,7 @@ use crate::plots::force::force_figures;
 use crate::plots::margin::margin_figures;
 use crate::plots::sample::{CONSERVED, Sample};
 use crate::plots::success::success_figure;
+use crate::plots::tracking::{TrackingRow, tracking_figures, tracking_rows};
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
 
@@ -88,6 +89,8 @@ struct Page<'a> {
     success: Vec<Drawing>,
     energy: Option<Drawing>,
     forces: Vec<Drawing>,
+    tracking: Vec<TrackingRow>,
+    tracking_figures: Vec<Drawing>,
     dispersions: Vec<DispersionRow>,
     conserved: Vec<Fact>,
     stride: u64,
@@ -140,6 +143,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         success,
         energy: energy_figure(&sample)?,
         forces: force_figures(&read_traces(input.results)?)?,
+        tracking: tracking_rows(&sample),
+        tracking_figures: tracking_figures(&sample)?,
         dispersions: dispersion_rows(input, &sample),
         conserved: conserved(&sample),
         stride: sample.stride,

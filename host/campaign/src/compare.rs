@@ -4,7 +4,7 @@ use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::dispersion::Dispersion;
 use crate::distribution::Distribution;
-use crate::expression;
+use crate::expression::{self, Expression};
 use crate::ranges::{Range, legal};
 use crate::suggest::suggestion;
 use crate::written::At;
@@ -16,6 +16,7 @@ use softdock_kernels::metrics::Metrics;
 /// Bands and cells unless the file says otherwise.
 const BANDS: usize = 8;
 const CELLS: [u64; 2] = [6, 6];
+const SLICES: u64 = 3;
 
 /// Rate of wrong verdicts up to which a cell is trusted unless the file says otherwise.
 const TRUST: f64 = 0.1;
@@ -53,6 +54,14 @@ pub struct Bands {
     pub logarithmic: bool,
 }
 
+impl Bands {
+    /// The value at a share of the way from end to end, on the scale on which it is shown.
+    pub(crate) fn between(&self, share: f64) -> f64 {
+        let (min, max) = (self.edges[0], self.edges[self.edges.len() - 1]);
+        if self.logarithmic { min * (max / min).powf(share) } else { min + share * (max - min) }
+    }
+}
+
 /// A map of cells over two parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellMap {
@@ -60,6 +69,8 @@ pub struct CellMap {
     pub x: Bands,
     /// Along the vertical axis.
     pub y: Bands,
+    /// Parameter to whose band the runs of the map are confined.
+    pub slice: Option<Bands>,
     /// Metric whose median is mapped, and its unit; without one the share of wrong verdicts.
     pub metric: Option<(String, &'static str)>,
     /// A line in the map.
@@ -79,7 +90,7 @@ pub(crate) fn read(c: &mut Checker, file: &CampaignFile, campaign: &Campaign, fi
         along: along(c, table, campaign, fields),
         metrics: table.metrics.iter().filter_map(|name| metric(c, name)).collect(),
         trust: c.number_or(&table.trust, TRUST, "1", Range::above(0.0, 1.0)),
-        maps: table.map.iter().filter_map(|map| cell_map(c, map, campaign, fields)).collect(),
+        maps: table.map.iter().flat_map(|map| cell_maps(c, map, campaign, fields).unwrap_or_default()).collect(),
     }
 }
 
@@ -121,11 +132,9 @@ fn bands(c: &mut Checker, name: &At<String>, count: usize, campaign: &Campaign, 
         return None;
     }
     let logarithmic = min > 0.0 && max / min >= 5.0;
-    let at = |index: usize| {
-        let share = index as f64 / count as f64;
-        if logarithmic { min * (max / min).powf(share) } else { min + share * (max - min) }
-    };
-    Some(Bands { field: fields[found.field].clone(), edges: (0..=count).map(at).collect(), logarithmic })
+    let whole = Bands { field: fields[found.field].clone(), edges: vec![min, max], logarithmic };
+    let edges = (0..=count).map(|index| whole.between(index as f64 / count as f64)).collect();
+    Some(Bands { edges, ..whole })
 }
 
 fn metric(c: &mut Checker, name: &At<String>) -> Option<(String, &'static str)> {
@@ -139,7 +148,8 @@ fn metric(c: &mut Checker, name: &At<String>) -> Option<(String, &'static str)> 
     found.map(|metric| (metric.name.clone(), metric.unit))
 }
 
-fn cell_map(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Field]) -> Option<CellMap> {
+/// The map, or one for every slice.
+fn cell_maps(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Field]) -> Option<Vec<CellMap>> {
     let cells = match &table.cells {
         Some(At { value, span }) if value.len() != 2 => {
             c.refuse(span, "a map has two numbers of cells", "write cells = [6, 6]: along x and along y");
@@ -150,34 +160,66 @@ fn cell_map(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Fi
     };
     let x = bands(c, &table.x, cells[0] as usize, campaign, fields)?;
     let y = bands(c, &table.y, cells[1] as usize, campaign, fields)?;
-    let line = table.line.as_ref().map_or(Vec::new(), |line| line_points(c, line, &x, campaign, fields));
-    let line_name = table.line_name.as_ref().map_or(String::new(), |name| name.value.clone());
+    let metric = table.metric.as_ref().and_then(|name| metric(c, name));
     if let (Some(name), None) = (&table.line_name, &table.line) {
         c.refuse(&name.span, "this names a line that is not there", "add line = \"...\", y as an expression of x");
     }
-    let metric = table.metric.as_ref().and_then(|name| metric(c, name));
-    Some(CellMap { x, y, metric, line, line_name })
+    let line_name = table.line_name.as_ref().map_or(String::new(), |name| name.value.clone());
+    let line = line(c, table, fields);
+    let slices = slices(c, table, campaign, fields)?;
+    let map = |slice: Option<Bands>| {
+        let line = line.as_ref().map_or(Vec::new(), |line| line_points(line, &x, slice.as_ref(), campaign, fields));
+        CellMap { x: x.clone(), y: y.clone(), slice, metric: metric.clone(), line, line_name: line_name.clone() }
+    };
+    Some(slices.into_iter().map(map).collect())
 }
 
-/// The line over the map's x axis; all other parameters have their undispersed values.
-fn line_points(c: &mut Checker, line: &At<String>, x: &Bands, campaign: &Campaign, fields: &[Field]) -> Vec<(f64, f64)> {
-    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-    let expression = match expression::parse(&line.value, &names) {
-        Ok(expression) => expression,
-        Err(fault) => {
-            let start = line.span.start + 1;
-            c.refuse(&(start + fault.place.start..start + fault.place.end), fault.message, fault.remedy);
-            return Vec::new();
+/// The bands into which a map is cut, each alone; one `None` without any.
+fn slices(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Field]) -> Option<Vec<Option<Bands>>> {
+    let Some(name) = &table.slice else {
+        if let Some(count) = &table.slices {
+            c.refuse(&count.span, "nothing says what is sliced", "add slice = \"target_mass\", or remove this");
         }
+        return Some(vec![None]);
     };
+    let count = table.slices.as_ref().map_or(SLICES, |count| c.count(count, 1, 12)) as usize;
+    let whole = bands(c, name, count, campaign, fields)?;
+    let slice = |pair: &[f64]| Some(Bands { edges: pair.to_vec(), ..whole.clone() });
+    Some(whole.edges.windows(2).map(slice).collect())
+}
+
+fn line(c: &mut Checker, table: &MapTable, fields: &[Field]) -> Option<Expression> {
+    let written = table.line.as_ref()?;
+    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+    let parsed = expression::parse(&written.value, &names);
+    parsed
+        .map_err(|fault| {
+            let start = written.span.start + 1;
+            c.refuse(&(start + fault.place.start..start + fault.place.end), fault.message, fault.remedy);
+        })
+        .ok()
+}
+
+/// The line over the map's x axis, in the middle of its slice; all other parameters have their undispersed values.
+fn line_points(
+    line: &Expression,
+    x: &Bands,
+    slice: Option<&Bands>,
+    campaign: &Campaign,
+    fields: &[Field],
+) -> Vec<(f64, f64)> {
+    let place = |bands: &Bands| fields.iter().position(|field| field.name == bands.field.name).expect("a field");
     let mut values = campaign.undispersed();
-    let (first, last) = (x.edges[0], x.edges[x.edges.len() - 1]);
-    let swept = fields.iter().position(|field| field.name == x.field.name);
+    if let Some(slice) = slice {
+        values[place(slice)] = slice.between(0.5);
+    }
+    let swept = place(x);
     let point = |index: usize| {
-        let share = index as f64 / LINE_POINTS as f64;
-        let at = if x.logarithmic { first * (last / first).powf(share) } else { first + share * (last - first) };
-        values[swept.unwrap_or(0)] = at;
-        (at, expression.value(&values))
+        values[swept] = x.between(index as f64 / LINE_POINTS as f64);
+        for derived in &campaign.derived {
+            values[derived.field] = derived.expression.value(&values);
+        }
+        (values[swept], line.value(&values))
     };
     (0..=LINE_POINTS).map(point).filter(|(_, y)| y.is_finite()).collect()
 }

@@ -163,6 +163,8 @@ pub struct Map {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
+    /// Parameter to whose band the runs are confined; null: all runs.
+    pub slice: Option<Axis>,
     /// Metric whose median is mapped; null: wrong verdicts.
     pub metric: Option<String>,
     /// Rows of cells, from the least y on.
@@ -314,6 +316,9 @@ fn bands_of(
 fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) -> Map {
     let [x, y] = [&map.x, &map.y].map(|axis| columns.input(&axis.field.column()));
     let metric = map.metric.as_ref().map(|(name, _)| columns.metric(name));
+    let slice = map.slice.as_ref().map(|slice| (&slice.edges, columns.input(&slice.field.column())));
+    let inside = |row: &&&Row| slice.is_none_or(|(edges, column)| holds(edges, 0, row.values[column]));
+    let rows: Vec<&Row> = rows.iter().filter(inside).copied().collect();
     let cell = |column: usize, row: usize| {
         let here = |run: &&&Row| holds(&map.x.edges, column, run.values[x]) && holds(&map.y.edges, row, run.values[y]);
         let inside: Vec<&Row> = rows.iter().filter(here).copied().collect();
@@ -328,5 +333,6 @@ fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) ->
         .collect();
     let trusted = cells.iter().flatten().filter(|cell| cell.trusted).count();
     let metric = map.metric.as_ref().map(|(name, _)| name.clone());
-    Map { x: Axis::of(&map.x), y: Axis::of(&map.y), metric, cells, trusted }
+    let slice = map.slice.as_ref().map(Axis::of);
+    Map { x: Axis::of(&map.x), y: Axis::of(&map.y), slice, metric, cells, trusted }
 }

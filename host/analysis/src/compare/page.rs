@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use serde::Serialize;
-use softdock_campaign::compare::{CellMap, Comparison};
+use softdock_campaign::compare::{Bands, CellMap, Comparison};
 use softdock_results::write_file;
 
-use super::text::times;
+use super::text::{short_times, times};
 use super::{Band, Compared, ComparedVariant, Spread, Wrong};
 use crate::Result;
 use crate::number::{digits_of, significant, unit_text};
@@ -43,7 +43,7 @@ struct Line {
 struct Along {
     parameter: String,
     bands: Vec<String>,
-    /// Per band and variant.
+    /// Per variant and band.
     wrong: Vec<Vec<RateCell>>,
     figure: Drawing,
     metrics: Vec<Drawing>,
@@ -137,13 +137,12 @@ fn along(compared: &Compared) -> Result<Option<Along>> {
     let (factor, unit) = shown_in(cut.unit, cut.edges[cut.edges.len() - 1]);
     let number = |edge: f64| significant(factor * edge, 3);
     let bands = cut.edges.windows(2).map(|pair| format!("{} to {} {}", number(pair[0]), number(pair[1]), unit_text(unit)));
-    let of_band = |index: usize| compared.variants.iter().map(|variant| rate_cell(&variant.bands[index])).collect();
     let count = compared.variants.first().map_or(0, |variant| variant.metrics.len());
     let metrics = (0..count).map(|metric| metric_figure(cut, &compared.variants, metric));
     Ok(Some(Along {
         parameter: cut.parameter.replace('_', " "),
         bands: bands.collect(),
-        wrong: (0..cut.edges.len() - 1).map(of_band).collect(),
+        wrong: compared.variants.iter().map(|variant| variant.bands.iter().map(rate_cell).collect()).collect(),
         figure: wrong_figure(cut, &compared.variants)?,
         metrics: metrics.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect(),
     }))
@@ -154,7 +153,7 @@ fn rate_cell(band: &Band) -> RateCell {
     RateCell {
         share: percent(share),
         interval: ends(share),
-        factor: factor.as_ref().map_or(String::new(), times),
+        factor: factor.as_ref().map_or(String::new(), short_times),
         false_pass: format!("{} of {}", band.false_pass_rate.count, band.false_pass_rate.cases),
         false_fail: format!("{} of {}", band.false_fail_rate.count, band.false_fail_rate.cases),
     }
@@ -189,8 +188,13 @@ fn map_row(plan: &CellMap, index: usize, variants: &[ComparedVariant]) -> Result
         Some((name, unit)) => format!("Median of {} [{}]", name.replace('_', " "), unit_text(unit)),
         None => "Wrong verdicts, per cent".to_owned(),
     };
+    let words = |bands: &Bands| bands.field.name.replace('_', " ");
+    let slice = plan.slice.as_ref().map_or(String::new(), |slice| {
+        let [lo, hi] = [0, 1].map(|end| significant(slice.edges[end], 3));
+        format!(", {} {lo} to {hi} {}", words(slice), unit_text(slice.field.unit))
+    });
     Ok(MapRow {
-        what: format!("{what} over {} and {}", plan.x.field.name.replace('_', " "), plan.y.field.name.replace('_', " ")),
+        what: format!("{what} over {} and {}{slice}", words(&plan.x), words(&plan.y)),
         line_name: plan.line_name.clone(),
         verdicts: plan.metric.is_none(),
         figures: variants.iter().map(figure).collect::<Result<_>>()?,

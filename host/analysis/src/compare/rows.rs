@@ -46,7 +46,7 @@ pub(super) struct Columns {
 impl Columns {
     pub(super) fn of(plan: &Comparison) -> Self {
         let along = plan.along.iter().map(|bands| bands.field.column());
-        let axes = plan.maps.iter().flat_map(|map| [map.x.field.column(), map.y.field.column()]);
+        let axes = plan.maps.iter().flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice)).map(|axis| axis.field.column());
         let inputs = along.chain(axes).map(|column| format!("in_{column}"));
         let mapped = plan.maps.iter().filter_map(|map| map.metric.as_ref());
         let metrics = plan.metrics.iter().chain(mapped).map(|(name, _)| metric_column(name));

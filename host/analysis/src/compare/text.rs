@@ -50,10 +50,19 @@ fn percent_of(share: &Share) -> String {
     }
 }
 
-/// `2.1 (1.8 to 2.5) times`.
+/// `2.10 (1.81 to 2.52) times`.
 pub(super) fn times(factor: &Factor) -> String {
-    let number = |value: f64| digits_of(value, 3);
-    let value = factor.value.map_or("all, no end".to_owned(), number);
+    format!("{} times", with_digits(factor, 3))
+}
+
+/// `2.1 (1.8 to 2.5)`.
+pub(super) fn short_times(factor: &Factor) -> String {
+    with_digits(factor, 2)
+}
+
+fn with_digits(factor: &Factor, digits: usize) -> String {
+    let number = |value: f64| digits_of(value, digits);
+    let value = factor.value.map_or("never wrong".to_owned(), number);
     let hi = factor.hi.map_or("no end".to_owned(), number);
-    format!("{value} ({} to {hi}) times", number(factor.lo))
+    format!("{value} ({} to {hi})", number(factor.lo))
 }

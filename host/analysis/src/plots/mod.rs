@@ -10,6 +10,7 @@ pub(crate) mod map;
 pub(crate) mod margin;
 pub(crate) mod sample;
 pub(crate) mod success;
+pub(crate) mod tracking;
 
 use serde::Serialize;
 

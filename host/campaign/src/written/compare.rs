@@ -89,6 +89,10 @@ pub(crate) struct MapTable {
     pub(crate) y: At<String>,
     /// Number of cells along x and along y; default 6 and 6.
     pub(crate) cells: Option<At<Vec<At<u64>>>>,
+    /// Dispersed parameter that cuts the map into several, and into how many; default 3.
+    pub(crate) slice: Option<At<String>>,
+    /// Number of slices.
+    pub(crate) slices: Option<At<u64>>,
     /// Metric of the facility's loop whose median is mapped; without it the share of wrong verdicts.
     pub(crate) metric: Option<At<String>>,
     /// A line to draw into it: the value of y in SI units, as an expression of parameters.
