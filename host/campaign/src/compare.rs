@@ -83,7 +83,11 @@ pub struct CellMap {
 pub(crate) fn read(c: &mut Checker, file: &CampaignFile, campaign: &Campaign, fields: &[Field]) -> Comparison {
     let Some(written) = &file.compare else { return Comparison::default() };
     if file.variant.is_empty() {
-        c.refuse(&written.span, "there is nothing to compare", "remove [compare], or add a [[variant]] for each facility");
+        c.refuse(
+            &written.span,
+            "there is nothing to compare",
+            "remove [compare], or add a [[variant]] for each facility",
+        );
     }
     let table = &written.value;
     Comparison {
@@ -106,7 +110,11 @@ fn along(c: &mut Checker, table: &CompareTable, campaign: &Campaign, fields: &[F
         let range = legal(&bands.field.name);
         bands.edges = written.value.iter().map(|edge| c.number(edge, bands.field.unit, range)).collect();
         if bands.edges.len() < 2 || bands.edges.windows(2).any(|pair| pair[0] >= pair[1]) {
-            c.refuse(&written.span, "these are no ends of bands", "write two or more values, each above the one before");
+            c.refuse(
+                &written.span,
+                "these are no ends of bands",
+                "write two or more values, each above the one before",
+            );
         }
     }
     Some(bands)

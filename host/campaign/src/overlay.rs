@@ -37,7 +37,8 @@ impl Overlay {
 
     /// The span, on the common axis, of a scenario's key that is replaced here.
     pub(crate) fn span_of(&self, key: &str, length: usize) -> Option<Range<usize>> {
-        let replaced = |own: &&String| key.strip_prefix(own.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        let replaced =
+            |own: &&String| key.strip_prefix(own.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         self.keys.iter().find(replaced)?;
         let span = self.source.span_of(&format!("variant[{}].set.{key}", self.variant + 1));
         Some(span.start + length + 1..span.end + length + 1)

@@ -114,7 +114,10 @@ fn variants_share_their_draws_and_differ_in_the_facility_alone() {
     assert_eq!(same, none.scenario.model);
     assert_eq!(smith.nominal().compensator_stiffness, smith.scenario.model.nominal.contact_stiffness);
     assert_eq!(whole.variants[1].changes[0].0, "facility.compensator");
-    assert_eq!(whole.variants[1].changes[1], ("compensator_stiffness".into(), "= contact_stiffness * knowledge".into()));
+    assert_eq!(
+        whole.variants[1].changes[1],
+        ("compensator_stiffness".into(), "= contact_stiffness * knowledge".into())
+    );
 }
 
 #[test]

@@ -43,7 +43,9 @@ pub(crate) fn read(c: &mut Checker, file: &CampaignFile, whole: &Campaign, field
             continue;
         }
         match scenario(c, table, index, &whole.scenario) {
-            Ok(scenario) => variants.push(variant(c, file, table, index, Campaign { scenario, ..whole.clone() }, fields)),
+            Ok(scenario) => {
+                variants.push(variant(c, file, table, index, Campaign { scenario, ..whole.clone() }, fields))
+            }
             Err(problems) => c.problems.extend(problems),
         }
     }

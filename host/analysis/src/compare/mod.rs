@@ -226,7 +226,8 @@ fn variant(
     let valid: Vec<&Row> = rows.iter().filter(|row| row.is_valid()).collect();
     let share = |counts: fn(&Row) -> bool| share_of(&valid, counts);
     let differs = |row: &&&Row| {
-        twin(reference, row.run).is_some_and(|other| other.is_valid() && other.passes_in_space() != row.passes_in_space())
+        twin(reference, row.run)
+            .is_some_and(|other| other.is_valid() && other.passes_in_space() != row.passes_in_space())
     };
     ComparedVariant {
         name: input.name.to_owned(),
@@ -326,7 +327,12 @@ fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) ->
         let wrong = share_of(&valid, Row::is_wrong);
         let at_most = upper_bound(wrong.count, wrong.cases, READING_CONFIDENCE);
         let values = metric.map(|metric| sorted(&inside, metric)).filter(|values| !values.is_empty());
-        Cell { wrong, at_most, trusted: at_most <= plan.trust, median: values.map(|values| sorted_quantile(&values, 0.5)) }
+        Cell {
+            wrong,
+            at_most,
+            trusted: at_most <= plan.trust,
+            median: values.map(|values| sorted_quantile(&values, 0.5)),
+        }
     };
     let cells: Vec<Vec<Cell>> = (0..map.y.edges.len() - 1)
         .map(|row| (0..map.x.edges.len() - 1).map(|column| cell(column, row)).collect())

@@ -136,7 +136,8 @@ fn along(compared: &Compared) -> Result<Option<Along>> {
     let Some(cut) = &compared.along else { return Ok(None) };
     let (factor, unit) = shown_in(cut.unit, cut.edges[cut.edges.len() - 1]);
     let number = |edge: f64| significant(factor * edge, 3);
-    let bands = cut.edges.windows(2).map(|pair| format!("{} to {} {}", number(pair[0]), number(pair[1]), unit_text(unit)));
+    let bands =
+        cut.edges.windows(2).map(|pair| format!("{} to {} {}", number(pair[0]), number(pair[1]), unit_text(unit)));
     let count = compared.variants.first().map_or(0, |variant| variant.metrics.len());
     let metrics = (0..count).map(|metric| metric_figure(cut, &compared.variants, metric));
     Ok(Some(Along {

@@ -67,12 +67,20 @@ impl Pairs {
 mod tests {
     use super::*;
 
-    /// Example of Fagerland, Lydersen and Laake, Stat. Med. 33 (2014): airway hyper-responsiveness, cells 1, 1, 7 of 21.
+    /// Seen from the other side the interval is the reciprocal one; with many runs it is that of the logarithm, whose
+    /// variance is the discordant pairs over the product of both counts.
     #[test]
-    fn a_published_interval_comes_out() {
-        let factor = Pairs { both: 1, reference_only: 1, variant_only: 7 }.factor(0.95).expect("a factor");
-        assert!((factor.value.expect("a ratio") - 0.25).abs() < 1e-12);
-        assert!((factor.lo - 0.065).abs() < 1e-3 && (factor.hi.expect("an end") - 0.907).abs() < 1e-3, "{factor:?}");
+    fn the_interval_is_symmetric_and_right_in_large_samples() {
+        let ends = |both, reference_only, variant_only| {
+            let factor = Pairs { both, reference_only, variant_only }.factor(0.95).expect("a factor");
+            (factor.lo, factor.value.expect("a ratio"), factor.hi.expect("an end"))
+        };
+        let (one, other) = (ends(59, 6, 16), ends(59, 16, 6));
+        assert!((one.0 * other.2 - 1.0).abs() < 1e-12 && (one.2 * other.0 - 1.0).abs() < 1e-12);
+        let (lo, ratio, hi) = ends(40_000, 60_000, 10_000);
+        let half = 1.959_964 * f64::sqrt(70_000.0 / (100_000.0 * 50_000.0));
+        assert!((ratio - 2.0).abs() < 1e-12);
+        assert!((lo / (2.0 * (-half).exp()) - 1.0).abs() < 1e-3 && (hi / (2.0 * half.exp()) - 1.0).abs() < 1e-3);
     }
 
     #[test]

@@ -46,7 +46,11 @@ pub(super) struct Columns {
 impl Columns {
     pub(super) fn of(plan: &Comparison) -> Self {
         let along = plan.along.iter().map(|bands| bands.field.column());
-        let axes = plan.maps.iter().flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice)).map(|axis| axis.field.column());
+        let axes = plan
+            .maps
+            .iter()
+            .flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice))
+            .map(|axis| axis.field.column());
         let inputs = along.chain(axes).map(|column| format!("in_{column}"));
         let mapped = plan.maps.iter().filter_map(|map| map.metric.as_ref());
         let metrics = plan.metrics.iter().chain(mapped).map(|(name, _)| metric_column(name));
@@ -92,8 +96,11 @@ impl Columns {
     fn add(&self, table: &Table, rows: &mut Vec<Row>) -> std::result::Result<(), String> {
         let run = table.u64s("run").ok_or("run")?;
         let agreement = table.column("agreement").ok_or("agreement")?;
-        let columns: Vec<&[Option<f64>]> =
-            self.names.iter().map(|name| table.f64s(name).ok_or_else(|| name.clone())).collect::<std::result::Result<_, _>>()?;
+        let columns: Vec<&[Option<f64>]> = self
+            .names
+            .iter()
+            .map(|name| table.f64s(name).ok_or_else(|| name.clone()))
+            .collect::<std::result::Result<_, _>>()?;
         for (row, run) in run.iter().enumerate() {
             let word = agreement.values.word(row).and_then(Agreement::from_word);
             let values = columns.iter().map(|column| column[row].unwrap_or(f64::NAN)).collect();

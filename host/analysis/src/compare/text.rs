@@ -11,7 +11,13 @@ use crate::terminal::table;
 /// Verdicts, rates and factors of every variant.
 pub fn compare_text(compared: &Compared) -> String {
     let mut out = String::new();
-    let _ = writeln!(out, "{}  {}  {} variants on the same draws", compared.campaign, compared.verdict.word(), compared.variants.len());
+    let _ = writeln!(
+        out,
+        "{}  {}  {} variants on the same draws",
+        compared.campaign,
+        compared.verdict.word(),
+        compared.variants.len()
+    );
     out.push_str("  the verdict is that of space, which the variants share\n\nwrong verdicts of the facility, of the valid runs\n");
     let rows: Vec<[String; 5]> = compared
         .variants
@@ -22,7 +28,10 @@ pub fn compare_text(compared: &Compared) -> String {
                 variant.name.clone(),
                 format!("{} of {}", wrong.share.count, wrong.share.cases),
                 interval(&wrong.share.interval),
-                format!("{} false pass, {} false fail", variant.agreement.false_pass.count, variant.agreement.false_fail.count),
+                format!(
+                    "{} false pass, {} false fail",
+                    variant.agreement.false_pass.count, variant.agreement.false_fail.count
+                ),
                 wrong.factor.as_ref().map_or("-".to_owned(), |factor| format!("{} fewer", times(factor))),
             ]
         })
@@ -32,7 +41,8 @@ pub fn compare_text(compared: &Compared) -> String {
         let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
         let _ = writeln!(out, "\nshare of wrong verdicts along {} [{unit}]", along.parameter);
         let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));
-        let head = std::iter::once("band".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
+        let head =
+            std::iter::once("band".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
         let mut rows = vec![head.collect::<Vec<_>>()];
         for (index, pair) in along.edges.windows(2).enumerate() {
             let shares = compared.variants.iter().map(|variant| percent_of(&variant.bands[index].wrong.share));
@@ -62,7 +72,9 @@ pub(super) fn short_times(factor: &Factor) -> String {
 
 fn with_digits(factor: &Factor, digits: usize) -> String {
     let number = |value: f64| digits_of(value, digits);
-    let value = factor.value.map_or("never wrong".to_owned(), number);
-    let hi = factor.hi.map_or("no end".to_owned(), number);
-    format!("{value} ({} to {hi})", number(factor.lo))
+    match (factor.value, factor.hi) {
+        (Some(value), Some(hi)) => format!("{} ({} to {})", number(value), number(factor.lo), number(hi)),
+        (Some(value), None) => format!("{} ({} or more)", number(value), number(factor.lo)),
+        (None, _) => format!("{} or more", number(factor.lo)),
+    }
 }

@@ -141,7 +141,8 @@ impl Ranged for Axis {
 
 impl ValueFormatter<f64> for Axis {
     fn format(value: &f64) -> String {
-        significant(*value, 6)
+        // Long numbers would not fit beside an axis.
+        if value.abs() >= 1e5 { format!("{value:e}") } else { significant(*value, 6) }
     }
 }
 

@@ -33,7 +33,8 @@ pub(crate) fn wrong_figure(cut: &Cut, variants: &[ComparedVariant]) -> Result<Dr
             .line(line.clone(), colour_of(index), 1.8)
             .points(line, colour_of(index), 2.8, 1.0);
     }
-    let caption = "False passes and false fails together, of the valid runs in each band, with 95 % Clopper-Pearson bands.";
+    let caption =
+        "False passes and false fails together, of the valid runs in each band, with 95 % Clopper-Pearson bands.";
     Ok(Drawing { svg: figure.svg()?, caption: caption.to_owned() })
 }
 
@@ -78,7 +79,12 @@ fn value_axis<'a>(label: &str, spreads: impl Iterator<Item = &'a Spread>) -> Axi
     if lo < 0.0 && typical > 0.0 && lo.abs().max(hi.abs()) > WIDE * typical {
         let size = 10.0f64.powf(typical.log10().floor());
         let end = |value: f64| if value.abs() > size { 1.3 * value } else { value };
-        return Axis { lo: end(lo.min(0.0)), hi: end(hi.max(size)), scale: Scale::SymLog(size), label: label.to_owned() };
+        return Axis {
+            lo: end(lo.min(0.0)),
+            hi: end(hi.max(size)),
+            scale: Scale::SymLog(size),
+            label: label.to_owned(),
+        };
     }
     let axis = Axis::fitting(label, lo, hi);
     if axis.scale == Scale::Log { Axis { lo: lo / 1.2, hi: hi * 1.2, ..axis } } else { axis.padded(0.06) }

@@ -32,7 +32,12 @@ pub(crate) fn tracking_rows(sample: &Sample) -> Vec<TrackingRow> {
         let mut sorted: Vec<f64> = values.iter().flatten().map(|value| factor * value).collect();
         sorted.sort_by(f64::total_cmp);
         let shown = |share| format!("{}{unit}", significant(sorted_quantile(&sorted, share), 3));
-        (!sorted.is_empty()).then(|| TrackingRow { name: name.to_owned(), lo: shown(0.05), median: shown(0.5), hi: shown(0.95) })
+        (!sorted.is_empty()).then(|| TrackingRow {
+            name: name.to_owned(),
+            lo: shown(0.05),
+            median: shown(0.5),
+            hi: shown(0.95),
+        })
     };
     WORDS.into_iter().zip(&sample.tracking).filter_map(row).collect()
 }
