@@ -65,6 +65,13 @@ pub struct Compared {
     pub variants: Vec<ComparedVariant>,
 }
 
+impl Compared {
+    /// Whether any facility was wrong in any run.
+    pub fn any_wrong(&self) -> bool {
+        self.variants.iter().any(|variant| variant.wrong.share.count > 0)
+    }
+}
+
 /// A parameter and how it is cut.
 #[derive(Clone, Debug, Serialize)]
 pub struct Axis {

@@ -13,7 +13,7 @@ use crate::Result;
 use crate::number::{digits_of, significant, unit_text};
 use crate::plots::bands::{colour_of, metric_figure, wrong_figure};
 use crate::plots::cells::{cells_figure, medians};
-use crate::plots::{Drawing, shown_in};
+use crate::plots::{Drawing, axis_label, shown_in};
 use crate::report::{STYLE, environment};
 use crate::summary::Share;
 
@@ -45,7 +45,8 @@ struct Along {
     bands: Vec<String>,
     /// Per variant and band.
     wrong: Vec<Vec<RateCell>>,
-    figure: Drawing,
+    /// Of the wrong verdicts, if there are any.
+    figure: Option<Drawing>,
     metrics: Vec<Drawing>,
 }
 
@@ -140,11 +141,12 @@ fn along(compared: &Compared) -> Result<Option<Along>> {
         cut.edges.windows(2).map(|pair| format!("{} to {} {}", number(pair[0]), number(pair[1]), unit_text(unit)));
     let count = compared.variants.first().map_or(0, |variant| variant.metrics.len());
     let metrics = (0..count).map(|metric| metric_figure(cut, &compared.variants, metric));
+    let figure = compared.any_wrong().then(|| wrong_figure(cut, &compared.variants));
     Ok(Some(Along {
         parameter: cut.parameter.replace('_', " "),
         bands: bands.collect(),
         wrong: compared.variants.iter().map(|variant| variant.bands.iter().map(rate_cell).collect()).collect(),
-        figure: wrong_figure(cut, &compared.variants)?,
+        figure: figure.transpose()?,
         metrics: metrics.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect(),
     }))
 }
@@ -186,7 +188,7 @@ fn map_row(plan: &CellMap, index: usize, variants: &[ComparedVariant]) -> Result
         Ok(Drawing { svg: cells_figure(&variant.name, plan, map, range)?, caption })
     };
     let what = match &plan.metric {
-        Some((name, unit)) => format!("Median of {} [{}]", name.replace('_', " "), unit_text(unit)),
+        Some((name, unit)) => format!("Median of {}", axis_label(&name.replace('_', " "), unit)),
         None => "Wrong verdicts, per cent".to_owned(),
     };
     let words = |bands: &Bands| bands.field.name.replace('_', " ");

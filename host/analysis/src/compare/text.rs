@@ -37,7 +37,7 @@ pub fn compare_text(compared: &Compared) -> String {
         })
         .collect();
     table(&mut out, &rows);
-    if let Some(along) = &compared.along {
+    if let Some(along) = compared.along.as_ref().filter(|_| compared.any_wrong()) {
         let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
         let _ = writeln!(out, "\nshare of wrong verdicts along {} [{unit}]", along.parameter);
         let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));
