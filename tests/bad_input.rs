@@ -127,6 +127,42 @@ const CAMPAIGNS: &[Case] = &[
     campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 56, "traces.keep", "not TOML", "the file ends too early"),
 ];
 
+/// What stands before `[traces]` in a campaign with one variant, and in one that compares.
+macro_rules! variant {
+    ($set:literal) => {
+        concat!("[[variant]]\nname = \"v\"\nset = { ", $set, " }\n[traces]")
+    };
+}
+macro_rules! compared {
+    ($table:literal) => {
+        concat!("[[variant]]\nname = \"v\"\n[compare]\n", $table, "\n[traces]")
+    };
+}
+
+/// Variants of the facility: their keys are those of the scenario, their places those of the campaign.
+#[rustfmt::skip]
+const VARIANTS: &[Case] = &[
+    campaign("[traces]", variant!("\"facility.loop_dely\" = \"8 ms\""), 56, "variant[1].set.facility.loop_dely", "no key `loop_dely`", "did you mean `loop_delay`?"),
+    campaign("[traces]", variant!("\"facility.sensr.period\" = \"1 ms\""), 56, "variant[1].set.facility.sensr.period", "no key `sensr`", "did you mean `sensor`?"),
+    campaign("[traces]", variant!("\"facility.loop_delay\" = \"8 kg\""), 56, "variant[1].set.facility.loop_delay", "this is a mass, not a time", "write \"8 s\""),
+    campaign("[traces]", variant!("\"facility.robot1\" = { lag = \"0.3 ms\" }"), 56, "variant[1].set.facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
+    campaign("[traces]", variant!("\"facility.loop_delay.max\" = 3"), 56, "variant[1].set.facility.loop_delay.max", "does not fit here", "a number"),
+    campaign("[traces]", variant!("\"facility.compensator\" = { kind = \"smith\", delay = \"4 ms\" }"), 56, "variant[1].set.facility.compensator.kind", "`smith` needs the key `stiffness`", "`smith` takes: delay, stiffness"),
+    campaign("[traces]", variant!("\"facility.compensator\" = { delay = \"4 ms\" }"), 56, "variant[1].set.facility.compensator.kind", "this key must be there", "add kind"),
+    campaign("[traces]", variant!("\"task.max_force\" = \"8 N\""), 56, "variant[1].set.task.max_force", "a variant replaces keys of the facility", "what space shares is dispersed"),
+    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant]]\nname = \"V\"\n[traces]", 57, "variant[2].name", "two variants of one name", "choose another name"),
+    campaign("[traces]", "[[variant]]\nname = \"runs\"\n[traces]", 55, "variant[1].name", "the results folder holds this name already", "choose another name"),
+    campaign("[traces]", "[[variant]]\ntitle = \"v\"\n[traces]", 54, "variant[1].name", "this key must be there", "add name"),
+    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant.derived]]\ntarget = \"rail_lag\"\nexpr = \"loop_delay\"\n[traces]", 58, "variant[1].derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
+    campaign("[traces]", "[compare]\ntrust = 0.1\n[traces]", 54, "compare", "there is nothing to compare", "add a [[variant]]"),
+    campaign("[traces]", compared!("along = \"loop_dely\""), 57, "compare.along", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
+    campaign("[traces]", compared!("along = \"loop_delay\"\nedges = [\"2 ms\", \"1 ms\"]"), 58, "compare.edges", "these are no ends of bands", "each above the one before"),
+    campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 57, "compare.metrics[1]", "no metric `created_enery`", "did you mean `created_energy`?"),
+    campaign("[traces]", compared!("map = [{ x = \"loop_delay\", y = \"contact_stiffness\", line = \"loop_dely\" }]"), 57, "compare.map[1].line", "no parameter `loop_dely`", "did you mean `loop_delay`?"),
+    campaign("[[correlation]]", "[[dispersion]]\nvariable = \"loop_delay\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 32, "dispersion[6].variable", "this name is taken", "write target ="),
+    campaign("[[correlation]]", "[[dispersion]]\nvariable = \"mine\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 33, "dispersion[6].dist", "`mine` does nothing here: no expression uses this variable", "use it in the expr"),
+];
+
 #[rustfmt::skip]
 const SCENARIOS: &[Case] = &[
     scenario("scenario/1", "campaign/1", 1, "schema", "does not read this format", "schema = \"scenario/1\""),
@@ -289,6 +325,11 @@ fn the_unspoiled_files_are_valid() {
 #[test]
 fn spoiled_campaigns_are_refused() {
     check(CAMPAIGNS);
+}
+
+#[test]
+fn spoiled_variants_are_refused() {
+    check(VARIANTS);
 }
 
 #[test]

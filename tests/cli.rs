@@ -263,6 +263,66 @@ fn replay_gives_the_row_bit_for_bit() {
     }
 }
 
+/// Two facilities on the smoke campaign's draws, the second without delay.
+const VARIANTS: &str = "[[dispersion]]
+variable = \"knowledge\"
+dist = { kind = \"uniform\", min = 0.9, max = 1.1 }
+
+[[variant]]
+name = \"none\"
+
+[[variant]]
+name = \"damped\"
+title = \"virtual damping\"
+set = { \"facility.compensator\" = { kind = \"virtual_damping\", delay = \"3 ms\", stiffness = \"1e4 N/m\" } }
+[[variant.derived]]
+target = \"compensator_delay\"
+expr = \"loop_delay * knowledge\"
+
+[compare]
+along = \"loop_delay\"
+edges = [\"3 ms\", \"10 ms\", \"40 ms\"]
+metrics = [\"created_energy\"]
+
+[[compare.map]]
+x = \"loop_delay\"
+y = \"contact_stiffness\"
+cells = [2, 2]
+
+[traces]";
+
+#[test]
+fn variants_are_run_on_the_same_draws_and_compared() {
+    let bench = Bench::new();
+    bench.edit("[traces]", VARIANTS);
+    assert!(bench.expect(0, "check c/smoke.toml").contains("damped  virtual damping"));
+    bench.expect(3, "run c/smoke.toml --backend cpu --out part1 --shard 1/2");
+    bench.expect(3, "run c/smoke.toml --backend cpu --out part2 --shard 2/2");
+    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out whole");
+    assert!(said.contains("2 variants on the same draws") && said.contains("comparison"), "{said}");
+    bench.expect(0, "merge merged part1 part2");
+    assert_same(&bench.path("whole"), &bench.path("merged"));
+    bench.expect(0, "report whole");
+    assert_same(&bench.path("whole"), &bench.path("merged"));
+    let compared = fs::read_to_string(bench.path("whole/compare.json")).expect("the comparison");
+    let compared: serde_json::Value = serde_json::from_str(&compared).expect("JSON");
+    let [none, damped] = [0, 1].map(|variant| &compared["variants"][variant]);
+    assert_eq!(none["space_pass"], damped["space_pass"], "space is the same");
+    assert!(none["wrong"]["factor"].is_null() && damped["wrong"]["pairs"].is_object());
+    let rows = damped["maps"][0]["cells"].as_array().expect("rows of cells").iter();
+    let cells = rows.flat_map(|row| row.as_array().expect("a row of cells"));
+    let runs: u64 = cells.filter_map(|cell| cell["wrong"]["cases"].as_u64()).sum();
+    assert_eq!(runs, 64, "every run lies in a cell");
+    // One variant alone is a campaign as any other, and the same rows.
+    bench.expect(0, "run c/smoke.toml --backend cpu --out alone --variant damped");
+    let rows = |folder: &str| fs::read(bench.path(folder).join("runs/shard=00000.parquet")).expect("a shard");
+    assert_eq!(rows("alone/damped"), rows("whole/damped"));
+    assert_ne!(rows("whole/none"), rows("whole/damped"));
+    assert!(bench.expect(0, "replay whole/damped 17").contains("equal, bit for bit"));
+    bench.expect(2, "replay whole 17");
+    bench.expect(2, "run c/smoke.toml --variant dampd");
+}
+
 #[test]
 fn answers_for_programs_are_json() {
     let bench = Bench::new();

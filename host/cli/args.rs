@@ -200,7 +200,8 @@ pub(crate) struct PlanArgs {
 #[command(after_help = "\
 Examples:
   softdock run campaigns/probe_drogue.toml
-  softdock run campaigns/probe_drogue.toml --out /data/dock --shard 2/8    (the second of eight workers)")]
+  softdock run campaigns/probe_drogue.toml --out /data/dock --shard 2/8    (the second of eight workers)
+  softdock run campaigns/compensators.toml --variant smith                 (one facility of several)")]
 pub(crate) struct RunArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
@@ -219,7 +220,10 @@ pub(crate) struct RunArgs {
     /// Make only the I-th of N parts of the campaign; `merge` joins them.
     #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
-    /// Answer in JSON: the summary.
+    /// Only this variant of the campaign.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// Answer in JSON: the summary, or the comparison of the variants.
     #[arg(long)]
     pub(crate) json: bool,
 }

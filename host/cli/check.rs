@@ -12,6 +12,7 @@ use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
 use softdock_kernels::plant::Plant;
+use softdock_results::runs::input_fields;
 
 /// What a sample that is not independent shows.
 const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"random\" for one";
@@ -28,6 +29,7 @@ pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
 
 fn as_text(campaign: &Campaign, draws: u64) -> String {
     let mut text = format!("{}  {}\n\n{}\n", campaign.id, campaign.title, histograms(campaign, draws));
+    text += &variants(campaign);
     let own = campaign.scenario.model.timing.own_delay();
     text += &format!(
         "delay\n  the frame itself delays by {}; it is part of loop_delay, which cannot be less (with sensor_delay)\n",
@@ -84,6 +86,16 @@ fn robots(model: &Model) -> String {
     text
 }
 
+/// The facilities on which these draws are run.
+fn variants(campaign: &Campaign) -> String {
+    let mut text = String::new();
+    for variant in &campaign.variants {
+        text += &format!("  {}  {}\n", variant.name, variant.title);
+        text.extend(variant.changes.iter().map(|(key, value)| format!("    {key} {value}\n")));
+    }
+    if text.is_empty() { text } else { format!("variants of the facility, each on all of these draws\n{text}\n") }
+}
+
 fn limit(requirement: &Requirement) -> String {
     let side = match requirement.side {
         Side::AtMost => "at most",
@@ -113,6 +125,7 @@ fn as_json(campaign: &Campaign, draws: u64) -> Value {
         "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
+        "variants": campaign.variants.iter().map(|v| json!({ "name": v.name, "title": v.title, "changes": v.changes })).collect::<Vec<_>>(),
         "inputs": inputs(campaign, draws.min(campaign.runs)),
     })
 }
@@ -120,8 +133,9 @@ fn as_json(campaign: &Campaign, draws: u64) -> Value {
 /// Mean and ends of every dispersed and derived input over runs spread over the campaign.
 fn inputs(campaign: &Campaign, draws: u64) -> Vec<Value> {
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(draws)) as u64;
+    let parameters = campaign.dispersions.iter().filter(|dispersion| dispersion.field < input_fields().len());
     let drawn: Vec<Vec<f64>> = (0..draws).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
-    let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, d.unit));
+    let dispersed = parameters.map(|d| (d.field, &d.name, d.unit));
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, d.unit));
     let row = |(field, name, unit): (usize, &String, &str)| {
         let values = drawn.iter().map(|draw| draw[field]);

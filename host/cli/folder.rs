@@ -60,9 +60,11 @@ impl Folder {
         let nothing = || refuse(format!("`{}` is no results folder", path.display()), remedy);
         let manifest = read_manifest(path)?.ok_or_else(nothing)?;
         let file = manifest["campaign"].as_str().ok_or_else(nothing)?.to_owned();
-        let mut campaign = softdock_campaign::load(&path.join("campaign").join(&file)).map_err(explain)?;
-        campaign.seed = manifest["seed"].as_u64().ok_or_else(nothing)?;
-        campaign.runs = manifest["runs"].as_u64().ok_or_else(nothing)?;
+        let whole = softdock_campaign::load(&path.join("campaign").join(&file)).map_err(explain)?;
+        let variant = whole.variants.iter().find(|variant| manifest["id"] == variant.campaign.id.as_str());
+        let campaign = variant.map_or_else(|| whole.clone(), |variant| variant.campaign.clone());
+        let number = |key: &str| manifest[key].as_u64().ok_or_else(nothing);
+        let campaign = campaign.with_sample(number("runs")?, number("seed")?);
         let folder = Self { path: path.to_owned(), campaign, file };
         if folder.manifest() == manifest {
             return Ok(folder);

@@ -25,6 +25,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 mod traces;
+mod variants;
 mod words;
 
 use args::Command;

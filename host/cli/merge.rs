@@ -4,8 +4,10 @@ use crate::args::MergeArgs;
 use crate::finish::finish;
 use crate::folder::Folder;
 use crate::run::tell;
+use crate::variants;
 use crate::words::{Exit, refuse, warn};
 use softdock_results::merge::{MergeError, check_merge, merge as join};
+use std::path::{Path, PathBuf};
 
 /// Joins and judges.
 pub(crate) fn merge(args: &MergeArgs) -> miette::Result<Exit> {
@@ -13,21 +15,32 @@ pub(crate) fn merge(args: &MergeArgs) -> miette::Result<Exit> {
     for part in &args.parts[1..] {
         first.same_campaign(&Folder::open(part)?)?;
     }
-    let (plan, hash, seed) = (first.plan(), &first.campaign.hash, first.campaign.seed);
+    if !first.campaign.variants.is_empty() {
+        return variants::merge(&first.claim_alike(&args.out)?, &args.parts);
+    }
+    if !join_parts(&first, &args.out, &args.parts)? {
+        return Ok(Exit::Incomplete);
+    }
+    let summary = finish(&first.claim_alike(&args.out)?)?;
+    tell(&summary, false);
+    Ok(Exit::of(&summary))
+}
+
+/// Joins folders of one campaign into another; false, and a word about it, if shards are missing.
+pub(crate) fn join_parts(campaign: &Folder, out: &Path, parts: &[PathBuf]) -> miette::Result<bool> {
+    let (plan, hash, seed) = (campaign.plan(), &campaign.campaign.hash, campaign.campaign.seed);
     // A folder that was merged before may hold what is missing elsewhere.
-    let mut sources = args.parts.clone();
-    sources.extend(args.out.is_dir().then(|| args.out.clone()));
+    let mut sources = parts.to_vec();
+    sources.extend(out.is_dir().then(|| out.to_owned()));
     match check_merge(&sources, plan, hash, seed) {
         Err(error @ MergeError::Gaps { .. }) => {
             warn(format!("{error}; run the missing parts first"));
-            return Ok(Exit::Incomplete);
+            return Ok(false);
         }
         Err(error) => return Err(refuse(error, "the folders must hold parts of one campaign, made with one seed")),
         Ok(_) => {}
     }
-    let whole = first.claim_alike(&args.out)?;
-    join(&args.parts, &args.out, plan, hash, seed).map_err(|error| refuse(error, "run the same command again"))?;
-    let summary = finish(&whole)?;
-    tell(&summary, false);
-    Ok(Exit::of(&summary))
+    campaign.claim_alike(out)?;
+    join(parts, out, plan, hash, seed).map_err(|error| refuse(error, "run the same command again"))?;
+    Ok(true)
 }

@@ -30,7 +30,8 @@ fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {
         class: class.to_owned(),
         source: source.cloned().unwrap_or_default(),
     };
-    let drawn = campaign.dispersions.iter().map(|dispersion| {
+    // A variable of the campaign is no column; what is derived from it is.
+    let drawn = campaign.dispersions.iter().filter(|dispersion| dispersion.field < fields.len()).map(|dispersion| {
         let class = match dispersion.class {
             Class::Aleatory => "aleatory",
             Class::Epistemic => "epistemic",
@@ -78,8 +79,9 @@ fn configuration(campaign: &Campaign, summary: &Summary) -> Vec<Fact> {
 /// From inside the folder, so that no path of the machine stands in the page.
 fn commands(folder: &Folder) -> Vec<String> {
     let c = &folder.campaign;
+    let variant = c.id.split_once('/').map_or(String::new(), |(_, name)| format!(" --variant {name}"));
     vec![
-        format!("softdock run campaign/{} --runs {} --seed {} --out again", folder.file, c.runs, c.seed),
+        format!("softdock run campaign/{}{variant} --runs {} --seed {} --out again", folder.file, c.runs, c.seed),
         "softdock replay . 0".to_owned(),
         "softdock report .".to_owned(),
     ]

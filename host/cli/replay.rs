@@ -4,6 +4,7 @@ use crate::args::ReplayArgs;
 use crate::farm::Farm;
 use crate::folder::Folder;
 use crate::traces::{input_of, record};
+use crate::variants::refuse_whole;
 use crate::words::{Exit, refuse, say};
 use miette::IntoDiagnostic;
 use softdock_analysis::number::with_unit;
@@ -17,6 +18,7 @@ use softdock_results::{Column, Table, Values, content_hash};
 /// Repeats a run.
 pub(crate) fn replay(args: &ReplayArgs) -> miette::Result<Exit> {
     let folder = Folder::open(&args.results)?;
+    refuse_whole(&folder)?;
     let row = read_run(&folder.path, args.run).into_diagnostic()?.ok_or_else(|| {
         let message = format!("`{}` holds no run {}", folder.path.display(), args.run);
         refuse(message, format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1))

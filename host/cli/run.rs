@@ -5,6 +5,7 @@ use crate::farm::Farm;
 use crate::finish::finish;
 use crate::folder::Folder;
 use crate::progress::{Progress, listen, stopped};
+use crate::variants;
 use crate::words::{Exit, explain, json, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Summary, summarise, verdict_text};
@@ -15,8 +16,15 @@ use softdock_results::shards::write_shard;
 /// Runs a campaign.
 pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
     let campaign = campaign(args)?;
+    if !campaign.variants.is_empty() {
+        return variants::run(args, campaign);
+    }
     let choice = args.choice(&campaign);
-    let out = args.out.clone().unwrap_or_else(|| default_results(&campaign.id));
+    let out = match (&args.out, &args.variant) {
+        (Some(out), Some(variant)) => out.join(variant),
+        (Some(out), None) => out.clone(),
+        (None, _) => default_results(&campaign.id),
+    };
     // The engine before the folder: what cannot run leaves nothing behind.
     let scene = campaign.clone();
     let mut farm = Farm::open(&scene, choice).map_err(unusable)?;
@@ -38,9 +46,13 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
 
 /// The campaign with what the command line says otherwise.
 fn campaign(args: &RunArgs) -> miette::Result<Campaign> {
-    let mut campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
-    campaign.runs = args.runs.unwrap_or(campaign.runs);
-    campaign.seed = args.seed.unwrap_or(campaign.seed);
+    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
+    let (runs, seed) = (args.runs.unwrap_or(campaign.runs), args.seed.unwrap_or(campaign.seed));
+    let campaign = match &args.variant {
+        Some(name) => variants::of_name(campaign, name)?,
+        None => campaign,
+    };
+    let campaign = campaign.with_sample(runs, seed);
     let most = campaign.method.most_runs();
     if campaign.runs > most {
         let message = format!("{} runs, but a Sobol' sequence has {most} points", campaign.runs);

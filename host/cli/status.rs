@@ -3,6 +3,7 @@
 use crate::args::{StatusArgs, default_results};
 use crate::folder::Folder;
 use crate::run::tell;
+use crate::variants;
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::summarise;
@@ -11,6 +12,9 @@ use std::path::Path;
 /// Says what is there and what it shows so far.
 pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
     let folder = folder_of(&args.what, None)?;
+    if !folder.campaign.variants.is_empty() {
+        return variants::status(&folder, args.json);
+    }
     let index = folder.shards()?;
     if !index.foreign.is_empty() {
         for (path, reason) in &index.foreign {

@@ -23,7 +23,12 @@ pub(crate) enum Exit {
 impl Exit {
     /// The end that a summary asks for.
     pub(crate) fn of(summary: &Summary) -> Self {
-        match summary.exit_code {
+        Self::of_code(summary.exit_code)
+    }
+
+    /// The end of a number that a summary or a comparison states.
+    pub(crate) fn of_code(code: u8) -> Self {
+        match code {
             0 => Self::Done,
             1 => Self::NotVerified,
             _ => Self::Incomplete,

@@ -339,6 +339,8 @@ pub enum Waveform {
     Sine,
     /// Out by the amplitude at constant speed in half a period, then standing.
     Run,
+    /// Out at constant speed for half a period, with a quarter of it to rise and a quarter to fall.
+    Trapezoid,
 }
 
 /// Two robots of one make, with their drives and controllers.

@@ -1,6 +1,7 @@
 //! Test motion: a known motion added to part A's command, and how the robots follow it.
 //!
-//! What an operator does before a campaign: a sine, or a run at constant speed, along one axis of the laboratory.
+//! What an operator does before a campaign: a sine, a run at constant speed, or one with ramps of speed at both ends,
+//! along one axis of the laboratory.
 
 use crate::bundle;
 use crate::math::{atan2, sin_cos};
@@ -34,6 +35,9 @@ bundle! {
     }
 }
 
+/// Share of a trapezoid's time in which its speed rises, and in which it falls.
+const RAMP: f64 = 0.25;
+
 /// Before the test.
 #[inline(always)]
 pub fn no_tracking<R: Real>() -> Tracking<R> {
@@ -56,9 +60,34 @@ fn displacement<R: Real>(test: &TestMotion, p: &Params<R>, time: R) -> (R, R) {
             let speed = p.test_amplitude / half;
             (speed * time.min(half), R::select(time.lt(half), speed, zero))
         }
+        Waveform::Trapezoid => trapezoid(p, time),
     };
     let begun = zero.le(time);
     (R::select(begun, x, zero), R::select(begun, v, zero))
+}
+
+/// Displacement and speed of a run of half a period whose speed rises and falls linearly.
+#[inline(always)]
+fn trapezoid<R: Real>(p: &Params<R>, time: R) -> (R, R) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let half = R::lit(0.5) / p.test_frequency;
+    let (ramp, top) = (half * R::lit(RAMP), top_speed(Waveform::Trapezoid, p));
+    let time = time.min(half);
+    let (rising, falling) = (time.min(ramp), (time - (half - ramp)).max(zero));
+    let cruising = (time - ramp).max(zero);
+    let ramps = (rising * rising - falling * falling) * (R::lit(0.5) / ramp);
+    (top * (cruising + ramps), top * ((rising - falling) / ramp).min(one))
+}
+
+/// Greatest speed of the command.
+#[inline(always)]
+fn top_speed<R: Real>(waveform: Waveform, p: &Params<R>) -> R {
+    let factor = match waveform {
+        Waveform::Sine => TAU,
+        Waveform::Run => 2.0,
+        Waveform::Trapezoid => 2.0 / (1.0 - RAMP),
+    };
+    p.test_amplitude * p.test_frequency * R::lit(factor)
 }
 
 /// A command with the test motion added to part A's.
@@ -114,14 +143,10 @@ pub fn followed<R: Real>(m: &Plant, p: &Params<R>, s: &Tracking<R>) -> Followed<
     let seen = zero.lt(s.time);
     let time = R::select(seen, s.time, one);
     let amplitude = s.sine.mul_add(s.sine, s.cosine * s.cosine).sqrt() * (two / time);
-    let top = match test.waveform {
-        Waveform::Sine => p.test_amplitude * p.test_frequency * R::lit(TAU),
-        Waveform::Run => p.test_amplitude * p.test_frequency * two,
-    };
     Followed {
         gain: R::select(seen, amplitude / p.test_amplitude, -one),
         lag: atan2(-s.cosine, s.sine),
         error: (s.square / time).sqrt(),
-        overshoot: s.top_speed / top - one,
+        overshoot: s.top_speed / top_speed(test.waveform, p) - one,
     }
 }

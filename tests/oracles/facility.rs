@@ -1,16 +1,28 @@
-//! The reference facility's robots joint by joint: the sine test, and the lag that stands for it.
+//! The reference facility's robots joint by joint: the sine test, the lag that stands for it, feedforward and gears.
 
 use super::bench::{job, numbered};
 use softdock_engine::Engine;
 use softdock_engine::cpu::CpuEngine;
+use softdock_kernels::manipulator::cell::Feedforward;
+use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-fn sine_test() -> Model {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/scenarios/facility_sine.toml");
+fn scenario(name: &str) -> Model {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/scenarios").join(name);
     softdock_campaign::load_scenario(&path).expect("a shipped scenario loads").model
+}
+
+fn sine_test() -> Model {
+    scenario("facility_sine.toml")
+}
+
+/// What the facility's loop says of some parameters.
+fn run(model: &Model, params: &[Params<f64>]) -> Vec<Metrics<f64>> {
+    let rows = CpuEngine::new().run(&job(model.clone(), params), &numbered(params), &|_| true);
+    rows.expect("nobody stops the batch").into_iter().map(|row| row.hil).collect()
 }
 
 /// Gain and lag \[deg\] of the robots at some frequencies \[Hz\].
@@ -23,9 +35,7 @@ fn response(model: &Model, frequencies: &[f64], change: impl Fn(&mut Params<f64>
             p
         })
         .collect();
-    let rows = CpuEngine::new().run(&job(model.clone(), &params), &numbered(&params), &|_| true);
-    let rows = rows.expect("nobody stops the batch");
-    rows.iter().map(|row| (row.hil.tracking_gain, row.hil.tracking_lag.to_degrees())).collect()
+    run(model, &params).iter().map(|hil| (hil.tracking_gain, hil.tracking_lag.to_degrees())).collect()
 }
 
 #[test]
@@ -64,4 +74,57 @@ fn the_lag_level_follows_as_the_joint_level_does() {
         assert!((a.0 / b.0 - 1.0).abs() < 0.03, "{frequency} Hz: gain {} against {}", a.0, b.0);
         assert!((a.1 - b.1).abs() < 2.0, "{frequency} Hz: lag {} against {}", a.1, b.1);
     }
+}
+
+/// A trapezoid of speed that the robots follow at once: no overshoot, and no error but the delay's.
+#[test]
+fn an_ideal_robot_follows_the_trapezoid() {
+    let mut ideal = scenario("facility_velocity.toml");
+    ideal.facility.joint_level = None;
+    let hil = run(&ideal, &[ideal.nominal])[0];
+    let top = 2.0 * ideal.nominal.test_amplitude * ideal.nominal.test_frequency / 0.75;
+    println!("overshoot {:e}, error {:e} m at {top} m/s", hil.tracking_overshoot, hil.tracking_error);
+    assert!(hil.tracking_overshoot.abs() < 1e-6, "overshoot {}", hil.tracking_overshoot);
+    assert!(hil.tracking_error < top * 2.0 * ideal.timing.tick(), "error {}", hil.tracking_error);
+}
+
+#[test]
+fn feedforward_lowers_error_and_overshoot_of_the_velocity_response() {
+    // With velocity loops of 1 and of 0.1 times the scenario's gain.
+    for (gain, error_ratio, overshoot_ratio) in [(1.0, 0.85, 0.8), (0.1, 0.3, 0.4)] {
+        let [off, gravity, full] = [Feedforward::Off, Feedforward::Gravity, Feedforward::Full].map(|feedforward| {
+            let mut model = scenario("facility_velocity.toml");
+            model.facility.joint_level.as_mut().expect("joints").servo.feedforward = feedforward;
+            let mut params = model.nominal;
+            params.robot1.velocity_gain = gain;
+            let hil = run(&model, &[params])[0];
+            println!(
+                "gain {gain}, {feedforward:?}: error {:.4} mm, overshoot {:.2} %",
+                1e3 * hil.tracking_error,
+                100.0 * hil.tracking_overshoot
+            );
+            (hil.tracking_error, hil.tracking_overshoot)
+        });
+        assert!(full.0 < error_ratio * off.0 && full.1 < overshoot_ratio * off.1, "{full:?} for {off:?}");
+        assert!(
+            full.0 < gravity.0 && gravity.0 < off.0 && gravity.1 < off.1,
+            "{gravity:?} between {full:?} and {off:?}"
+        );
+    }
+}
+
+/// Twice the gear ratio: more bandwidth while the acceleration limits the robot, less speed.
+#[test]
+fn a_higher_gear_ratio_buys_bandwidth_with_speed() {
+    let model = sine_test();
+    let gain = |ratio: f64, frequency: f64, amplitude: f64| {
+        let mut p = Params { test_frequency: frequency, test_amplitude: amplitude, ..model.nominal };
+        p.robot1.position_gain = 28.0;
+        (p.robot1.gear_ratio, p.robot1.velocity_gain) = (ratio, ratio * ratio);
+        run(&model, &[p])[0].tracking_gain
+    };
+    let [quick, slow] = [(4.0, 0.02), (0.5, 0.15)].map(|(f, a)| [1.0, 2.0, 8.0].map(|ratio| gain(ratio, f, a)));
+    println!("4 Hz, 20 mm: {quick:?}; 0.5 Hz, 150 mm: {slow:?}, ratios 1, 2 and 8");
+    assert!(quick[1] > 1.3 * quick[0], "acceleration: {quick:?}");
+    assert!(slow[2] < 0.9 * slow[0], "speed: {slow:?}");
 }

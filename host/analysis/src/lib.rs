@@ -3,6 +3,7 @@
 //! Sign-off is exact: one-sided Clopper-Pearson bounds and allowed failures, invalid runs counted as failures.
 //! Early fail, never early pass. No share without its interval.
 
+pub mod compare;
 mod error;
 pub mod exact;
 pub mod facts;
@@ -17,6 +18,7 @@ pub mod summary;
 mod tally;
 mod terminal;
 
+pub use compare::{Compared, VariantInput, compare, compare_text, write_compare};
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use plots::map::{MapCurve, map_page};

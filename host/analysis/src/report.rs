@@ -19,6 +19,7 @@ use crate::plots::force::force_figures;
 use crate::plots::margin::margin_figures;
 use crate::plots::sample::{CONSERVED, Sample};
 use crate::plots::success::success_figure;
+use crate::plots::tracking::{TrackingRow, tracking_figures, tracking_rows};
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
 
@@ -88,6 +89,8 @@ struct Page<'a> {
     success: Vec<Drawing>,
     energy: Option<Drawing>,
     forces: Vec<Drawing>,
+    tracking: Vec<TrackingRow>,
+    tracking_figures: Vec<Drawing>,
     dispersions: Vec<DispersionRow>,
     conserved: Vec<Fact>,
     stride: u64,
@@ -140,6 +143,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         success,
         energy: energy_figure(&sample)?,
         forces: force_figures(&read_traces(input.results)?)?,
+        tracking: tracking_rows(&sample),
+        tracking_figures: tracking_figures(&sample)?,
         dispersions: dispersion_rows(input, &sample),
         conserved: conserved(&sample),
         stride: sample.stride,
@@ -150,7 +155,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
 }
 
-fn environment() -> Result<Environment<'static>> {
+/// The pages' templates with what they may call.
+pub(crate) fn environment() -> Result<Environment<'static>> {
     let mut page = Environment::new();
     page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     page.add_filter("grouped", grouped);
@@ -162,6 +168,7 @@ fn environment() -> Result<Environment<'static>> {
         interval(&Interval { lo, hi, confidence }).replace(" %", "\u{a0}%")
     });
     page.add_template("report.html", include_str!("page/report.html"))?;
+    page.add_template("compare.html", include_str!("page/compare.html"))?;
     Ok(page)
 }
 

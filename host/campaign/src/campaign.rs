@@ -1,6 +1,7 @@
 //! A campaign: the file checked, with its scenario, dispersions and requirements.
 
 use crate::check::Checker;
+use crate::compare::{self, Comparison};
 use crate::derived::{self, Derived};
 use crate::dispersion::{Class, Correlation, Dispersion, DispersionReader};
 use crate::expression::Bounds;
@@ -10,12 +11,14 @@ use crate::requirement::{self, Requirement};
 use crate::scenario::Scenario;
 use crate::source::Source;
 use crate::stability::Extremes;
+use crate::variant::{self, Variant};
 use crate::written::At;
 use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
 use crate::{derived as derived_values, idle, read};
-use softdock_kernels::fields::{fields, from_slice, to_vec};
+use softdock_kernels::fields::{Field, fields, from_slice};
 use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
+use std::ops::Range as Span;
 use std::path::{Path, PathBuf};
 
 /// Format that this version reads.
@@ -137,11 +140,17 @@ pub struct Campaign {
     pub requirements: Vec<Requirement>,
     /// Time histories to keep.
     pub traces: Traces,
+    /// The facilities to compare; if there are any, the runs are made on them and not on the scenario's own.
+    pub variants: Vec<Variant>,
+    /// How they are compared.
+    pub comparison: Comparison,
+    /// Names of the variables that expressions use besides the parameters.
+    pub(crate) variables: Vec<String>,
     /// The campaign file's text.
     pub text: String,
     /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
     pub hash: String,
-    files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
 }
 
 impl Campaign {
@@ -152,23 +161,65 @@ impl Campaign {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let scenario = scenario(&mut c, &file.scenario);
-        let campaign = scenario.map(|scenario| check(&mut c, &file, scenario));
-        match campaign {
-            Ok(campaign) => {
-                Problems::check(c.problems)?;
-                campaign.check_steps(&c.source)?;
-                Ok(campaign)
-            }
+        let scenario = match scenario {
+            Ok(scenario) => scenario,
             Err(problems) => {
                 c.problems.extend(problems);
-                Err(Problems::check(c.problems).expect_err("at least the scenario's problems"))
+                return Err(Problems::check(c.problems).expect_err("at least the scenario's problems"));
             }
+        };
+        let campaign = check(&mut c, &file, scenario);
+        Problems::check(std::mem::take(&mut c.problems))?;
+        if file.variant.is_empty() {
+            campaign.check_steps(&c.source)?;
+            return Ok(campaign);
         }
+        campaign.with_variants(&mut c, &file)
+    }
+
+    /// The campaign with its variants, each as sound as a campaign alone.
+    fn with_variants(mut self, c: &mut Checker, file: &CampaignFile) -> Result<Self, Problems> {
+        let fields = self.fields();
+        let variants = variant::read(c, file, &self, &fields);
+        Problems::check(std::mem::take(&mut c.problems))?;
+        variant::refuse_idle(c, &variants);
+        Problems::check(std::mem::take(&mut c.problems))?;
+        for variant in &variants {
+            variant.campaign.check_steps(&c.source)?;
+            let files = variant.campaign.scenario.sources().map(|source| source.path().to_owned());
+            let new: Vec<PathBuf> = files.filter(|file| !self.files.contains(file)).collect();
+            self.files.extend(new);
+        }
+        let files = self.files.clone();
+        self.variants = variants;
+        self.variants.iter_mut().for_each(|variant| variant.campaign.files.clone_from(&files));
+        Ok(self)
+    }
+
+    /// What expressions may name: the parameters and, behind them, the campaign's variables.
+    fn fields(&self) -> Vec<Field> {
+        let variable = |name: &String| Field { name: name.clone(), unit: "1", meaning: "variable of the campaign" };
+        fields::<f64, Params<f64>>().into_iter().chain(self.variables.iter().map(variable)).collect()
+    }
+
+    /// Whether a dispersion or a derived value stands at a place of the file.
+    pub(crate) fn sets_at(&self, place: &Span<usize>) -> bool {
+        let dispersed = self.dispersions.iter().any(|dispersion| dispersion.place == *place);
+        dispersed || self.derived.iter().any(|derived| derived.place == *place)
     }
 
     /// Every file that was read: the campaign's own first, then scenario, URDF and tables.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
+    }
+
+    /// The same campaign with another number of runs and another seed, in all its variants.
+    pub fn with_sample(mut self, runs: u64, seed: u64) -> Self {
+        (self.runs, self.seed) = (runs, seed);
+        for variant in &mut self.variants {
+            (variant.campaign.runs, variant.campaign.seed) = (runs, seed);
+        }
+        self
     }
 
     /// How many runs are repeated at half the substep.
@@ -191,6 +242,7 @@ impl Campaign {
     fn check_steps(&self, source: &Source) -> Result<(), Problems> {
         let mut unused = Checker::new(source.clone());
         let bounds = self.bounds(&mut unused);
+        // Variables stand behind the parameters and are left out.
         let ends = |end: fn(&Bounds) -> f64| from_slice(&bounds.iter().map(end).collect::<Vec<_>>());
         let extremes = Extremes { least: ends(|b| b.least), greatest: ends(|b| b.greatest) };
         self.scenario.check_steps(&extremes, |parameter| {
@@ -201,9 +253,8 @@ impl Campaign {
     }
 
     /// Least and greatest value of every parameter.
-    fn bounds(&self, c: &mut Checker) -> Vec<Bounds> {
-        let nominal = to_vec(&self.scenario.model.nominal);
-        let mut bounds: Vec<Bounds> = nominal.iter().map(|v| Bounds { least: *v, greatest: *v }).collect();
+    pub(crate) fn bounds(&self, c: &mut Checker) -> Vec<Bounds> {
+        let mut bounds: Vec<Bounds> = self.undispersed().iter().map(|v| Bounds { least: *v, greatest: *v }).collect();
         for dispersion in &self.dispersions {
             let (least, greatest) = dispersion.distribution.reach();
             bounds[dispersion.field] = Bounds { least, greatest };
@@ -222,16 +273,17 @@ fn scenario(c: &mut Checker, written: &At<String>) -> Result<Scenario, Problems>
 /// The campaign, with harmless values where there are problems.
 fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let table = fields::<f64, Params<f64>>();
-    let mut reader =
-        DispersionReader { c, fields: &table, dispersions: Vec::new(), correlations: Vec::new(), tables: Vec::new() };
+    let parameters = table.len();
+    let (dispersions, correlations, tables) = Default::default();
+    let mut reader = DispersionReader { c, fields: table, dispersions, correlations, tables };
     for dispersion in &file.dispersion {
         reader.dispersion(dispersion);
     }
     for correlation in &file.correlation {
         reader.correlation(correlation);
     }
-    let DispersionReader { dispersions, correlations, tables, .. } = reader;
-    let derived = derived::read(c, &table, &file.derived, &dispersions);
+    let DispersionReader { fields, dispersions, correlations, tables, .. } = reader;
+    let derived = derived::read(c, &fields, &file.derived.iter().collect::<Vec<_>>(), &dispersions);
     let runs = c.count(&file.runs, 1, MOST_RUNS);
     let campaign = Campaign {
         id: c.name(&file.id),
@@ -254,10 +306,17 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         dispersions,
         correlations,
         derived,
+        variants: Vec::new(),
+        comparison: Comparison::default(),
+        variables: fields[parameters..].iter().map(|field| field.name.clone()).collect(),
     };
     let bounds = campaign.bounds(c);
-    idle::refuse(c, &campaign, &bounds);
-    campaign
+    // With variants each of them has its own answer.
+    if file.variant.is_empty() {
+        idle::targets(&campaign, &bounds).iter().for_each(|target| target.refuse(c));
+    }
+    let comparison = compare::read(c, file, &campaign, &fields);
+    Campaign { comparison, ..campaign }
 }
 
 fn execution(c: &mut Checker, table: &ExecutionTable) -> Execution {

@@ -25,11 +25,11 @@ pub struct Derived {
     pub(crate) place: Span<usize>,
 }
 
-/// Reads and orders the derived values.
+/// Reads and orders the derived values; `fields` are the parameters and, behind them, the campaign's variables.
 pub(crate) fn read(
     c: &mut Checker,
     fields: &[Field],
-    tables: &[DerivedTable],
+    tables: &[&DerivedTable],
     dispersed: &[Dispersion],
 ) -> Vec<Derived> {
     let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();

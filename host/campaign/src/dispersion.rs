@@ -9,7 +9,8 @@ use crate::units::{noun, quantity, show, suggestions};
 use crate::written::campaign::{CorrelationTable, DispersionTable, DistributionTable, OneOrMore};
 use crate::written::{At, Quantity};
 use nalgebra::DMatrix;
-use softdock_kernels::fields::Field;
+use softdock_kernels::fields::{Field, fields};
+use softdock_kernels::params::Params;
 use std::ops::Range as Span;
 
 /// Whether a value varies or is only unknown.
@@ -24,9 +25,9 @@ pub enum Class {
 /// One dispersed parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
-    /// Index into the field table of `Params`.
+    /// Index into the field table of `Params`; behind its end, a variable of the campaign.
     pub field: usize,
-    /// Name of the parameter, also that of its random stream.
+    /// Name of the parameter or variable, also that of its random stream.
     pub name: String,
     /// SI unit.
     pub unit: &'static str,
@@ -52,7 +53,8 @@ pub struct Correlation {
 /// Reads all dispersions; the files of tables are added to `tables`.
 pub(crate) struct DispersionReader<'a> {
     pub(crate) c: &'a mut Checker,
-    pub(crate) fields: &'a [Field],
+    /// The parameters, and behind them the campaign's own variables.
+    pub(crate) fields: Vec<Field>,
     pub(crate) dispersions: Vec<Dispersion>,
     pub(crate) correlations: Vec<Correlation>,
     pub(crate) tables: Vec<Source>,
@@ -94,7 +96,7 @@ impl DispersionReader<'_> {
             self.multivariate(&table.dist, &targets)
         } else {
             let field = &self.fields[targets[0]];
-            let (unit, range) = (field.unit, legal(&field.name));
+            let (unit, range) = (field.unit, legal_draws(&field.name));
             self.distribution(kind, &table.dist.value, unit, range).into_iter().collect()
         };
         for (field, distribution) in targets.into_iter().zip(distributions) {
@@ -132,9 +134,10 @@ impl DispersionReader<'_> {
     /// Field indices of the targets.
     fn targets(&mut self, table: &DispersionTable, kind: Kind) -> Option<Vec<usize>> {
         let many = kind == Kind::MultivariateNormal;
-        match (&table.target, &table.targets) {
-            (Some(target), None) => self.target(target, many),
-            (None, Some(targets)) if many => {
+        match (&table.target, &table.targets, &table.variable) {
+            (None, None, Some(variable)) if !many => self.variable(variable).map(|field| vec![field]),
+            (Some(target), None, None) => self.target(target, many),
+            (None, Some(targets), None) if many => {
                 let found: Option<Vec<_>> = targets.value.iter().map(|target| self.target(target, false)).collect();
                 let found = found?.concat();
                 if found.is_empty() {
@@ -142,7 +145,7 @@ impl DispersionReader<'_> {
                 }
                 (!found.is_empty()).then_some(found)
             }
-            (None, Some(targets)) => {
+            (None, Some(targets), None) => {
                 let message = "only mvnormal has several targets";
                 self.c.refuse(&targets.span, message, "write target = \"...\", and one [[dispersion]] per parameter");
                 None
@@ -153,6 +156,25 @@ impl DispersionReader<'_> {
                 None
             }
         }
+    }
+
+    /// A pure number of the campaign's own, under a name that nothing else has.
+    fn variable(&mut self, written: &At<String>) -> Option<usize> {
+        let name = written.value.as_str();
+        let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let fault = if name.is_empty() || !letters || name.starts_with(|c: char| c.is_ascii_digit()) {
+            Some(("this cannot be a variable", "write letters, digits and _, a letter first"))
+        } else if self.fields.iter().any(|f| f.name == name || vector_name(&f.name) == Some(name)) {
+            Some(("this name is taken", "write target = \"...\" to disperse a parameter, or choose another name"))
+        } else {
+            None
+        };
+        if let Some((message, remedy)) = fault {
+            self.c.refuse(&written.span, message, remedy);
+            return None;
+        }
+        self.fields.push(Field { name: name.to_owned(), unit: "1", meaning: "variable of the campaign" });
+        Some(self.fields.len() - 1)
     }
 
     /// A parameter that nothing else sets; a whole vector where one is allowed.
@@ -166,7 +188,7 @@ impl DispersionReader<'_> {
             self.c.refuse(&target.span, format!("`{name}` is a vector"), remedy);
             return None;
         }
-        let found = if components.is_empty() { vec![find(self.c, self.fields, target)?] } else { components };
+        let found = if components.is_empty() { vec![find(self.c, &self.fields, target)?] } else { components };
         if let Some(twin) = self.dispersions.iter().find(|other| found.contains(&other.field)) {
             let line = self.c.source.line_column(twin.place.start).0;
             let message = format!("`{}` is dispersed twice", twin.name);
@@ -226,7 +248,7 @@ impl DispersionReader<'_> {
 
     /// A normal distribution has no bounds: what it can reach must be legal.
     fn check_reach(&mut self, name: &str, unit: &str, distribution: &Distribution, span: &Span<usize>) {
-        let (range, (least, greatest)) = (legal(name), distribution.reach());
+        let (range, (least, greatest)) = (legal_draws(name), distribution.reach());
         if !(range.contains(least) && range.contains(greatest)) {
             let message = format!(
                 "draws of `{name}` reach from {} to {}, beyond its legal range",
@@ -330,6 +352,12 @@ impl DispersionReader<'_> {
             self.correlations.push(Correlation { members, factor });
         }
     }
+}
+
+/// The legal range of what may be drawn: of a parameter its own, of a variable any.
+fn legal_draws(name: &str) -> Range {
+    let is_parameter = fields::<f64, Params<f64>>().iter().any(|field| field.name == name);
+    if is_parameter { legal(name) } else { Range::size(ANY) }
 }
 
 /// The field that a target names.

@@ -21,7 +21,8 @@ pub fn histograms(campaign: &Campaign, n: u64) -> String {
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(runs)) as u64;
     let draws: Vec<Vec<f64>> = (0..runs).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
     let mut text = format!("inputs of {runs} of {} runs, seed {}\n", campaign.runs, campaign.seed);
-    for dispersion in &campaign.dispersions {
+    let parameters = draws[0].len();
+    for dispersion in campaign.dispersions.iter().filter(|dispersion| dispersion.field < parameters) {
         let class = match dispersion.class {
             Class::Aleatory => "",
             Class::Epistemic => ", epistemic",
@@ -29,6 +30,9 @@ pub fn histograms(campaign: &Campaign, n: u64) -> String {
         let source = dispersion.source.as_deref().unwrap_or("no source stated");
         let what = format!("{}{class}; {source}", dispersion.distribution.kind());
         row(&mut text, &dispersion.name, dispersion.unit, &what, &column(&draws, dispersion.field));
+    }
+    for variable in campaign.dispersions.iter().filter(|dispersion| dispersion.field >= parameters) {
+        let _ = writeln!(text, "\n  {}  (variable, {})", variable.name, variable.distribution.kind());
     }
     for derived in &campaign.derived {
         row(&mut text, &derived.name, derived.unit, &format!("= {}", derived.text), &column(&draws, derived.field));

@@ -7,10 +7,12 @@ use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::model::{CompensatorKind, Model, NormalLaw};
 use softdock_kernels::params::Params;
+use std::ops::Range;
 
 /// Why a parameter does nothing, and what to do about it.
 type Idle = (&'static str, &'static str);
 
+const UNUSED: Idle = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
 const NO_LATCH: Idle = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
 const NO_RAIL: Idle = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
 const RAIL_STANDS: Idle =
@@ -60,18 +62,36 @@ const NEVER_SWITCHED: Idle = (
     "remove it, or give the compensator a delay and, for virtual damping, a stiffness above 0",
 );
 
-/// Refuses dispersions and derived values of parameters that can change nothing.
+/// A dispersion or derived value that can change nothing, and where it stands.
+pub(crate) struct IdleTarget {
+    name: String,
+    why: Idle,
+    pub(crate) place: Range<usize>,
+}
+
+impl IdleTarget {
+    pub(crate) fn refuse(&self, c: &mut Checker) {
+        let (why, remedy) = self.why;
+        c.refuse(&self.place, format!("`{}` does nothing here: {why}", self.name), remedy);
+    }
+}
+
+/// Dispersions and derived values of parameters that can change nothing.
 ///
 /// One that another derived value is computed from does its work there.
-pub(crate) fn refuse(c: &mut Checker, campaign: &Campaign, bounds: &[Bounds]) {
+pub(crate) fn targets(campaign: &Campaign, bounds: &[Bounds]) -> Vec<IdleTarget> {
     let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, &d.place));
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, &d.place));
-    for (field, name, place) in dispersed.chain(derived) {
-        let used = campaign.derived.iter().any(|derived| derived.expression.names().contains(&field));
-        if let (false, Some((why, remedy))) = (used, idle(name, &campaign.scenario.model, bounds)) {
-            c.refuse(place, format!("`{name}` does nothing here: {why}"), remedy);
-        }
-    }
+    let unused = |field: &usize| !campaign.derived.iter().any(|derived| derived.expression.names().contains(field));
+    let parameters = bounds.len() - campaign.variables.len();
+    let why = |field: usize, name: &str| match field < parameters {
+        true => idle(name, &campaign.scenario.model, bounds),
+        false => Some(UNUSED),
+    };
+    let target = |(field, name, place): (usize, &String, &Range<usize>)| {
+        Some(IdleTarget { name: name.clone(), why: why(field, name)?, place: place.clone() })
+    };
+    dispersed.chain(derived).filter(|(field, ..)| unused(field)).filter_map(target).collect()
 }
 
 /// Why a parameter changes nothing, if so.

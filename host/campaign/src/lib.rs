@@ -3,6 +3,7 @@
 mod arm;
 pub mod campaign;
 mod check;
+pub mod compare;
 pub mod derived;
 pub mod dispersion;
 pub mod distribution;
@@ -11,6 +12,7 @@ mod histogram;
 mod idle;
 mod inertia;
 mod mobility;
+mod overlay;
 mod placement;
 mod problem;
 mod ranges;
@@ -24,14 +26,17 @@ mod stability;
 mod suggest;
 mod table;
 mod units;
+mod variant;
 mod written;
 
 pub use campaign::Campaign;
+pub use compare::Comparison;
 pub use histogram::histograms;
 pub use problem::{Problem, Problems};
 pub use robot::Robot;
 pub use sampling::Draw;
 pub use scenario::Scenario;
+pub use variant::Variant;
 
 use std::path::Path;
 

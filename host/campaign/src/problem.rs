@@ -32,6 +32,7 @@ pub struct Problem {
 impl Problem {
     /// A problem at a place in a file that could be read.
     pub(crate) fn at(source: &Source, span: Range<usize>, message: impl Into<String>) -> Self {
+        let (source, span) = source.resolve(span);
         let (line, column) = source.line_column(span.start);
         Self {
             file: source.path().to_owned(),
@@ -42,7 +43,7 @@ impl Problem {
             message: message.into(),
             expected: String::new(),
             remedy: String::new(),
-            source: Some(source.clone()),
+            source: Some(source),
             span,
         }
     }

@@ -4,6 +4,8 @@ use crate::problem::{Problem, Problems};
 use crate::source::Source;
 use crate::suggest::suggestion;
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, Deserializer, Error};
 
 /// What to write for a key that must be there.
 const EXAMPLES: &[(&str, &str)] = &[
@@ -36,13 +38,20 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
             .into());
     }
     // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
-    if let Err(error) = toml::de::DeTable::parse(source.text()) {
-        return Err(syntax(source, &error).into());
+    let mut table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
+    let overlaid = source.overlay().map(|overlay| (overlay, overlay.text_behind(source.text().len())));
+    if let Some((overlay, text)) = &overlaid {
+        let campaign = DeTable::parse(text).map_err(|error| syntax(source, &error))?;
+        overlay.lay_over(table.get_mut(), campaign.into_inner());
     }
-    toml::from_str(source.text()).map_err(|error| structure(source, &error).into())
+    from_table(table).map_err(|error| structure(source, &error).into())
 }
 
-fn syntax(source: &Source, error: &toml::de::Error) -> Problem {
+fn from_table<T: DeserializeOwned>(table: Spanned<DeTable<'_>>) -> Result<T, Error> {
+    T::deserialize(Deserializer::from(table))
+}
+
+fn syntax(source: &Source, error: &Error) -> Problem {
     let span = error.span().unwrap_or(0..0);
     let at_end = source.text()[span.start.min(source.text().len())..].trim().is_empty();
     let remedy = if at_end {
@@ -75,7 +84,7 @@ fn quoted(message: &str) -> Vec<&str> {
     message.split('`').skip(1).step_by(2).collect()
 }
 
-fn structure(source: &Source, error: &toml::de::Error) -> Problem {
+fn structure(source: &Source, error: &Error) -> Problem {
     let span = error.span().unwrap_or(0..0);
     let message = error.message();
     let names = quoted(message);
@@ -84,7 +93,8 @@ fn structure(source: &Source, error: &toml::de::Error) -> Problem {
         return Problem::at(source, span, format!("there is no key `{}` here", names[0])).value("").remedy(known);
     }
     if message.starts_with("missing field") {
-        let parent = source.table_at(&span);
+        let (written, at) = source.resolve(span.clone());
+        let parent = written.table_at(&at);
         let key = if parent.is_empty() { names[0].to_owned() } else { format!("{parent}.{}", names[0]) };
         let example = EXAMPLES.iter().find(|row| row.0 == names[0]);
         let remedy = example.map_or_else(|| format!("add {} = ...", names[0]), |row| format!("add {}", row.1));

@@ -40,7 +40,7 @@ impl Campaign {
                 shares[*member] = normal_share(mixed).clamp(f64::EPSILON / 4.0, 1.0 - f64::EPSILON / 2.0);
             }
         }
-        let mut values = to_vec(&self.scenario.model.nominal);
+        let mut values = self.undispersed();
         for (dispersion, share) in self.dispersions.iter().zip(&shares) {
             values[dispersion.field] = dispersion.distribution.quantile(*share);
         }
@@ -49,7 +49,18 @@ impl Campaign {
 
     /// The undispersed run: the scenario's values and what is derived from them.
     pub fn nominal(&self) -> Params<f64> {
-        with_derived(to_vec(&self.scenario.model.nominal), &self.derived)
+        with_derived(self.undispersed(), &self.derived)
+    }
+
+    /// The scenario's values and, behind them, the medians of the campaign's variables.
+    pub(crate) fn undispersed(&self) -> Vec<f64> {
+        let mut values = to_vec(&self.scenario.model.nominal);
+        let parameters = values.len();
+        values.resize(parameters + self.variables.len(), 0.0);
+        for variable in self.dispersions.iter().filter(|dispersion| dispersion.field >= parameters) {
+            values[variable.field] = variable.distribution.quantile(0.5);
+        }
+        values
     }
 
     /// The uniform number behind a dispersion: one per draw, from the stream of its name.

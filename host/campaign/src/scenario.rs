@@ -71,6 +71,10 @@ impl Scenario {
         self.robot.as_ref().map(Source::text)
     }
 
+    pub(crate) fn source(&self) -> &Source {
+        &self.source
+    }
+
     /// The file, the URDF and the robots' model.
     pub(crate) fn sources(&self) -> impl Iterator<Item = &Source> {
         std::iter::once(&self.source).chain(&self.urdf).chain(&self.robot)

@@ -1,5 +1,6 @@
 //! A file's text with its path and the dotted key of every place in it.
 
+use crate::overlay::Overlay;
 use crate::problem::{Problem, Problems};
 use miette::NamedSource;
 use std::ops::Range;
@@ -23,6 +24,7 @@ struct Inner {
     path: PathBuf,
     named: NamedSource<String>,
     places: Vec<Place>,
+    overlay: Option<Overlay>,
 }
 
 /// A key or a value of a TOML file.
@@ -89,7 +91,25 @@ impl Source {
             collect_table("", table.get_ref(), &mut places);
         }
         let named = NamedSource::new(path.display().to_string(), text);
-        Self(Arc::new(Inner { path, named, places }))
+        Self(Arc::new(Inner { path, named, places, overlay: None }))
+    }
+
+    /// The same file with keys replaced by another.
+    pub(crate) fn with(&self, overlay: Overlay) -> Self {
+        let plain = Self::new(self.path().to_owned(), self.text().to_owned());
+        let inner = Arc::into_inner(plain.0).expect("nobody else has it yet");
+        Self(Arc::new(Inner { overlay: Some(overlay), ..inner }))
+    }
+
+    /// What replaces keys of this file.
+    pub(crate) fn overlay(&self) -> Option<&Overlay> {
+        self.0.overlay.as_ref()
+    }
+
+    /// The file in which a span really stands, and where.
+    pub(crate) fn resolve(&self, span: Range<usize>) -> (Self, Range<usize>) {
+        let foreign = self.overlay().and_then(|overlay| overlay.resolve(&span, self.text().len()));
+        foreign.unwrap_or_else(|| (self.clone(), span))
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -138,6 +158,9 @@ impl Source {
 
     /// The span of a dotted key's value; if it is not written, of the table in which it would stand.
     pub(crate) fn span_of(&self, key: &str) -> Range<usize> {
+        if let Some(span) = self.overlay().and_then(|overlay| overlay.span_of(key, self.text().len())) {
+            return span;
+        }
         let written = self.0.places.iter().rev().find(|place| place.key == key);
         match (written, key.rsplit_once('.')) {
             (Some(place), _) => place.span.clone(),

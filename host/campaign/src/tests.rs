@@ -77,6 +77,64 @@ fn shipped_campaigns_are_valid_and_described() {
 }
 
 #[test]
+fn every_shipped_campaign_loads() {
+    let files = std::fs::read_dir(campaigns()).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let names: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    assert!(names.len() > 5, "{names:?}");
+    for path in names {
+        load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+    }
+}
+
+const VARIANTS: &str = "[[dispersion]]\nvariable = \"knowledge\"\n\
+                        dist = { kind = \"uniform\", min = 0.9, max = 1.1 }\n\
+                        [[variant]]\nname = \"none\"\n\
+                        [[variant]]\nname = \"smith\"\n\
+                        set = { \"facility.compensator\" = { kind = \"smith\", delay = \"4 ms\", stiffness = \"1e4 N/m\" } }\n\
+                        [[variant.derived]]\ntarget = \"compensator_stiffness\"\n\
+                        expr = \"contact_stiffness * knowledge\"\n";
+
+#[test]
+fn variants_share_their_draws_and_differ_in_the_facility_alone() {
+    let alone = campaign(50, STIFFNESS);
+    let whole = campaign(50, &format!("{STIFFNESS}{VARIANTS}"));
+    let [none, smith] = [0, 1].map(|variant| &whole.variants[variant].campaign);
+    let stiffness = drawn(&alone, "contact_stiffness");
+    assert_eq!(drawn(none, "contact_stiffness"), stiffness, "a variable moves no other draw");
+    assert_eq!(drawn(smith, "contact_stiffness"), stiffness);
+    assert_eq!((none.id.as_str(), smith.id.as_str()), ("test/none", "test/smith"));
+    assert!(none.hash != smith.hash && none.hash != whole.hash);
+    for (known, true_value) in drawn(smith, "compensator_stiffness").iter().zip(&stiffness) {
+        assert!((0.9..1.1).contains(&(known / true_value)), "{known} of {true_value}");
+    }
+    assert!(drawn(none, "compensator_stiffness").iter().all(|stiffness| *stiffness == 0.0));
+    assert_ne!(none.scenario.model.facility, smith.scenario.model.facility);
+    let mut same = smith.scenario.model.clone();
+    (same.facility, same.nominal) = (none.scenario.model.facility.clone(), none.scenario.model.nominal);
+    assert_eq!(same, none.scenario.model);
+    assert_eq!(smith.nominal().compensator_stiffness, smith.scenario.model.nominal.contact_stiffness);
+    assert_eq!(whole.variants[1].changes[0].0, "facility.compensator");
+    assert_eq!(
+        whole.variants[1].changes[1],
+        ("compensator_stiffness".into(), "= contact_stiffness * knowledge".into())
+    );
+}
+
+#[test]
+fn a_comparison_is_cut_as_the_draws_are() {
+    let map = "[compare]\nalong = \"contact_stiffness\"\n[[compare.map]]\nx = \"contact_stiffness\"\ny = \"target_mass\"\n\
+               cells = [4, 2]\nslice = \"target_mass\"\nslices = 2\nline = \"target_mass + 0 * contact_stiffness\"\n";
+    let plan = campaign(50, &format!("{STIFFNESS}{MASS}{VARIANTS}{map}")).comparison;
+    let along = plan.along.expect("bands");
+    assert!(along.logarithmic && along.edges.len() == 9);
+    assert!((along.edges[0], along.edges[8]) == (1e4, 1e6) && (along.edges[4] - 1e5).abs() < 1.0);
+    let [low, high] = [0, 1].map(|slice| &plan.maps[slice]);
+    assert_eq!((low.x.edges.len(), low.y.edges.len(), plan.maps.len()), (5, 3, 2));
+    // Slices of 300 to 400 and of 400 to 500 kg; the line stands in their middle.
+    assert!(low.line.iter().all(|point| point.1 == 350.0) && high.line.iter().all(|point| point.1 == 450.0));
+}
+
+#[test]
 fn the_probe_stands_before_the_drogue() {
     let model = shipped("probe_drogue.toml").scenario.model;
     let tool = crate::placement::end_frame(&model.links, &model.start_angles, model.tool);

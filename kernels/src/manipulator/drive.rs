@@ -14,7 +14,7 @@ bundle! {
         position_gain: R, "1/s", "gain of the position loops";
         velocity_feedforward: R, "1", "share of the commanded joint rate that the position loops add";
         velocity_gain: R, "1", "factor on the gains of the velocity loops";
-        gear_ratio: R, "1", "factor on all gear ratios: reflected inertia goes with its square, torque with it, speed against it";
+        gear_ratio: R, "1", "factor on all gear ratios: reflected inertia goes with its square, limits of torque and acceleration with it, of speed against it";
         coulomb_error: R, "1", "relative error of the Coulomb friction";
         viscous_error: R, "1", "relative error of the viscous friction";
         stribeck: R, "1", "factor on the static friction beyond Coulomb's; 0 = none";

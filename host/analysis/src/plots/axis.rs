@@ -48,6 +48,17 @@ impl Axis {
         Self { lo: self.lo - room, hi: self.hi + room, ..self }
     }
 
+    /// A linear or a logarithmic axis from end to end.
+    pub fn scaled(label: impl Into<String>, lo: f64, hi: f64, logarithmic: bool) -> Self {
+        let scale = if logarithmic { Scale::Log } else { Scale::Linear };
+        Self { scale, ..Self::linear(label, lo, hi) }
+    }
+
+    /// The value in the middle between two, as it is drawn.
+    pub(crate) fn middle(&self, (lo, hi): (f64, f64)) -> f64 {
+        if self.scale == Scale::Log { (lo * hi).sqrt() } else { 0.5 * (lo + hi) }
+    }
+
     pub(crate) fn contains(&self, value: f64) -> bool {
         (self.lo..=self.hi).contains(&value)
     }
@@ -130,7 +141,8 @@ impl Ranged for Axis {
 
 impl ValueFormatter<f64> for Axis {
     fn format(value: &f64) -> String {
-        significant(*value, 6)
+        // Long numbers would not fit beside an axis.
+        if value.abs() >= 1e5 { format!("{value:e}") } else { significant(*value, 6) }
     }
 }
 

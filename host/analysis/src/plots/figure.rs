@@ -29,12 +29,27 @@ pub mod colour {
     pub const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
     /// Only the facility fails.
     pub const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
+    /// Frame of what is to be trusted.
+    pub const TRUSTED: RGBColor = RGBColor(0x00, 0x7A, 0x5A);
+    /// Facilities side by side.
+    pub const VARIANTS: [RGBColor; 8] = [
+        RGBColor(0x22, 0x22, 0x22),
+        RGBColor(0x00, 0x72, 0xB2),
+        RGBColor(0xD5, 0x5E, 0x00),
+        RGBColor(0x00, 0x9E, 0x73),
+        RGBColor(0xCC, 0x79, 0xA7),
+        RGBColor(0xE6, 0x9F, 0x00),
+        RGBColor(0x56, 0xB4, 0xE9),
+        RGBColor(0x7F, 0x3C, 0x8D),
+    ];
     /// Limits.
     pub const LIMIT: RGBColor = RGBColor(0x22, 0x22, 0x22);
     /// Grid lines.
     pub const GRID: RGBColor = RGBColor(0xE6, 0xE6, 0xE3);
     /// Frame.
     pub const FRAME: RGBColor = RGBColor(0x8A, 0x8A, 0x86);
+    /// Letters on dark ground.
+    pub const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);
     /// Letters.
     pub const TEXT: RGBColor = RGBColor(0x33, 0x33, 0x33);
 }
@@ -68,6 +83,31 @@ enum Layer {
     Bars { bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64 },
     Points { points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64 },
     Limit { x: f64, label: String, colour: RGBColor, height: f64 },
+    Tiles { tiles: Vec<Tile> },
+}
+
+/// A rectangle of a map with its number in it.
+#[derive(Clone, Debug)]
+pub struct Tile {
+    /// Left and right end.
+    pub x: (f64, f64),
+    /// Lower and upper end.
+    pub y: (f64, f64),
+    /// Fill.
+    pub colour: RGBColor,
+    /// What stands in it.
+    pub label: String,
+    /// Whether it is framed.
+    pub framed: bool,
+}
+
+impl Tile {
+    /// Letters that can be read on the fill.
+    fn ink(&self) -> &'static RGBColor {
+        let RGBColor(r, g, b) = self.colour;
+        let light = 0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b);
+        if light > 140.0 { &colour::TEXT } else { &colour::PAPER }
+    }
 }
 
 /// A figure under construction.
@@ -117,6 +157,12 @@ impl Figure {
     /// A vertical line with its name, as high as this share of the y axis.
     pub fn limit(mut self, x: f64, label: impl Into<String>, colour: RGBColor, height: f64) -> Self {
         self.layers.push(Layer::Limit { x, label: label.into(), colour, height });
+        self
+    }
+
+    /// Rectangles with their numbers.
+    pub fn tiles(mut self, tiles: Vec<Tile>) -> Self {
+        self.layers.push(Layer::Tiles { tiles });
         self
     }
 
@@ -190,8 +236,24 @@ impl Figure {
                 chart.draw_series([PathElement::new(vec![(*x, self.y.lo), (*x, top)], stroke(*colour, 1.2))])?;
                 chart.draw_series([self.limit_name(*x, top, label, colour)])?;
             }
+            Layer::Tiles { tiles } => {
+                let corners = |tile: &Tile| [(tile.x.0, tile.y.0), (tile.x.1, tile.y.1)];
+                chart.draw_series(tiles.iter().map(|tile| Rectangle::new(corners(tile), tile.colour.filled())))?;
+                let framed = tiles.iter().filter(|tile| tile.framed);
+                let frame = stroke(colour::TRUSTED, 2.2);
+                chart.draw_series(framed.map(|tile| Rectangle::new(corners(tile), frame)))?;
+                chart.draw_series(tiles.iter().map(|tile| self.tile_label(tile)))?;
+            }
         }
         Ok(())
+    }
+
+    /// The number of a tile, in its middle.
+    fn tile_label(&self, tile: &Tile) -> Text<'static, (f64, f64), String> {
+        let middle = (self.x.middle(tile.x), self.y.middle(tile.y));
+        let font = ("sans-serif", 9.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
+        let style = TextStyle::from(font).color(tile.ink()).pos(Pos::new(HPos::Center, VPos::Center));
+        Text::new(tile.label.clone(), middle, style)
     }
 
     /// The name of a limit, on the side away from zero unless there is no room.

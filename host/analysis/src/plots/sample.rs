@@ -22,6 +22,10 @@ pub(crate) const CONSERVED: [&str; 4] = [
     "hil_angular_momentum_error_kg_m2_per_s",
 ];
 
+/// What a test motion says of the robots; null in campaigns without one.
+pub(crate) const TRACKING: [&str; 4] =
+    ["hil_tracking_gain", "hil_tracking_lag_rad", "hil_tracking_error_m", "hil_tracking_overshoot"];
+
 /// Mean and standard deviation over all runs (Welford's recurrence).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moments {
@@ -74,6 +78,8 @@ pub(crate) struct Sample {
     pub(crate) inputs: Vec<Input>,
     pub(crate) delay: Vec<f64>,
     pub(crate) created_energy: Vec<Option<f64>>,
+    /// The [`TRACKING`] columns.
+    pub(crate) tracking: [Vec<Option<f64>>; TRACKING.len()],
     /// Largest size of the [`CONSERVED`] columns over all runs.
     pub(crate) conserved: [f64; CONSERVED.len()],
 }
@@ -140,6 +146,10 @@ impl Sample {
         let (delay, energy) = (numbers("in_loop_delay_s")?, numbers("hil_created_energy_j")?);
         self.delay.extend(kept.iter().map(|row| delay[*row].unwrap_or(f64::NAN)));
         self.created_energy.extend(kept.iter().map(|row| energy[*row]));
+        for (name, kept_values) in TRACKING.into_iter().zip(&mut self.tracking) {
+            let values = numbers(name)?;
+            kept_values.extend(kept.iter().map(|row| values[*row]));
+        }
         for (name, largest) in CONSERVED.into_iter().zip(&mut self.conserved) {
             *largest = numbers(name)?.iter().flatten().fold(*largest, |most, value| most.max(value.abs()));
         }
@@ -149,7 +159,7 @@ impl Sample {
 
 fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
     let fixed = ["run", "agreement", "space_success", "hil_success", "in_loop_delay_s", "hil_created_energy_j"];
-    let mut names: Vec<String> = fixed.into_iter().chain(CONSERVED).map(str::to_owned).collect();
+    let mut names: Vec<String> = fixed.into_iter().chain(CONSERVED).chain(TRACKING).map(str::to_owned).collect();
     for requirement in facts.requirements {
         names.extend(LOOPS.map(|side| outcome_columns(side, &requirement.column_id())[0].clone()));
     }

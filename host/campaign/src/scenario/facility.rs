@@ -16,6 +16,9 @@ const UNSTABLE_SPEED: f64 = 2.0;
 /// Lost commands are carried on along their twist for this many ticks.
 const DROP_HOLD_TICKS: u32 = 2;
 
+const WAVEFORMS: [(&str, Waveform); 3] =
+    [("sine", Waveform::Sine), ("run", Waveform::Run), ("trapezoid", Waveform::Trapezoid)];
+
 /// The facility, and the file of its robots' model if there is one.
 pub(crate) fn read(
     c: &mut Checker,
@@ -69,7 +72,7 @@ fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) ->
     let time = Range::within(0.0, 1e6);
     TestMotion {
         axis: direction(c, &table.axis),
-        waveform: c.choice(&table.waveform, &[("sine", Waveform::Sine), ("run", Waveform::Run)]),
+        waveform: c.choice(&table.waveform, &WAVEFORMS),
         begin: c.number_or(&table.begin, 0.0, "s", time),
         settle: c.number_or(&table.settle, 0.0, "s", time),
     }

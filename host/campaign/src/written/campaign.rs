@@ -1,5 +1,6 @@
 //! The campaign file as written.
 
+use super::compare::{CompareTable, VariantTable};
 use super::{At, Quantity, Scalar};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -41,6 +42,11 @@ pub(crate) struct CampaignFile {
     /// What must hold, how often, and how sure.
     #[serde(default)]
     pub(crate) requirement: Vec<RequirementTable>,
+    /// Facilities on which the same draws are run, side by side; without any, the scenario's alone.
+    #[serde(default)]
+    pub(crate) variant: Vec<VariantTable>,
+    /// How the variants are compared.
+    pub(crate) compare: Option<At<CompareTable>>,
     /// Time histories to keep.
     #[serde(default)]
     pub(crate) traces: TracesTable,
@@ -76,6 +82,8 @@ pub(crate) struct SamplingTable {
 pub(crate) struct DispersionTable {
     /// A parameter (`target_mass`), or a whole vector (`offset`) with kind mvnormal.
     pub(crate) target: Option<At<String>>,
+    /// Instead of a target: a pure number of the campaign's own, by its name, for the expressions of [[derived]].
+    pub(crate) variable: Option<At<String>>,
     /// Several parameters, with kind mvnormal.
     pub(crate) targets: Option<At<Vec<At<String>>>>,
     /// Its distribution.

@@ -79,11 +79,11 @@ pub(crate) struct ImpedanceTable {
 pub(crate) struct TestMotionTable {
     /// Direction in the laboratory, three numbers.
     pub(crate) axis: At<Vec<At<f64>>>,
-    /// "sine", or "run": out at constant speed for half a period, then standing.
+    /// "sine"; "run": out at constant speed for half a period, then standing; "trapezoid": the same with ramps of speed.
     pub(crate) waveform: At<String>,
-    /// Amplitude of the sine, or length of the run.
+    /// Amplitude of the sine, or length of the run or trapezoid.
     pub(crate) amplitude: Quantity,
-    /// Frequency of the sine; a run takes half a period.
+    /// Frequency of the sine; a run or trapezoid takes half a period.
     pub(crate) frequency: Quantity,
     /// Time at which it begins; default at once.
     pub(crate) begin: Option<Quantity>,

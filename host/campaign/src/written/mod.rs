@@ -1,6 +1,7 @@
 //! Files as written: what may stand where, before any meaning is checked.
 
 pub(crate) mod campaign;
+pub(crate) mod compare;
 pub(crate) mod facility;
 pub(crate) mod joint_level;
 pub(crate) mod robot;

@@ -53,10 +53,11 @@ pub fn set_point<R: Real>(
         acceleration[i] = (rate[i] - last.rate[i]) * R::lit(1.0 / cell.tick);
         let motor = s.axis[i].angle + (s.axis[i].windup - last.sag[i]);
         let wanted = (angle[i] - motor).mul_add(p.position_gain, rate[i] * p.velocity_feedforward);
-        // Speed first, then its change: the limits that a drive's controller keeps.
+        // Speed first, then its change: the limits that a drive's controller keeps. Another gear lets the motors turn no
+        // faster, but accelerate the joints with more torque.
         let most = R::lit(limits.speed) / p.gear_ratio;
         let fastest = wanted.min(most).max(-most);
-        let change = R::lit(limits.acceleration) * tick;
+        let change = R::lit(limits.acceleration) * p.gear_ratio * tick;
         speed[i] = fastest.min(last.speed[i] + change).max(last.speed[i] - change);
         let beyond = speed[i].lt(wanted) | wanted.lt(speed[i]);
         limited = limited.max(R::select(beyond, one, zero));

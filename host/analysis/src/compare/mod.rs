@@ -1,0 +1,351 @@
+//! Variants of a facility side by side: what the verdict of each is worth, where, and by how much it is better.
+
+mod page;
+mod paired;
+mod rows;
+mod text;
+
+use std::path::Path;
+
+use serde::Serialize;
+use softdock_campaign::compare::{Bands, CellMap, Comparison};
+
+use crate::Result;
+use crate::exact::{READING_CONFIDENCE, upper_bound};
+use crate::plots::sorted_quantile;
+use crate::summary::{AgreementSummary, Share, Summary, Verdict};
+pub use page::{compare_page, write_compare};
+pub use paired::{Factor, Pairs};
+use rows::{Columns, Row};
+pub use text::compare_text;
+
+/// Version of `compare.json`; keys are only added within one major.
+pub const COMPARE_SCHEMA: &str = "compare/1";
+
+/// Least share, median and greatest share of a metric that are shown.
+const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
+
+/// A variant as it was run.
+#[derive(Clone, Debug)]
+pub struct VariantInput<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// One line for people.
+    pub title: &'a str,
+    /// Keys of the scenario that it replaces, and parameters that it derives, each with what stands in its place.
+    pub changes: &'a [(String, String)],
+    /// Its results folder.
+    pub results: &'a Path,
+    /// Its summary.
+    pub summary: Summary,
+}
+
+/// All variants; `compare.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Compared {
+    /// [`COMPARE_SCHEMA`].
+    pub schema: &'static str,
+    /// Campaign id.
+    pub campaign: String,
+    /// Campaign title.
+    pub title: String,
+    /// Seed.
+    pub seed: u64,
+    /// Version of softdock.
+    pub version: String,
+    /// Verdict of all requirements in space: that of the variants, which share it.
+    pub verdict: Verdict,
+    /// 0 verified, 1 not verified, 3 incomplete.
+    pub exit_code: u8,
+    /// Greatest rate of wrong verdicts with which a cell is trusted.
+    pub trust: f64,
+    /// Parameter of the bands.
+    pub along: Option<Axis>,
+    /// The first is the one against which the others are measured.
+    pub variants: Vec<ComparedVariant>,
+}
+
+impl Compared {
+    /// Whether any facility was wrong in any run.
+    pub fn any_wrong(&self) -> bool {
+        self.variants.iter().any(|variant| variant.wrong.share.count > 0)
+    }
+}
+
+/// A parameter and how it is cut.
+#[derive(Clone, Debug, Serialize)]
+pub struct Axis {
+    /// Parameter.
+    pub parameter: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Ends of bands or cells.
+    pub edges: Vec<f64>,
+}
+
+impl Axis {
+    fn of(bands: &Bands) -> Self {
+        Self { parameter: bands.field.name.clone(), unit: bands.field.unit, edges: bands.edges.clone() }
+    }
+}
+
+/// One variant.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedVariant {
+    /// Name.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// What it replaces, and by what.
+    pub changes: Vec<(String, String)>,
+    /// Verdict of all requirements in space.
+    pub verdict: Verdict,
+    /// Passes in space, of the valid runs.
+    pub space_pass: Share,
+    /// Passes on the facility, of the valid runs.
+    pub facility_pass: Share,
+    /// The four cells and their rates.
+    pub agreement: AgreementSummary,
+    /// Wrong verdicts, of the valid runs.
+    pub wrong: Wrong,
+    /// Valid runs whose verdict in space is not that of the first variant: none where both are made in f64.
+    pub space_differs: u64,
+    /// Metrics over all runs.
+    pub metrics: Vec<Spread>,
+    /// The same along a parameter.
+    pub bands: Vec<Band>,
+    /// Maps, in the order of the campaign file.
+    pub maps: Vec<Map>,
+}
+
+/// False passes and false fails together.
+#[derive(Clone, Debug, Serialize)]
+pub struct Wrong {
+    /// How many of the valid runs.
+    pub share: Share,
+    /// Runs that are wrong on the first variant, on this, or on both.
+    pub pairs: Pairs,
+    /// The first variant's rate over this one's; null for the first, and where neither was wrong.
+    pub factor: Option<Factor>,
+}
+
+/// Median and spread of a metric of the facility's loop.
+#[derive(Clone, Debug, Serialize)]
+pub struct Spread {
+    /// Metric.
+    pub metric: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Runs that have it.
+    pub runs: u64,
+    /// 5 % of them lie below,
+    pub lo: Option<f64>,
+    /// half of them,
+    pub median: Option<f64>,
+    /// 95 % of them.
+    pub hi: Option<f64>,
+}
+
+/// The runs of a band.
+#[derive(Clone, Debug, Serialize)]
+pub struct Band {
+    /// From
+    pub lo: f64,
+    /// to.
+    pub hi: f64,
+    /// False passes among the runs that fail in space.
+    pub false_pass_rate: Share,
+    /// False fails among the runs that pass in space.
+    pub false_fail_rate: Share,
+    /// Wrong verdicts.
+    pub wrong: Wrong,
+    /// Metrics.
+    pub metrics: Vec<Spread>,
+}
+
+/// A map of cells.
+#[derive(Clone, Debug, Serialize)]
+pub struct Map {
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Parameter to whose band the runs are confined; null: all runs.
+    pub slice: Option<Axis>,
+    /// Metric whose median is mapped; null: wrong verdicts.
+    pub metric: Option<String>,
+    /// Rows of cells, from the least y on.
+    pub cells: Vec<Vec<Cell>>,
+    /// Cells that are trusted.
+    pub trusted: usize,
+}
+
+/// One cell of a map.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// Wrong verdicts.
+    pub wrong: Share,
+    /// With 95 % confidence at most this share of the verdicts is wrong.
+    pub at_most: f64,
+    /// Whether that is little enough.
+    pub trusted: bool,
+    /// Median of the map's metric.
+    pub median: Option<f64>,
+}
+
+/// Compares what is there; the first variant is the reference of the others.
+pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]) -> Result<Compared> {
+    let columns = Columns::of(plan);
+    let mut variants = Vec::new();
+    let mut reference: Option<Vec<Row>> = None;
+    for input in inputs {
+        let rows = match input.summary.completeness.runs_done {
+            0 => Vec::new(),
+            _ => columns.read(input.results)?,
+        };
+        variants.push(variant(plan, &columns, input, &rows, reference.as_deref()));
+        reference.get_or_insert(rows);
+    }
+    let codes = || inputs.iter().map(|input| input.summary.exit_code);
+    let worst = inputs.iter().max_by_key(|input| input.summary.exit_code).map(|input| &input.summary);
+    Ok(Compared {
+        schema: COMPARE_SCHEMA,
+        campaign: id.to_owned(),
+        title: title.to_owned(),
+        seed: worst.map_or(0, |summary| summary.seed),
+        version: worst.map_or(String::new(), |summary| summary.version.clone()),
+        verdict: worst.map_or(Verdict::Undecided, |summary| summary.verdict),
+        exit_code: codes().max().unwrap_or(3),
+        trust: plan.trust,
+        along: plan.along.as_ref().map(Axis::of),
+        variants,
+    })
+}
+
+fn variant(
+    plan: &Comparison,
+    columns: &Columns,
+    input: &VariantInput,
+    rows: &[Row],
+    reference: Option<&[Row]>,
+) -> ComparedVariant {
+    let all: Vec<&Row> = rows.iter().collect();
+    let valid: Vec<&Row> = rows.iter().filter(|row| row.is_valid()).collect();
+    let share = |counts: fn(&Row) -> bool| share_of(&valid, counts);
+    let differs = |row: &&&Row| {
+        twin(reference, row.run)
+            .is_some_and(|other| other.is_valid() && other.passes_in_space() != row.passes_in_space())
+    };
+    ComparedVariant {
+        name: input.name.to_owned(),
+        title: input.title.to_owned(),
+        changes: input.changes.to_vec(),
+        verdict: input.summary.verdict,
+        space_pass: share(Row::passes_in_space),
+        facility_pass: share(Row::passes_on_facility),
+        agreement: input.summary.agreement.clone(),
+        wrong: wrong(&valid, reference),
+        space_differs: valid.iter().filter(differs).count() as u64,
+        metrics: spreads(plan, columns, &all),
+        bands: plan.along.iter().flat_map(|bands| bands_of(plan, columns, bands, &all, reference)).collect(),
+        maps: plan.maps.iter().map(|map| map_of(plan, columns, map, &all)).collect(),
+    }
+}
+
+fn share_of(rows: &[&Row], counts: impl Fn(&Row) -> bool) -> Share {
+    Share::of(rows.iter().filter(|row| counts(row)).count() as u64, rows.len() as u64)
+}
+
+/// The reference's run of the same number.
+fn twin(reference: Option<&[Row]>, run: u64) -> Option<&Row> {
+    let reference = reference?;
+    reference.binary_search_by_key(&run, |row| row.run).ok().map(|at| &reference[at])
+}
+
+fn wrong(valid: &[&Row], reference: Option<&[Row]>) -> Wrong {
+    let mut pairs = Pairs::default();
+    for row in valid {
+        if let Some(other) = twin(reference, row.run).filter(|other| other.is_valid()) {
+            pairs.add(other.is_wrong(), row.is_wrong());
+        }
+    }
+    let factor = pairs.factor(READING_CONFIDENCE).filter(|_| reference.is_some());
+    Wrong { share: share_of(valid, Row::is_wrong), pairs, factor }
+}
+
+fn spreads(plan: &Comparison, columns: &Columns, rows: &[&Row]) -> Vec<Spread> {
+    let spread = |(name, unit): &(String, &'static str)| {
+        let sorted = sorted(rows, columns.metric(name));
+        let quantile = |share| (!sorted.is_empty()).then(|| sorted_quantile(&sorted, share));
+        let [lo, median, hi] = QUANTILES.map(quantile);
+        Spread { metric: name.clone(), unit, runs: sorted.len() as u64, lo, median, hi }
+    };
+    plan.metrics.iter().map(spread).collect()
+}
+
+/// Values of a column, ascending.
+fn sorted(rows: &[&Row], column: usize) -> Vec<f64> {
+    let mut values: Vec<f64> = rows.iter().map(|row| row.values[column]).filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// Whether a value lies in a cell of an axis; the last one holds its upper end.
+fn holds(edges: &[f64], index: usize, value: f64) -> bool {
+    let last = index + 2 == edges.len();
+    edges[index] <= value && (value < edges[index + 1] || last && value <= edges[index + 1])
+}
+
+fn bands_of(
+    plan: &Comparison,
+    columns: &Columns,
+    bands: &Bands,
+    rows: &[&Row],
+    reference: Option<&[Row]>,
+) -> Vec<Band> {
+    let column = columns.input(&bands.field.column());
+    let band = |index: usize| {
+        let inside: Vec<&Row> =
+            rows.iter().copied().filter(|row| holds(&bands.edges, index, row.values[column])).collect();
+        let valid: Vec<&Row> = inside.iter().copied().filter(|row| row.is_valid()).collect();
+        let (passed, failed): (Vec<&Row>, Vec<&Row>) = valid.iter().copied().partition(|row| row.passes_in_space());
+        Band {
+            lo: bands.edges[index],
+            hi: bands.edges[index + 1],
+            false_pass_rate: share_of(&failed, Row::is_wrong),
+            false_fail_rate: share_of(&passed, Row::is_wrong),
+            wrong: wrong(&valid, reference),
+            metrics: spreads(plan, columns, &inside),
+        }
+    };
+    (0..bands.edges.len() - 1).map(band).collect()
+}
+
+fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) -> Map {
+    let [x, y] = [&map.x, &map.y].map(|axis| columns.input(&axis.field.column()));
+    let metric = map.metric.as_ref().map(|(name, _)| columns.metric(name));
+    let slice = map.slice.as_ref().map(|slice| (&slice.edges, columns.input(&slice.field.column())));
+    let inside = |row: &&&Row| slice.is_none_or(|(edges, column)| holds(edges, 0, row.values[column]));
+    let rows: Vec<&Row> = rows.iter().filter(inside).copied().collect();
+    let cell = |column: usize, row: usize| {
+        let here = |run: &&&Row| holds(&map.x.edges, column, run.values[x]) && holds(&map.y.edges, row, run.values[y]);
+        let inside: Vec<&Row> = rows.iter().filter(here).copied().collect();
+        let valid: Vec<&Row> = inside.iter().copied().filter(|run| run.is_valid()).collect();
+        let wrong = share_of(&valid, Row::is_wrong);
+        let at_most = upper_bound(wrong.count, wrong.cases, READING_CONFIDENCE);
+        let values = metric.map(|metric| sorted(&inside, metric)).filter(|values| !values.is_empty());
+        Cell {
+            wrong,
+            at_most,
+            trusted: at_most <= plan.trust,
+            median: values.map(|values| sorted_quantile(&values, 0.5)),
+        }
+    };
+    let cells: Vec<Vec<Cell>> = (0..map.y.edges.len() - 1)
+        .map(|row| (0..map.x.edges.len() - 1).map(|column| cell(column, row)).collect())
+        .collect();
+    let trusted = cells.iter().flatten().filter(|cell| cell.trusted).count();
+    let metric = map.metric.as_ref().map(|(name, _)| name.clone());
+    let slice = map.slice.as_ref().map(Axis::of);
+    Map { x: Axis::of(&map.x), y: Axis::of(&map.y), slice, metric, cells, trusted }
+}

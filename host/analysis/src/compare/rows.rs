@@ -1,0 +1,116 @@
+//! What a comparison needs of a variant's runs, read in one pass.
+
+use std::path::Path;
+
+use softdock_campaign::compare::Comparison;
+use softdock_kernels::fields::fields;
+use softdock_kernels::metrics::Metrics;
+use softdock_results::Table;
+use softdock_results::runs::Agreement;
+use softdock_results::shards::read_columns;
+
+use crate::{Error, Result};
+
+/// One run: verdicts, place in the bands and maps, metrics.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    pub(super) run: u64,
+    pub(super) agreement: Agreement,
+    /// Values of the columns that were asked for, in their order; NaN where there is none.
+    pub(super) values: Vec<f64>,
+}
+
+impl Row {
+    pub(super) fn is_valid(&self) -> bool {
+        self.agreement != Agreement::Invalid
+    }
+
+    pub(super) fn is_wrong(&self) -> bool {
+        matches!(self.agreement, Agreement::FalsePass | Agreement::FalseFail)
+    }
+
+    pub(super) fn passes_in_space(&self) -> bool {
+        matches!(self.agreement, Agreement::TruePass | Agreement::FalseFail)
+    }
+
+    pub(super) fn passes_on_facility(&self) -> bool {
+        matches!(self.agreement, Agreement::TruePass | Agreement::FalsePass)
+    }
+}
+
+/// The columns of a comparison: where each input and metric stands among a row's values.
+pub(super) struct Columns {
+    names: Vec<String>,
+}
+
+impl Columns {
+    pub(super) fn of(plan: &Comparison) -> Self {
+        let along = plan.along.iter().map(|bands| bands.field.column());
+        let axes = plan
+            .maps
+            .iter()
+            .flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice))
+            .map(|axis| axis.field.column());
+        let inputs = along.chain(axes).map(|column| format!("in_{column}"));
+        let mapped = plan.maps.iter().filter_map(|map| map.metric.as_ref());
+        let metrics = plan.metrics.iter().chain(mapped).map(|(name, _)| metric_column(name));
+        let mut names: Vec<String> = Vec::new();
+        for name in inputs.chain(metrics) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        Self { names }
+    }
+
+    /// Place of an input.
+    pub(super) fn input(&self, column: &str) -> usize {
+        self.place(&format!("in_{column}"))
+    }
+
+    /// Place of a metric of the facility's loop.
+    pub(super) fn metric(&self, name: &str) -> usize {
+        self.place(&metric_column(name))
+    }
+
+    fn place(&self, name: &str) -> usize {
+        self.names.iter().position(|own| own == name).expect("a column of the plan")
+    }
+
+    /// All runs of a results folder, by run number.
+    pub(super) fn read(&self, results: &Path) -> Result<Vec<Row>> {
+        let names: Vec<String> =
+            ["run", "agreement"].map(str::to_owned).into_iter().chain(self.names.iter().cloned()).collect();
+        let mut rows = Vec::new();
+        for batch in read_columns(results, &names)? {
+            self.add(&batch?, &mut rows).map_err(|name| Error::Results {
+                path: results.to_owned(),
+                what: format!("no column `{name}` of the expected type"),
+            })?;
+        }
+        rows.sort_by_key(|row: &Row| row.run);
+        Ok(rows)
+    }
+
+    /// Adds a batch; an error is the name of a column that is not what it should be.
+    fn add(&self, table: &Table, rows: &mut Vec<Row>) -> std::result::Result<(), String> {
+        let run = table.u64s("run").ok_or("run")?;
+        let agreement = table.column("agreement").ok_or("agreement")?;
+        let columns: Vec<&[Option<f64>]> = self
+            .names
+            .iter()
+            .map(|name| table.f64s(name).ok_or_else(|| name.clone()))
+            .collect::<std::result::Result<_, _>>()?;
+        for (row, run) in run.iter().enumerate() {
+            let word = agreement.values.word(row).and_then(Agreement::from_word);
+            let values = columns.iter().map(|column| column[row].unwrap_or(f64::NAN)).collect();
+            rows.push(Row { run: *run, agreement: word.ok_or("agreement")?, values });
+        }
+        Ok(())
+    }
+}
+
+fn metric_column(name: &str) -> String {
+    let metric = fields::<f64, Metrics<f64>>().into_iter().find(|metric| metric.name == name);
+    format!("hil_{}", metric.map_or(name.to_owned(), |metric| metric.column()))
+}

@@ -1,0 +1,80 @@
+//! The comparison as aligned plain text for the terminal.
+
+use std::fmt::Write;
+
+use crate::compare::{Compared, Factor};
+use crate::number::{digits_of, interval};
+use crate::plots::shown_in;
+use crate::summary::Share;
+use crate::terminal::table;
+
+/// Verdicts, rates and factors of every variant.
+pub fn compare_text(compared: &Compared) -> String {
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{}  {}  {} variants on the same draws",
+        compared.campaign,
+        compared.verdict.word(),
+        compared.variants.len()
+    );
+    out.push_str("  the verdict is that of space, which the variants share\n\nwrong verdicts of the facility, of the valid runs\n");
+    let rows: Vec<[String; 5]> = compared
+        .variants
+        .iter()
+        .map(|variant| {
+            let wrong = &variant.wrong;
+            [
+                variant.name.clone(),
+                format!("{} of {}", wrong.share.count, wrong.share.cases),
+                interval(&wrong.share.interval),
+                format!(
+                    "{} false pass, {} false fail",
+                    variant.agreement.false_pass.count, variant.agreement.false_fail.count
+                ),
+                wrong.factor.as_ref().map_or("-".to_owned(), |factor| format!("{} fewer", times(factor))),
+            ]
+        })
+        .collect();
+    table(&mut out, &rows);
+    if let Some(along) = compared.along.as_ref().filter(|_| compared.any_wrong()) {
+        let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
+        let _ = writeln!(out, "\nshare of wrong verdicts along {} [{unit}]", along.parameter);
+        let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));
+        let head =
+            std::iter::once("band".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
+        let mut rows = vec![head.collect::<Vec<_>>()];
+        for (index, pair) in along.edges.windows(2).enumerate() {
+            let shares = compared.variants.iter().map(|variant| percent_of(&variant.bands[index].wrong.share));
+            rows.push(std::iter::once(band(pair)).chain(shares).collect());
+        }
+        table(&mut out, &rows);
+    }
+    out
+}
+
+fn percent_of(share: &Share) -> String {
+    match share.cases {
+        0 => "-".to_owned(),
+        cases => format!("{:.1} %", 100.0 * share.count as f64 / cases as f64),
+    }
+}
+
+/// `2.10 (1.81 to 2.52) times`.
+pub(super) fn times(factor: &Factor) -> String {
+    format!("{} times", with_digits(factor, 3))
+}
+
+/// `2.1 (1.8 to 2.5)`.
+pub(super) fn short_times(factor: &Factor) -> String {
+    with_digits(factor, 2)
+}
+
+fn with_digits(factor: &Factor, digits: usize) -> String {
+    let number = |value: f64| digits_of(value, digits);
+    match (factor.value, factor.hi) {
+        (Some(value), Some(hi)) => format!("{} ({} to {})", number(value), number(factor.lo), number(hi)),
+        (Some(value), None) => format!("{} ({} or more)", number(value), number(factor.lo)),
+        (None, _) => format!("{} or more", number(factor.lo)),
+    }
+}
