@@ -7,6 +7,7 @@ mod compensators;
 mod control;
 mod docking;
 mod facility;
+mod floating;
 mod impedance;
 mod lanes;
 mod laws;
