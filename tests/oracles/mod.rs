@@ -9,6 +9,7 @@ mod docking;
 mod facility;
 mod floating;
 mod impedance;
+mod jamming;
 mod lanes;
 mod laws;
 mod load;
