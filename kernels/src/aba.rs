@@ -1,11 +1,9 @@
-//! Articulated-body algorithm of the free-floating chain, all links in one set of axes about one point.
+//! Articulated-body algorithm of a chain whose links are given in one set of axes about one point O.
 //!
-//! Spatial vectors are (angular, linear) at the system's centre of mass O in inertial axes; articulated inertias
-//! of neighbours add without transforms. Featherstone, Rigid Body Dynamics Algorithms (2008), sections 7.2 and 9.4.
+//! Spatial vectors are (angular, linear) at O; articulated inertias of neighbours add without transforms.
+//! Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.2.
 
-use crate::plant::Plant;
 use crate::real::Real;
-use crate::space::{Actuation, Kinematics, LinkState, Wrench};
 use crate::vector::{Mat3, Sym3, Vec3, vec3};
 
 /// A spatial vector: motion (angular, linear) or force (moment, force) at O.
@@ -13,6 +11,15 @@ use crate::vector::{Mat3, Sym3, Vec3, vec3};
 pub(crate) struct Spatial<R> {
     pub(crate) angular: Vec3<R>,
     pub(crate) linear: Vec3<R>,
+}
+
+/// A link where the configuration has put it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedLink<R> {
+    /// Centre of mass from O.
+    pub(crate) com: Vec3<R>,
+    /// Inertia about the centre of mass.
+    pub(crate) inertia: Sym3<R>,
 }
 
 /// Articulated inertia: moment = J w + B v, force = B^T w + M v.
@@ -128,59 +135,6 @@ impl<R: Real> Articulated<R> {
             translation: self.translation.plus_outer(s.linear, u.linear),
         }
     }
-
-    /// The motion that a force causes.
-    #[inline(always)]
-    fn solve(&self, f: Spatial<R>) -> Spatial<R> {
-        let inverse = self.translation.inverse();
-        // Schur complement J - B M^-1 B^T; rows of B are columns of its transpose.
-        let rows = self.coupling.transposed();
-        let (a, b, c) = (inverse.times(rows.x), inverse.times(rows.y), inverse.times(rows.z));
-        let schur = Sym3 {
-            xx: self.rotation.xx - rows.x.dot(a),
-            yy: self.rotation.yy - rows.y.dot(b),
-            zz: self.rotation.zz - rows.z.dot(c),
-            xy: self.rotation.xy - rows.x.dot(b),
-            xz: self.rotation.xz - rows.x.dot(c),
-            yz: self.rotation.yz - rows.y.dot(c),
-        };
-        let angular = schur.inverse().times(f.angular - self.coupling.times(inverse.times(f.linear)));
-        let linear = inverse.times(f.linear - self.coupling.transposed_times(angular));
-        Spatial { angular, linear }
-    }
-}
-
-/// Joint accelerations under actuation and a wrench on part A at `point` (from O).
-#[inline(always)]
-pub(crate) fn joint_accelerations<R: Real, const N: usize>(
-    m: &Plant,
-    base_mass: R,
-    rate: [R; N],
-    k: &Kinematics<R, N>,
-    u: &Actuation<R, N>,
-    w: Wrench<R>,
-    point: Vec3<R>,
-) -> [R; N] {
-    if N == 0 {
-        return rate;
-    }
-    let twist = Spatial { angular: k.omega, linear: k.velocity };
-    let still = twist.cross_force(momentum(base_mass, k.base_com, k.base_inertia, twist));
-    let mut axes = [Spatial::zero(); N];
-    for (i, axis) in axes.iter_mut().enumerate() {
-        *axis = joint_axis(k, i);
-    }
-    let force = drift_forces(&m.link_masses, &k.links, &axes, rate, twist, Spatial::zero());
-    let tip = Spatial { angular: w.moment + point.cross(w.force), linear: w.force };
-    let chain = fold(&m.link_masses, &k.links, axes, &force, &u.joint, None, tip);
-    // What base and joints add to the drift, starting from the free base.
-    let load = chain.load;
-    let push = Spatial {
-        angular: k.base_com.cross(u.thrust) + u.torque - still.angular - load.angular,
-        linear: u.thrust - still.linear - load.linear,
-    };
-    let base = chain.outboard.plus_rigid(base_mass, k.base_com, k.base_inertia).solve(push);
-    chain.accelerations(base)
 }
 
 /// A chain folded into what its base feels: the inward pass of the algorithm.
@@ -197,7 +151,7 @@ pub(crate) struct Folded<R, const N: usize> {
 #[inline(always)]
 pub(crate) fn drift_forces<R: Real, const N: usize>(
     masses: &[f64],
-    links: &[LinkState<R>; N],
+    links: &[PlacedLink<R>; N],
     axes: &[Spatial<R>; N],
     rate: [R; N],
     base_twist: Spatial<R>,
@@ -221,7 +175,7 @@ pub(crate) fn drift_forces<R: Real, const N: usize>(
 #[inline(always)]
 pub(crate) fn fold<R: Real, const N: usize>(
     masses: &[f64],
-    links: &[LinkState<R>; N],
+    links: &[PlacedLink<R>; N],
     axes: [Spatial<R>; N],
     force: &[Spatial<R>; N],
     torque: &[R; N],
@@ -278,11 +232,4 @@ impl<R: Real, const N: usize> Folded<R, N> {
         }
         joint
     }
-}
-
-/// Spatial axis of joint `i` at O.
-#[inline(always)]
-pub(crate) fn joint_axis<R: Real, const N: usize>(k: &Kinematics<R, N>, i: usize) -> Spatial<R> {
-    let link = &k.links[i];
-    Spatial { angular: link.axis, linear: link.origin.cross(link.axis) }
 }

@@ -129,6 +129,11 @@ macro_rules! leaf {
 
 leaf!(crate::vector::Vec3<R>, ["x" => x, "y" => y, "z" => z]);
 leaf!(crate::vector::Quat<R>, ["w" => w, "x" => v.x, "y" => v.y, "z" => v.z]);
+leaf!(crate::vector::Mat3<R>, [
+    "x_x" => x.x, "x_y" => x.y, "x_z" => x.z,
+    "y_x" => y.x, "y_y" => y.y, "y_z" => y.z,
+    "z_x" => z.x, "z_y" => z.y, "z_z" => z.z
+]);
 leaf!(crate::vector::Sym3<R>, ["xx" => xx, "yy" => yy, "zz" => zz, "xy" => xy, "xz" => xz, "yz" => yz]);
 
 impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {

@@ -1,11 +1,12 @@
 //! Guidance stage: base thrust during the approach and the arm's controller, once per tick.
 
-use crate::aba::{Spatial, joint_axis, momentum};
+use crate::chain::dynamics::Course;
+use crate::chain::inertia::Force;
 use crate::model::{ArmControl, Thrust};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::space::{Actuation, Arm, Kinematics, Masses, Parts};
+use crate::space::{Actuation, Arm, Kinematics, Masses, Parts, Wrench, on_last_link, posture};
 use crate::vector::{Quat, Vec3, vec3};
 
 /// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
@@ -36,7 +37,7 @@ pub fn guide<R: Real, const N: usize>(
             }
             inverse_dynamics(m, masses, arm.rate, k, thrust, torque, wanted)
         }
-        ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, arm, base, k),
+        ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, masses, arm, base, k),
     };
     Actuation { thrust, torque, joint }
 }
@@ -74,7 +75,7 @@ fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) 
 
 /// Joint torques that give the wanted joint accelerations while the base floats freely.
 ///
-/// O is the system's centre of mass, so the base's reaction splits into rotation and translation.
+/// About the system's centre of mass the base's reaction splits into rotation and translation.
 #[inline(always)]
 fn inverse_dynamics<R: Real, const N: usize>(
     m: &Plant,
@@ -85,29 +86,21 @@ fn inverse_dynamics<R: Real, const N: usize>(
     torque: Vec3<R>,
     wanted: [R; N],
 ) -> [R; N] {
-    let mut twist = Spatial { angular: k.omega, linear: k.velocity };
-    let mut acceleration = Spatial::zero();
-    let mut total = twist.cross_force(momentum(masses.base_mass, k.base_com, k.base_inertia, twist));
-    let mut force = [Spatial::zero(); N];
-    for i in 0..N {
-        let axis = joint_axis(k, i);
-        let (mass, link) = (R::lit(m.links[i].mass), &k.links[i]);
-        acceleration = axis.scale_add(wanted[i], twist.cross_motion(axis).scale_add(rate[i], acceleration));
-        twist = axis.scale_add(rate[i], twist);
-        let inertial = momentum(mass, link.com, link.inertia, acceleration);
-        force[i] = inertial.plus(twist.cross_force(momentum(mass, link.com, link.inertia, twist)));
-        total = total.plus(force[i]);
-    }
-    let reaction = Spatial {
-        angular: k.inverse_inertia.times(k.base_com.cross(thrust) + torque - total.angular),
-        linear: (thrust - total.linear) * (R::lit(1.0) / k.mass),
-    };
+    let posture = posture(m, masses, &k.turns);
+    let none = Vec3::zero();
+    let held = Course { rate: k.rate, turning: none, acceleration: none };
+    let (own, forces) = posture.inertial_forces(held, &rate, &wanted);
+    let total = own.plus(posture.passed(&forces, Force::zero()).1);
+    // What is left of thrust and torque accelerates the whole; its centre of mass is at `com` from the base's.
+    let force = k.axes.transposed_times(thrust) - total.force;
+    let moment = k.axes.transposed_times(torque) - total.moment - k.com.cross(force);
+    let turning = k.inverse_inertia.times(moment);
+    let acceleration = force * (R::lit(1.0) / k.mass) - turning.cross(k.com);
+    let (_, forces) = posture.inertial_forces(Course { turning, acceleration, ..held }, &rate, &wanted);
+    let (passed, _) = posture.passed(&forces, Force::zero());
     let mut joint = [R::lit(0.0); N];
-    let mut passed = Spatial::zero();
-    for i in (0..N).rev() {
-        let own = momentum(R::lit(m.links[i].mass), k.links[i].com, k.links[i].inertia, reaction);
-        passed = passed.plus(force[i]).plus(own);
-        joint[i] = joint_axis(k, i).dot(passed);
+    for (joint, passed) in joint.iter_mut().zip(&passed) {
+        *joint = passed.moment.z;
     }
     joint
 }
@@ -116,6 +109,7 @@ fn inverse_dynamics<R: Real, const N: usize>(
 #[inline(always)]
 fn cartesian_impedance<R: Real, const N: usize>(
     m: &Plant,
+    masses: Masses<R>,
     arm: &Arm<R, N>,
     base: Quat<R>,
     k: &Kinematics<R, N>,
@@ -125,25 +119,17 @@ fn cartesian_impedance<R: Real, const N: usize>(
     else {
         return [R::lit(0.0); N];
     };
-    // End-effector relative to the base: what the joints alone make of it.
-    let (mut position, mut velocity, mut omega) = (Vec3::zero(), Vec3::zero(), Vec3::zero());
-    for i in 0..N {
-        let axis = joint_axis(k, i);
-        omega = axis.angular.scale_add(arm.rate[i], omega);
-        velocity = axis.linear.scale_add(arm.rate[i], velocity);
-        position = k.links[i].origin;
-    }
-    let last = k.parts.a.attitude.compose(Quat::lit(m.tool.attitude.conjugate()));
-    let tool = position + last.rotate(Vec3::lit(m.tool.position));
-    let error = base.rotate(Vec3::lit(m.tool_start.position)) + k.base_com - tool;
+    let reach = &k.reach;
+    let error = base.rotate(Vec3::lit(m.tool_start.position)) - k.axes.times(reach.position);
     let turn = base.compose(Quat::lit(m.tool_start.attitude)).compose(k.parts.a.attitude.conjugate());
     let twist = turn.v * R::select(turn.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
-    let force = (velocity + omega.cross(tool)).scale_add(R::lit(-damping), error * R::lit(stiffness));
-    let moment = omega.scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
-    let wrench = Spatial { angular: moment + tool.cross(force), linear: force };
+    let force = k.axes.times(reach.velocity).scale_add(R::lit(-damping), error * R::lit(stiffness));
+    let moment = k.axes.times(reach.omega).scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
+    let tip = on_last_link(m, &k.parts.a, Wrench { force, moment });
+    let (passed, _) = posture(m, masses, &k.turns).passed(&[Force::zero(); N], tip);
     let mut torque = [R::lit(0.0); N];
     for (i, torque) in torque.iter_mut().enumerate() {
-        *torque = arm.rate[i].mul_add(R::lit(-joint_damping), joint_axis(k, i).dot(wrench));
+        *torque = arm.rate[i].mul_add(R::lit(-joint_damping), passed[i].moment.z);
     }
     torque
 }

@@ -1,5 +1,6 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
+use crate::chain::Chain;
 use crate::contact::profile::Profile;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::model::{JointLevel, Model, Solid};
@@ -12,14 +13,10 @@ use std::ops::Deref;
 #[derive(Clone, Debug)]
 pub struct Plant {
     model: Model,
-    /// Attitude of each link in its parent at the start posture: joint coordinates count from there.
-    pub link_attitudes: Vec<Quat<f64>>,
+    /// The base with its arm; joint coordinates count from the start posture.
+    pub chain: Chain,
     /// Pose of part A at the start posture, from the base's centre of mass in body axes.
     pub tool_start: Pose<f64>,
-    /// Mass of each link \[kg\].
-    pub link_masses: Vec<f64>,
-    /// Mass of all links \[kg\].
-    pub arm_mass: f64,
     /// Inverse of the target's nominal inertia.
     pub target_inverse_inertia: Sym3<f64>,
     /// Solids of part B, their outlines prepared.
@@ -47,19 +44,9 @@ impl Plant {
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
-        let link_masses: Vec<f64> = model.links.iter().map(|link| link.mass).collect();
-        let arm_mass = link_masses.iter().sum();
+        let chain = Chain::new(&model, &link_attitudes);
         let target_inverse_inertia = model.target_inertia.inverse();
-        let mut plant = Self {
-            model,
-            link_attitudes,
-            tool_start,
-            link_masses,
-            arm_mass,
-            target_inverse_inertia,
-            solids,
-            cells: None,
-        };
+        let mut plant = Self { model, chain, tool_start, target_inverse_inertia, solids, cells: None };
         plant.cells = plant.model.facility.joint_level.clone().map(|level| {
             place(&plant, &level)
                 .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))

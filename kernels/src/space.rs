@@ -6,13 +6,15 @@
 //! rounding; the base twist is solved from them after the joint rates (semi-implicit Euler), and attitudes turn by
 //! a midpoint rule. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7 and 9.
 
-use crate::aba::joint_accelerations;
 use crate::bundle;
+use crate::chain::Turn;
+use crate::chain::dynamics::{Composite, Posture, Reach};
+use crate::chain::inertia::Force;
 use crate::math::sin_cos;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
+use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 
 bundle! {
     /// A free body, or a whole free-floating chain seen from outside; inertial axes.
@@ -91,29 +93,19 @@ bundle! {
 }
 
 bundle! {
-    /// One link (or the base) in inertial axes, positions from O.
-    LinkState {
-        axis: Vec3<R>, "1", "joint axis";
-        origin: Vec3<R>, "m", "a point of the joint axis";
-        com: Vec3<R>, "m", "centre of mass";
-        inertia: Sym3<R>, "kg m^2", "inertia about the centre of mass";
-        column: Vec3<R>, "kg m^2", "angular momentum about O per unit joint rate, base at rest";
-        drift: Vec3<R>, "kg m", "linear momentum per unit joint rate, base at rest";
-    }
-}
-
-bundle! {
     /// Kinematics of a configuration: what dynamics, guidance and contact all need, computed once.
+    ///
+    /// Chain axes are the base's as the arm's first joint likes them (see [`crate::chain`]).
     Kinematics<N> {
         parts: Parts<R>, "1", "motion of the two parts";
-        links: [LinkState<R>; N], "1", "arm links";
-        base_com: Vec3<R>, "m", "base centre of mass from O";
-        base_inertia: Sym3<R>, "kg m^2", "base inertia, inertial axes";
+        turns: [Turn<R>; N], "1", "turns of the joints";
+        axes: Mat3<R>, "1", "rotation from the base's chain axes to inertial axes";
+        com: Vec3<R>, "m", "the chaser's centre of mass O from the base's own, chain axes";
         mass: R, "kg", "mass of the whole chaser";
-        omega: Vec3<R>, "rad/s", "angular velocity of the base";
-        velocity: Vec3<R>, "m/s", "velocity of the base-fixed point at O, relative to O";
-        inverse_inertia: Sym3<R>, "1", "inverse inertia of the whole chaser about O [1/(kg m^2)]";
-        target_inverse_inertia: Sym3<R>, "1", "inverse inertia of the target, inertial axes [1/(kg m^2)]";
+        rate: Vec3<R>, "rad/s", "angular velocity of the base, chain axes";
+        inverse_inertia: Sym3<R>, "1", "inverse inertia of the whole chaser about O, chain axes [1/(kg m^2)]";
+        reach: Reach<R>, "1", "motion of part A as the base sees it";
+        target_axes: Mat3<R>, "1", "rotation from the target's body axes to inertial axes";
     }
 }
 
@@ -139,40 +131,7 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
     }
 }
 
-/// The arm before momentum is known: links with positions from the base's centre of mass, and the tool.
-///
-/// Joint angles count from the start posture; momentum columns are still to come.
-#[inline(always)]
-fn chain<R: Real, const N: usize>(
-    m: &Plant,
-    base: Quat<R>,
-    base_axes: Mat3<R>,
-    angle: [R; N],
-    links: &mut [LinkState<R>; N],
-) -> Pose<R> {
-    let (mut attitude, mut axes, mut origin) = (base, base_axes, Vec3::zero());
-    for i in 0..N {
-        origin = origin + axes.times(Vec3::lit(m.links[i].origin.position));
-        attitude = about_z(attitude.compose(Quat::lit(m.link_attitudes[i])), angle[i]);
-        axes = attitude.matrix();
-        links[i].axis = axes.z;
-        links[i].origin = origin;
-        links[i].com = origin + axes.times(Vec3::lit(m.links[i].com));
-        links[i].inertia = Sym3::lit(m.links[i].inertia).rotated(axes);
-    }
-    let position = origin + axes.times(Vec3::lit(m.tool.position));
-    Pose { position, attitude: attitude.compose(Quat::lit(m.tool.attitude)) }
-}
-
-/// A rotation followed by a turn about its own z axis.
-#[inline(always)]
-fn about_z<R: Real>(q: Quat<R>, angle: R) -> Quat<R> {
-    let (s, c) = sin_cos(angle * R::lit(0.5));
-    let v = vec3(q.v.x.mul_add(c, q.v.y * s), q.v.y.mul_add(c, -(q.v.x * s)), q.v.z.mul_add(c, q.w * s));
-    Quat { w: q.w.mul_add(c, -(q.v.z * s)), v }
-}
-
-/// Positions, inertias and momentum columns of the chain, and the twists that the momenta imply.
+/// Positions, inertias and momenta of the chain, and the twists that the momenta imply.
 #[inline(always)]
 pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
     let mut k = crate::fields::filled(R::lit(0.0));
@@ -188,113 +147,79 @@ pub fn update_kinematics<R: Real, const N: usize>(
     s: &Bodies<R, N>,
     k: &mut Kinematics<R, N>,
 ) {
-    let (axes, rate) = (s.chaser.attitude.matrix(), s.arm.rate);
-    let tool = chain(m, s.chaser.attitude, axes, s.arm.angle, &mut k.links);
-    k.mass = masses.base_mass + R::lit(m.arm_mass);
-
-    // Centre of mass from the base's own.
-    let mut offset = Vec3::zero();
+    let root = s.chaser.attitude.compose(Quat::lit(m.chain.root));
+    k.axes = root.matrix();
+    let mut last = root;
     for i in 0..N {
-        offset = k.links[i].com.scale_add(R::lit(m.links[i].mass), offset);
+        let link = &m.chain.links[i];
+        let (sin, cos) = sin_cos((s.arm.angle[i] + R::lit(link.start_angle)) * R::lit(0.5));
+        let half = Turn { cos, sin };
+        last = link.turned(last, half);
+        k.turns[i] = half.doubled();
     }
-    k.base_com = -(offset * (R::lit(1.0) / k.mass));
 
-    k.base_inertia = Sym3::<R>::lit(m.base_inertia).map(|e| e * masses.base_inertia_scale).rotated(axes);
-    let arm_inertia = fill_columns(m, &mut k.links, k.base_com);
-    let inertia = arm_inertia + k.base_inertia + Sym3::point_mass(masses.base_mass, k.base_com);
-    k.inverse_inertia = inertia.inverse();
-    (k.omega, k.velocity) = base_twist(k.inverse_inertia, k.mass, s.chaser.spin, &k.links, rate);
+    k.mass = masses.base_mass + R::lit(m.chain.mass);
+    let posture = posture(m, masses, &k.turns);
+    let Composite { body, momentum } = posture.composite(&s.arm.rate);
+    let inverse_mass = R::lit(1.0) / k.mass;
+    k.com = body.first * inverse_mass;
+    let about_base = body.inertia + posture.base_inertia();
+    k.inverse_inertia = (about_base + Sym3::point_mass(-k.mass, k.com)).inverse();
+    // Angular momentum of the joint rates about O, O at rest.
+    let joints = momentum.moment - k.com.cross(momentum.force);
+    k.rate = k.inverse_inertia.times(k.axes.transposed_times(s.chaser.spin) - joints);
 
-    k.parts.a = tool_motion(&tool, k.base_com, &k.links, rate, k.omega, k.velocity, &s.chaser, k.mass);
-    k.target_inverse_inertia = body_inverse_inertia(m, masses, s.target.attitude);
-    k.parts.b = seat_motion(m, masses, &s.target, k.target_inverse_inertia);
+    k.reach = posture.reach(&s.arm.rate);
+    let lever = k.reach.position - k.com;
+    let slide = k.reach.velocity - momentum.force * inverse_mass;
+    k.parts.a = Motion {
+        position: s.chaser.com + (s.chaser.com_step + k.axes.times(lever)),
+        attitude: last.compose(Quat::lit(m.chain.tool.attitude)),
+        velocity: s.chaser.momentum.scale_add(inverse_mass, k.axes.times(k.rate.cross(lever) + slide)),
+        omega: k.axes.times(k.rate + k.reach.omega),
+    };
+    k.target_axes = s.target.attitude.matrix();
+    k.parts.b = seat_motion(m, masses, &s.target, k.target_axes);
 }
 
-/// Moves the links to O as origin and fills in their momentum columns, from composite inertias from the tip inwards;
-/// gives the arm's inertia about O.
+/// The chaser's configuration for the chain's dynamics.
 #[inline(always)]
-fn fill_columns<R: Real, const N: usize>(m: &Plant, links: &mut [LinkState<R>; N], base_com: Vec3<R>) -> Sym3<R> {
-    let mut inertia = Sym3::splat(R::lit(0.0));
-    let (mut first_moment, mut mass) = (Vec3::zero(), 0.0);
-    for i in (0..N).rev() {
-        let link = &mut links[i];
-        link.origin = link.origin + base_com;
-        link.com = link.com + base_com;
-        let link_mass = R::lit(m.links[i].mass);
-        mass += m.links[i].mass;
-        first_moment = link.com.scale_add(link_mass, first_moment);
-        inertia = inertia + link.inertia + Sym3::point_mass(link_mass, link.com);
-        // A unit rate moves the outboard body with twist (axis, origin x axis) at O.
-        let slide = link.origin.cross(link.axis);
-        link.column = inertia.times(link.axis) + first_moment.cross(slide);
-        link.drift = slide.scale_add(R::lit(mass), link.axis.cross(first_moment));
-    }
-    inertia
+pub(crate) fn posture<'a, R: Real, const N: usize>(
+    m: &'a Plant,
+    masses: Masses<R>,
+    turns: &'a [Turn<R>; N],
+) -> Posture<'a, R, N> {
+    let Masses { base_mass, base_inertia_scale, .. } = masses;
+    Posture { chain: &m.chain, turns, base_mass, base_inertia_scale }
 }
 
-/// Base twist at O from the angular momentum and the joint rates, in the frame in which O rests.
+/// Angular velocity of the target from its angular momentum, inertial axes.
 #[inline(always)]
-fn base_twist<R: Real, const N: usize>(
-    inverse_inertia: Sym3<R>,
-    mass: R,
-    spin: Vec3<R>,
-    links: &[LinkState<R>; N],
-    rate: [R; N],
-) -> (Vec3<R>, Vec3<R>) {
-    let (mut rest, mut drift) = (spin, Vec3::zero());
-    for i in 0..N {
-        rest = links[i].column.scale_add(-rate[i], rest);
-        drift = links[i].drift.scale_add(rate[i], drift);
-    }
-    (inverse_inertia.times(rest), drift * (R::lit(-1.0) / mass))
-}
-
-/// Motion of part A: the last link's twist at the tool.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the pieces of a kinematics under construction")]
-fn tool_motion<R: Real, const N: usize>(
-    tool: &Pose<R>,
-    base_com: Vec3<R>,
-    links: &[LinkState<R>; N],
-    rate: [R; N],
-    omega: Vec3<R>,
-    velocity: Vec3<R>,
-    chaser: &Body<R>,
-    mass: R,
-) -> Motion<R> {
-    let (mut omega, mut velocity) = (omega, velocity);
-    for i in 0..N {
-        omega = links[i].axis.scale_add(rate[i], omega);
-        velocity = links[i].origin.cross(links[i].axis).scale_add(rate[i], velocity);
-    }
-    let from_com = tool.position + base_com;
-    Motion {
-        position: chaser.com + (chaser.com_step + from_com),
-        attitude: tool.attitude,
-        velocity: chaser.momentum.scale_add(R::lit(1.0) / mass, velocity + omega.cross(from_com)),
-        omega,
-    }
-}
-
-/// Inverse inertia of the target in inertial axes.
-#[inline(always)]
-fn body_inverse_inertia<R: Real>(m: &Plant, masses: Masses<R>, attitude: Quat<R>) -> Sym3<R> {
-    let inverse = Sym3::<R>::lit(m.target_inverse_inertia);
-    let scale = R::lit(1.0) / masses.target_inertia_scale;
-    inverse.map(|e| e * scale).rotated(attitude.matrix())
+fn target_rate<R: Real>(m: &Plant, masses: Masses<R>, axes: Mat3<R>, spin: Vec3<R>) -> Vec3<R> {
+    let own = Sym3::lit(m.target_inverse_inertia).times(axes.transposed_times(spin));
+    axes.times(own * (R::lit(1.0) / masses.target_inertia_scale))
 }
 
 /// Motion of part B: the target's twist at its seat.
 #[inline(always)]
-fn seat_motion<R: Real>(m: &Plant, masses: Masses<R>, target: &Body<R>, inverse_inertia: Sym3<R>) -> Motion<R> {
-    let lever = target.attitude.rotate(Vec3::lit(m.seat.position));
-    let omega = inverse_inertia.times(target.spin);
+fn seat_motion<R: Real>(m: &Plant, masses: Masses<R>, target: &Body<R>, axes: Mat3<R>) -> Motion<R> {
+    let lever = axes.times(Vec3::lit(m.seat.position));
+    let omega = target_rate(m, masses, axes, target.spin);
     Motion {
         position: target.com + (target.com_step + lever),
         attitude: target.attitude.compose(Quat::lit(m.seat.attitude)),
         velocity: target.momentum.scale_add(R::lit(1.0) / masses.target_mass, omega.cross(lever)),
         omega,
     }
+}
+
+/// A wrench on part A at its origin, inertial axes, as the last link feels it.
+#[inline(always)]
+pub(crate) fn on_last_link<R: Real>(m: &Plant, a: &Motion<R>, w: Wrench<R>) -> Force<R> {
+    let (part, tool) = (a.attitude.matrix(), Mat3::<R>::lit(m.chain.tool_axes));
+    let force = tool.times(part.transposed_times(w.force));
+    let moment = tool.times(part.transposed_times(w.moment));
+    Force { moment: moment + Vec3::lit(m.chain.tool.position).cross(force), force }
 }
 
 /// One substep of all bodies under a wrench on part A at A's origin (its negative, at the same point, on the target).
@@ -309,39 +234,63 @@ pub fn advance<R: Real, const N: usize>(
 ) -> Bodies<R, N> {
     let dt = R::lit(m.timing.substep);
     let point = k.parts.a.position - (s.chaser.com + s.chaser.com_step);
-    let acceleration = joint_accelerations(m, masses.base_mass, s.arm.rate, k, u, w, point);
-    let mut rate = s.arm.rate;
-    for i in 0..N {
-        rate[i] = acceleration[i].mul_add(dt, rate[i]);
-    }
-
-    let field = gravity(m, s.chaser.com, s.chaser.momentum * (R::lit(1.0) / k.mass)) + Vec3::lit(m.field);
+    let inverse_mass = R::lit(1.0) / k.mass;
+    let base_com = -k.axes.times(k.com);
+    let field = gravity(m, s.chaser.com, s.chaser.momentum * inverse_mass) + Vec3::lit(m.field);
     let push = field.scale_add(k.mass, u.thrust);
-    let moment = k.base_com.cross(u.thrust) + u.torque;
+    let moment = base_com.cross(u.thrust) + u.torque;
+    let turning = w.moment + point.cross(w.force) + moment;
     let mut chaser = s.chaser;
     chaser.momentum = (w.force + push).scale_add(dt, chaser.momentum);
-    chaser.spin = (w.moment + point.cross(w.force) + moment).scale_add(dt, chaser.spin);
-    chaser.com_step = chaser.momentum.scale_add(dt / k.mass, chaser.com_step);
-    let (omega, _) = base_twist(k.inverse_inertia, k.mass, chaser.spin, &k.links, rate);
-    // What the last step's rate became by the change of configuration alone, half of it again: a midpoint.
-    let centred = (k.omega - s.arm.turn).scale_add(R::lit(0.5), omega);
-    chaser.attitude = turn(centred, dt).compose(chaser.attitude).normalized();
-    let mut angle = s.arm.angle;
-    for i in 0..N {
-        angle[i] = rate[i].mul_add(dt, angle[i]);
+    chaser.spin = turning.scale_add(dt, chaser.spin);
+    chaser.com_step = chaser.momentum.scale_add(dt * inverse_mass, chaser.com_step);
+
+    let (joint, gain) = accelerations(m, masses, &s.arm, k, u, w, turning);
+    let mut arm = s.arm;
+    for (i, joint) in joint.into_iter().enumerate() {
+        arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
+        arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
     }
+    // The rate that the new momentum and joint rates would mean at this configuration.
+    let omega = k.axes.times(gain.scale_add(dt, k.rate));
+    // What the last step's rate became by the change of configuration alone, half of it again: a midpoint.
+    let centred = (k.axes.times(k.rate) - s.arm.turn).scale_add(R::lit(0.5), omega);
+    chaser.attitude = chaser.attitude.turned(centred * dt);
+    arm.turn = omega;
 
     let centre = s.chaser.com + s.chaser.com_step;
     let (target, target_push) = advance_target(m, masses, &s.target, k, w);
     let target_centre = s.target.com + s.target.com_step;
     Bodies {
         chaser,
-        arm: Arm { angle, rate, turn: omega },
+        arm,
         target,
         impulse: (push + target_push).scale_add(dt, s.impulse),
         moment_impulse: (moment + centre.cross(push) + target_centre.cross(target_push))
             .scale_add(dt, s.moment_impulse),
     }
+}
+
+/// Joint accelerations under actuation and a wrench on part A, and what the base's rate gains per second if the
+/// configuration is taken to stand still; `turning` is the moment of all that about O, inertial axes.
+#[inline(always)]
+fn accelerations<R: Real, const N: usize>(
+    m: &Plant,
+    masses: Masses<R>,
+    arm: &Arm<R, N>,
+    k: &Kinematics<R, N>,
+    u: &Actuation<R, N>,
+    w: Wrench<R>,
+    turning: Vec3<R>,
+) -> ([R; N], Vec3<R>) {
+    if N == 0 {
+        return (arm.rate, k.inverse_inertia.times(k.axes.transposed_times(turning)));
+    }
+    let push = Force { moment: k.axes.transposed_times(u.torque), force: k.axes.transposed_times(u.thrust) };
+    let tip = on_last_link(m, &k.parts.a, w);
+    let response = posture(m, masses, &k.turns).response(k.rate, &arm.rate, &u.joint, tip, push);
+    let drift = response.drift.moment - k.com.cross(response.drift.force);
+    (response.joint, response.turning + k.inverse_inertia.times(drift))
 }
 
 /// One substep of the target; also gives the force of gravity on it.
@@ -362,16 +311,10 @@ fn advance_target<R: Real, const N: usize>(
     next.spin = (w.moment + lever.cross(w.force)).scale_add(-dt, target.spin);
     next.com_step = next.momentum.scale_add(dt * inverse_mass, target.com_step);
     // Midpoint rule: the rate at the half-turned attitude turns the whole step.
-    let half = turn(k.target_inverse_inertia.times(next.spin), dt * R::lit(0.5)).compose(target.attitude);
-    let omega = body_inverse_inertia(m, masses, half).times(next.spin);
-    next.attitude = turn(omega, dt).compose(target.attitude).normalized();
+    let rate = target_rate(m, masses, k.target_axes, next.spin);
+    let half = target.attitude.turned(rate * (dt * R::lit(0.5)));
+    next.attitude = target.attitude.turned(target_rate(m, masses, half.matrix(), next.spin) * dt);
     (next, push)
-}
-
-/// The rotation by an inertial rate over a time.
-#[inline(always)]
-fn turn<R: Real>(omega: Vec3<R>, time: R) -> Quat<R> {
-    Quat::from_rotation_vector(omega * time)
 }
 
 /// Clohessy-Wiltshire relative gravity at a centre of mass \[m/s^2\].

@@ -4,7 +4,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Arm, Bodies, Body, Masses, kinematics};
-use crate::vector::{Quat, Vec3, vec3};
+use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 
 /// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
 /// moving at `closing_speed` and `drift` relative to part B, the target turning about its centre of mass.
@@ -24,8 +24,9 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: Masses<R
     let turned = kinematics(m, masses, &s);
     s.chaser.com = tool + p.offset - turned.parts.a.position;
 
-    s.chaser.spin = inertia_times(turned.inverse_inertia, p.chaser_rate);
-    s.target.spin = inertia_times(turned.target_inverse_inertia, p.target_rate);
+    s.chaser.spin = spin(turned.axes, turned.inverse_inertia.inverse(), p.chaser_rate);
+    let target_inertia = Sym3::<R>::lit(m.target_inertia).map(|e| e * masses.target_inertia_scale);
+    s.target.spin = spin(turned.target_axes, target_inertia, p.target_rate);
     let seat_lever = s.target.attitude.rotate(Vec3::lit(m.seat.position));
     let tool_velocity = p.target_rate.cross(seat_lever) + vec3(p.closing_speed, zero, zero) + p.drift;
     s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
@@ -42,8 +43,8 @@ fn still<R: Real>(com: Vec3<R>, attitude: Quat<R>) -> Body<R> {
     Body { com, com_step: Vec3::zero(), attitude, momentum: Vec3::zero(), spin: Vec3::zero() }
 }
 
-/// `I w` from the inverse inertia.
+/// Angular momentum of a body whose own axes and inertia in them are given.
 #[inline(always)]
-fn inertia_times<R: Real>(inverse: crate::vector::Sym3<R>, omega: Vec3<R>) -> Vec3<R> {
-    inverse.inverse().times(omega)
+fn spin<R: Real>(axes: Mat3<R>, inertia: Sym3<R>, omega: Vec3<R>) -> Vec3<R> {
+    axes.times(inertia.times(axes.transposed_times(omega)))
 }

@@ -129,6 +129,18 @@ impl Graph {
         }
     }
 
+    /// The constant and the other factor of a product with a constant.
+    fn scaled(&self, node: u32) -> Option<(f64, u32)> {
+        match self.ops[node as usize] {
+            Op::Mul(a, b) => match (self.constant(a), self.constant(b)) {
+                (Some(factor), _) => Some((factor, b)),
+                (_, Some(factor)) => Some((factor, a)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
     fn intern(&mut self, op: Op) -> u32 {
         let next = self.ops.len() as u32;
         *self.known.entry(op).or_insert_with(|| {
@@ -221,14 +233,27 @@ impl Graph {
         }
     }
 
+    fn fold_negation(&mut self, node: u32) -> Result<u32, Op> {
+        if let Some(value) = self.constant(node) {
+            return Ok(self.lit(-value));
+        }
+        if let Some(inner) = self.negated(node) {
+            return Ok(inner);
+        }
+        // The sign of a product goes to its constant.
+        match self.scaled(node) {
+            Some((factor, other)) => {
+                let factor = self.lit(-factor);
+                Ok(self.push(Op::Mul(factor, other)))
+            }
+            None => Err(Op::Neg(node)),
+        }
+    }
+
     fn fold_unary_and_logic(&mut self, op: Op) -> Result<u32, Op> {
         let c = |node| self.constant(node);
         let known = match op {
-            Op::Neg(a) => match (c(a), self.negated(a)) {
-                (Some(x), _) => return Ok(self.lit(-x)),
-                (_, Some(inner)) => return Ok(inner),
-                _ => None,
-            },
+            Op::Neg(a) => return self.fold_negation(a),
             Op::Sqrt(a) => c(a).map(f64::sqrt),
             Op::Abs(a) => c(a).map(f64::abs),
             Op::Floor(a) => c(a).map(f64::floor),
@@ -344,6 +369,14 @@ impl Real for Sym {
     }
     fn exp2_whole(self) -> Self {
         Self(push(Op::Exp2(self.0)))
+    }
+    fn series(self, reach: f64, coefficients: &[f64]) -> Self {
+        // What f32 cannot resolve beside the first term, with two bits to spare.
+        let seen = |power: usize| {
+            (coefficients[power] * reach.powi(power as i32)).abs() > coefficients[0].abs() / (1u64 << 26) as f64
+        };
+        let count = (0..coefficients.len()).rev().find(|power| seen(*power)).map_or(1, |power| power + 1);
+        self.polynomial(&coefficients[..count])
     }
     fn min(self, other: Self) -> Self {
         Self(push(Op::Min(self.0, other.0)))

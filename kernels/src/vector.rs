@@ -289,6 +289,15 @@ impl<R: Real> Add for Sym3<R> {
     }
 }
 
+impl<R: Copy> Mat3<R> {
+    /// All nine elements equal.
+    #[inline(always)]
+    pub fn splat(value: R) -> Self {
+        let column = Vec3::splat(value);
+        Self { x: column, y: column, z: column }
+    }
+}
+
 impl<R: Real> Mat3<R> {
     /// Matrix times vector.
     #[inline(always)]
@@ -405,6 +414,19 @@ impl<R: Real> Quat<R> {
         let cos = s.polynomial(&[1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0]);
         let sinc = s.polynomial(&[1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0, -1.0 / 39916800.0]);
         Self { w: cos, v: h * sinc }.normalized()
+    }
+
+    /// This rotation and then the one by the rotation vector `r`, of unit length; exact to rounding for |r| < 0.5 rad.
+    ///
+    /// Of the half angle h only `h cot h` is needed, since the length is made 1 in any case.
+    #[inline(always)]
+    pub fn turned(self, r: Vec3<R>) -> Self {
+        let v = r * R::lit(0.5);
+        let w = v.dot(v).series(
+            0.25 * 0.25,
+            &[1.0, -1.0 / 3.0, -1.0 / 45.0, -2.0 / 945.0, -1.0 / 4725.0, -2.0 / 93_555.0, -1_382.0 / 638_512_875.0],
+        );
+        Self { w, v }.compose(self).normalized()
     }
 
     /// Componentwise choice.

@@ -1,15 +1,14 @@
 //! Free rigid bodies and arms against closed forms, and the momenta of base, arm and target.
 
 use super::bench::{assert_close, at, closing, inertia, run, two_bodies};
+use super::floating::Dense;
 use super::lanes::six_joints;
 use softdock_kernels::model::{Link, Model};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::space::{
-    Actuation, Bodies, Kinematics, Masses, Wrench, advance, kinematics, settle, space_masses,
-};
+use softdock_kernels::space::{Actuation, Bodies, Masses, Wrench, advance, kinematics, settle, space_masses};
 use softdock_kernels::start::start;
-use softdock_kernels::vector::{Sym3, Vec3, vec3};
+use softdock_kernels::vector::{Vec3, vec3};
 
 /// No wrench at all.
 const NONE: Wrench<f64> = Wrench { force: vec3(0.0, 0.0, 0.0), moment: vec3(0.0, 0.0, 0.0) };
@@ -135,23 +134,6 @@ fn a_torque_free_body_tumbles_as_euler_and_poinsot_say() {
     assert!(worst.iter().all(|w| *w < 1e-6), "body rates off by {worst:?} rad/s (chaser, target) in three periods");
 }
 
-/// Kinetic energy of base and arm, summed body by body.
-fn kinetic<const N: usize>(m: &Plant, masses: Masses<f64>, s: &Bodies<f64, N>, k: &Kinematics<f64, N>) -> f64 {
-    let system = s.chaser.momentum * (1.0 / k.mass);
-    let (mut omega, mut velocity) = (k.omega, k.velocity);
-    let energy = |mass: f64, com: Vec3<f64>, body: Sym3<f64>, omega: Vec3<f64>, velocity: Vec3<f64>| {
-        let v = system + velocity + omega.cross(com);
-        0.5 * (mass * v.dot(v) + omega.dot(body.times(omega)))
-    };
-    let mut sum = energy(masses.base_mass, k.base_com, k.base_inertia, omega, velocity);
-    for i in 0..N {
-        omega = omega + k.links[i].axis * s.arm.rate[i];
-        velocity = velocity + k.links[i].origin.cross(k.links[i].axis) * s.arm.rate[i];
-        sum += energy(m.links[i].mass, k.links[i].com, k.links[i].inertia, omega, velocity);
-    }
-    sum
-}
-
 /// Energy of a free six-joint arm after `time`, less the work of its joint torques, over the energy at the start.
 fn energy_error(substep: f64, torque: f64) -> f64 {
     let model: Model = six_joints(substep, 1.0);
@@ -160,14 +142,14 @@ fn energy_error(substep: f64, torque: f64) -> f64 {
     let masses = space_masses(&params);
     let mut s = start::<f64, 6>(&m, &params, masses);
     s.arm.rate = [0.3, -0.2, 0.4, 0.5, -0.6, 0.7];
-    let first = kinetic(&m, masses, &s, &kinematics(&m, masses, &s));
+    let first = Dense::new(&m, masses, &s).kinetic_energy();
     let (mut work, mut last) = (0.0, first);
     for step in 0..(10.0 / substep).round() as u32 {
         let before = s.arm.rate;
         let push: [f64; 6] = std::array::from_fn(|i| torque * (f64::from(step) * substep * (1.0 + i as f64)).cos());
         s = drift(&m, masses, s, push);
         work += (0..6).map(|i| push[i] * 0.5 * (before[i] + s.arm.rate[i]) * substep).sum::<f64>();
-        last = kinetic(&m, masses, &s, &kinematics(&m, masses, &s));
+        last = Dense::new(&m, masses, &s).kinetic_energy();
     }
     (last - work - first) / first
 }

@@ -1,10 +1,9 @@
 //! Forward dynamics of the joint chain on its fixed base: the articulated-body algorithm, with rotors behind gears.
 
 use super::{Manipulator, joint_axis, link_frames};
-use crate::aba::{Folded, Spatial, drift_forces, fold};
-use crate::fields::filled;
+use crate::aba::{Folded, PlacedLink, Spatial, drift_forces, fold};
 use crate::real::Real;
-use crate::space::{LinkState, Wrench};
+use crate::space::Wrench;
 use crate::vector::{Pose, Sym3, Vec3};
 
 /// The chain under joint torques \[N m\] and a wrench on the last link, folded into what its base feels; base axes.
@@ -21,7 +20,7 @@ pub(crate) fn fold_chain<R: Real, const N: usize>(
     tip: Wrench<R>,
 ) -> Folded<R, N> {
     let mut masses = [0.0; N];
-    let mut links: [LinkState<R>; N] = filled(R::lit(0.0));
+    let mut links = [PlacedLink { com: Vec3::zero(), inertia: Sym3::splat(R::lit(0.0)) }; N];
     let mut axes = [Spatial::zero(); N];
     for i in 0..N {
         let link = &robot.joints[i].link;
