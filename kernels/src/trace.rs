@@ -211,7 +211,8 @@ impl Graph {
         let (x, y) = (self.constant(a), self.constant(b));
         match (x, y, self.constant(addend)) {
             (Some(x), Some(y), Some(z)) => Ok(self.lit(x.mul_add(y, z))),
-            (Some(x), Some(y), None) => {
+            // A product that is rounded would not be the fused one.
+            (Some(x), Some(y), None) if x.mul_add(y, -(x * y)) == 0.0 => {
                 let product = self.lit(x * y);
                 Ok(self.push(Op::Add(product, addend)))
             }
