@@ -22,7 +22,7 @@ struct Row {
     ideal_ticks: f64,
     hil_ticks: f64,
     joint_ticks: f64,
-    /// What a device takes to compile the kernel of robots with joints [s].
+    /// What a device takes to compile the kernel of robots with joints \[s\].
     compilation: Option<f64>,
     peak: f64,
 }

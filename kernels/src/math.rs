@@ -17,35 +17,27 @@ pub fn sin_cos<R: Real>(angle: R) -> (R, R) {
     let quarter_turns = angle.mul_add(R::lit(1.0 / TAU_4), R::lit(0.5)).floor();
     let r = quarter_turns.mul_add(R::lit(-TAU_4_LOW), quarter_turns.mul_add(R::lit(-TAU_4_HIGH), angle));
     let s = r * r;
-    // The square of pi/4, and a margin for the reduction.
-    const OCTANT: f64 = 0.62;
-    let sin = r * s.series(
-        OCTANT,
-        &[
-            1.0,
-            -1.0 / 6.0,
-            1.0 / 120.0,
-            -1.0 / 5040.0,
-            1.0 / 362_880.0,
-            -1.0 / 39_916_800.0,
-            1.0 / 6_227_020_800.0,
-            -1.0 / 1_307_674_368_000.0,
-        ],
-    );
-    let cos = s.series(
-        OCTANT,
-        &[
-            1.0,
-            -1.0 / 2.0,
-            1.0 / 24.0,
-            -1.0 / 720.0,
-            1.0 / 40_320.0,
-            -1.0 / 3_628_800.0,
-            1.0 / 479_001_600.0,
-            -1.0 / 87_178_291_200.0,
-            1.0 / 20_922_789_888_000.0,
-        ],
-    );
+    let sin = r * s.polynomial(&[
+        1.0,
+        -1.0 / 6.0,
+        1.0 / 120.0,
+        -1.0 / 5040.0,
+        1.0 / 362_880.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 1_307_674_368_000.0,
+    ]);
+    let cos = s.polynomial(&[
+        1.0,
+        -1.0 / 2.0,
+        1.0 / 24.0,
+        -1.0 / 720.0,
+        1.0 / 40_320.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 87_178_291_200.0,
+        1.0 / 20_922_789_888_000.0,
+    ]);
     // Quadrant 0..3: odd ones swap sine and cosine, the upper two change the sign.
     let quadrant = (quarter_turns * R::lit(0.25)).floor().mul_add(R::lit(-4.0), quarter_turns);
     let upper = R::lit(1.5).lt(quadrant);

@@ -53,13 +53,6 @@ pub trait Real:
         Self::select(other.lt(self), self, other)
     }
 
-    /// [`polynomial`](Self::polynomial) for `|self| <= reach`: a scalar may leave out the last terms if it cannot
-    /// resolve them.
-    #[inline(always)]
-    fn series(self, _reach: f64, coefficients: &[f64]) -> Self {
-        self.polynomial(coefficients)
-    }
-
     /// Polynomial with the given coefficients, lowest power first, by Horner's rule.
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {

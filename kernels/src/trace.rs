@@ -371,14 +371,6 @@ impl Real for Sym {
     fn exp2_whole(self) -> Self {
         Self(push(Op::Exp2(self.0)))
     }
-    fn series(self, reach: f64, coefficients: &[f64]) -> Self {
-        // What f32 cannot resolve beside the first term, with two bits to spare.
-        let seen = |power: usize| {
-            (coefficients[power] * reach.powi(power as i32)).abs() > coefficients[0].abs() / (1u64 << 26) as f64
-        };
-        let count = (0..coefficients.len()).rev().find(|power| seen(*power)).map_or(1, |power| power + 1);
-        self.polynomial(&coefficients[..count])
-    }
     fn min(self, other: Self) -> Self {
         Self(push(Op::Min(self.0, other.0)))
     }

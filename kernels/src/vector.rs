@@ -422,10 +422,15 @@ impl<R: Real> Quat<R> {
     #[inline(always)]
     pub fn turned(self, r: Vec3<R>) -> Self {
         let v = r * R::lit(0.5);
-        let w = v.dot(v).series(
-            0.25 * 0.25,
-            &[1.0, -1.0 / 3.0, -1.0 / 45.0, -2.0 / 945.0, -1.0 / 4725.0, -2.0 / 93_555.0, -1_382.0 / 638_512_875.0],
-        );
+        let w = v.dot(v).polynomial(&[
+            1.0,
+            -1.0 / 3.0,
+            -1.0 / 45.0,
+            -2.0 / 945.0,
+            -1.0 / 4725.0,
+            -2.0 / 93_555.0,
+            -1_382.0 / 638_512_875.0,
+        ]);
         Self { w, v }.compose(self).normalized()
     }
 

@@ -184,7 +184,7 @@ fn least(unit: &str) -> f64 {
 /// A field's name without its component.
 pub(crate) fn group(name: &str) -> &str {
     let (head, tail) = name.rsplit_once('_').unwrap_or(("", name));
-    let component = matches!(tail, "x" | "y" | "z" | "w" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz");
+    let component = matches!(tail, "x" | "y" | "z" | "w" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz" | "cos" | "sin");
     if component || tail.parse::<u32>().is_ok() { head } else { name }
 }
 
