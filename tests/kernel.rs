@@ -70,6 +70,20 @@ pub(crate) fn program<R: Real>(steps: &[Step], inputs: [R; 3]) -> R {
     pool[pool.len() - 1]
 }
 
+/// A product of constants that is rounded before the sum would not be the fused one.
+#[test]
+fn a_fused_product_of_constants_folds_only_where_it_is_exact() {
+    fn sum<R: Real>(factor: f64, x: R) -> R {
+        R::lit(factor).mul_add(R::lit(factor), x)
+    }
+    for factor in [0.37, 0.5] {
+        let graph = trace(1, |inputs: &[Sym]| vec![sum(factor, inputs[0])]);
+        for x in [-0.1369, 0.1, 3.7] {
+            assert_eq!(evaluate(&graph, &[x])[0].value.to_bits(), sum(factor, x).to_bits(), "{factor} {x}");
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn random_programs_give_the_same_as_f64_lanes_and_trace(
