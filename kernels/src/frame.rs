@@ -96,7 +96,7 @@ fn still<L: Lane, const N: usize>() -> Actuation<L, N> {
 
 #[inline(always)]
 fn zero_wrench<L: Lane>() -> Wrench<L> {
-    Wrench { force: Vec3::zero(), moment: Vec3::zero() }
+    Wrench::zero()
 }
 
 /// `then` where the mask holds, `other` elsewhere.

@@ -48,7 +48,7 @@ fn centre_velocity<R: Real>(m: &Plant, a: Motion<R>) -> Vec3<R> {
 #[inline(always)]
 pub fn felt<R: Real>(m: &Plant, s: &Load<R>, a: Motion<R>, w: Wrench<R>) -> Wrench<R> {
     match m.facility.load {
-        Some(load) => sum(w, pull(load, a, s.acceleration, R::lit(load.mass), Vec3::lit(load.centre))),
+        Some(load) => w + pull(load, a, s.acceleration, R::lit(load.mass), Vec3::lit(load.centre)),
         None => w,
     }
 }
@@ -64,7 +64,7 @@ fn pull<R: Real>(load: SensorLoad, a: Motion<R>, acceleration: Vec3<R>, mass: R,
 #[inline(always)]
 fn estimated<R: Real>(m: &Plant, p: &Params<R>, a: Motion<R>, acceleration: Vec3<R>) -> Wrench<R> {
     let Some(load) = m.facility.load else {
-        return Wrench { force: Vec3::zero(), moment: Vec3::zero() };
+        return Wrench::zero();
     };
     let known = if load.inertia_compensated { acceleration } else { Vec3::zero() };
     let mass = R::lit(load.mass) * (R::lit(1.0) + p.load_mass_error);
@@ -74,36 +74,26 @@ fn estimated<R: Real>(m: &Plant, p: &Params<R>, a: Motion<R>, acceleration: Vec3
 /// A sample as the simulation gets it: less the estimate of the load, less the tare.
 #[inline(always)]
 pub fn relieved<R: Real>(m: &Plant, p: &Params<R>, s: &Load<R>, a: Motion<R>, sensor: &Sensor<R>) -> Sensor<R> {
-    let output = less(less(sensor.output, estimated(m, p, a, s.acceleration)), s.tare);
+    let output = sensor.output - estimated(m, p, a, s.acceleration) - s.tare;
     Sensor { output, ..*sensor }
 }
 
 /// The load at the start, its tare taken.
 #[inline(always)]
 pub fn load_at<R: Real>(m: &Plant, p: &Params<R>, a: Motion<R>) -> Load<R> {
-    let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
+    let none = Wrench::zero();
     let rest = Load { velocity: centre_velocity(m, a), acceleration: Vec3::zero(), tare: none };
     if !m.facility.tared {
         return rest;
     }
     let read = distorted(m, p, R::lit(0.0), felt(m, &rest, a, none));
     let error = Wrench { force: p.tare_error_force, moment: p.tare_error_moment };
-    Load { tare: sum(less(read, estimated(m, p, a, Vec3::zero())), error), ..rest }
+    Load { tare: read - estimated(m, p, a, Vec3::zero()) + error, ..rest }
 }
 
 /// The sensor at the start: its low-pass has long settled on the load's weight.
 #[inline(always)]
 pub fn sensor_at<R: Real>(m: &Plant, s: &Load<R>, a: Motion<R>) -> Sensor<R> {
-    let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
+    let none = Wrench::zero();
     Sensor { filtered: felt(m, s, a, none), output: none, saturated: R::lit(0.0) }
-}
-
-#[inline(always)]
-fn sum<R: Real>(w: Wrench<R>, more: Wrench<R>) -> Wrench<R> {
-    Wrench { force: w.force + more.force, moment: w.moment + more.moment }
-}
-
-#[inline(always)]
-fn less<R: Real>(w: Wrench<R>, off: Wrench<R>) -> Wrench<R> {
-    Wrench { force: w.force - off.force, moment: w.moment - off.moment }
 }

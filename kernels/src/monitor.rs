@@ -63,13 +63,7 @@ pub fn touched<R: Real>(watch: &Watch<R>) -> R {
 #[inline(always)]
 pub fn no_touch<R: Real>() -> Touch<R> {
     let (zero, none) = (R::lit(0.0), Vec3::zero());
-    Touch {
-        wrench: Wrench { force: none, moment: none },
-        force: zero,
-        depth: R::lit(-1.0e3),
-        normal: none,
-        lever: none,
-    }
+    Touch { wrench: Wrench::zero(), force: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
 }
 
 /// Adds one point.
@@ -77,7 +71,7 @@ pub fn no_touch<R: Real>() -> Touch<R> {
 pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
     let more = sum.force.abs().lt(c.force.abs());
     Touch {
-        wrench: Wrench { force: sum.wrench.force + c.wrench.force, moment: sum.wrench.moment + c.wrench.moment },
+        wrench: sum.wrench + c.wrench,
         force: R::select(more, c.force, sum.force),
         depth: sum.depth.max(c.depth),
         normal: Vec3::select(more, c.normal, sum.normal),
@@ -88,7 +82,7 @@ pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
 /// Contact and latch together.
 #[inline(always)]
 pub fn total_wrench<R: Real>(touch: &Touch<R>, latch: &LatchState<R>) -> Wrench<R> {
-    Wrench { force: touch.wrench.force + latch.wrench.force, moment: touch.wrench.moment + latch.wrench.moment }
+    touch.wrench + latch.wrench
 }
 
 /// Power of a wrench on part A (and its opposite on part B) into the relative motion.
@@ -123,7 +117,7 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         capture_offset: never,
         contact_work: zero,
         absorbed: zero,
-        push: Wrench { force: none, moment: none },
+        push: Wrench::zero(),
         port_energy: zero,
         hardware_energy: zero,
         done: zero,

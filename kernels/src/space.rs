@@ -15,6 +15,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
+use std::ops::{Add, Sub};
 
 bundle! {
     /// A free body, or a whole free-floating chain seen from outside; inertial axes.
@@ -106,6 +107,36 @@ bundle! {
         inverse_inertia: Sym3<R>, "1", "inverse inertia of the whole chaser about O, chain axes [1/(kg m^2)]";
         reach: Reach<R>, "1", "motion of part A as the base sees it";
         target_axes: Mat3<R>, "1", "rotation from the target's body axes to inertial axes";
+    }
+}
+
+impl<R: Real> Wrench<R> {
+    /// No force and no moment.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { force: Vec3::zero(), moment: Vec3::zero() }
+    }
+
+    /// `self * s + o`, fused.
+    #[inline(always)]
+    pub fn scale_add(self, s: R, o: Self) -> Self {
+        Self { force: self.force.scale_add(s, o.force), moment: self.moment.scale_add(s, o.moment) }
+    }
+}
+
+impl<R: Real> Add for Wrench<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self { force: self.force + o.force, moment: self.moment + o.moment }
+    }
+}
+
+impl<R: Real> Sub for Wrench<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self { force: self.force - o.force, moment: self.moment - o.moment }
     }
 }
 

@@ -34,7 +34,7 @@ fn filtered<R: Real>(m: &Plant, gain: R, rate: Vec3<R>, difference: Vec3<R>) -> 
 #[inline(always)]
 pub(crate) fn first<R: Real>(m: &Plant, line: &ContactLine<R>, next: &Compensation<R>, lead: R) -> Wrench<R> {
     let lead = in_contact(m, line, lead);
-    never_pulling(m, line, plus(next.measured, next.rate, lead))
+    never_pulling(m, line, next.rate.scale_add(lead, next.measured))
 }
 
 /// F + c F' + c^2/2 F'', with its pull taken out.
@@ -48,8 +48,8 @@ pub(crate) fn second<R: Real>(
 ) -> Wrench<R> {
     let lead = in_contact(m, line, p.compensator_delay);
     let bend = lead * lead * R::lit(0.5 / m.timing.tick());
-    let change = Wrench { force: next.rate.force - s.rate.force, moment: next.rate.moment - s.rate.moment };
-    never_pulling(m, line, plus(plus(next.measured, next.rate, lead), change, bend))
+    let change = next.rate - s.rate;
+    never_pulling(m, line, change.scale_add(bend, next.rate.scale_add(lead, next.measured)))
 }
 
 /// The lead time; zero out of contact, where there is nothing but noise to lead (and a force that may pull ends with
@@ -57,9 +57,4 @@ pub(crate) fn second<R: Real>(
 #[inline(always)]
 fn in_contact<R: Real>(m: &Plant, line: &ContactLine<R>, lead: R) -> R {
     if may_pull(m) { lead } else { R::select(line.touching, lead, R::lit(0.0)) }
-}
-
-#[inline(always)]
-fn plus<R: Real>(w: Wrench<R>, rate: Wrench<R>, time: R) -> Wrench<R> {
-    Wrench { force: rate.force.scale_add(time, w.force), moment: rate.moment.scale_add(time, w.moment) }
 }

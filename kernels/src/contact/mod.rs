@@ -167,7 +167,7 @@ fn friction<R: Real>(
 pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> LatchState<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some(gate) = m.contact.latch else {
-        return LatchState { closed, wrench: Wrench { force: Vec3::zero(), moment: Vec3::zero() }, offset: zero };
+        return LatchState { closed, wrench: Wrench::zero(), offset: zero };
     };
     let (a, b) = (parts.a, parts.b);
     let lever = a.attitude.rotate(Vec3::lit(gate.point));

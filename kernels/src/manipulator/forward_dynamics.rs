@@ -45,6 +45,6 @@ pub fn accelerations<const N: usize>(
     rate: [f64; N],
     torque: &[f64; N],
 ) -> [f64; N] {
-    let tip = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
-    fold_chain(robot, &link_frames(robot, angle), rate, torque, &[0.0; N], tip).accelerations_on(Vec3::zero())
+    fold_chain(robot, &link_frames(robot, angle), rate, torque, &[0.0; N], Wrench::zero())
+        .accelerations_on(Vec3::zero())
 }

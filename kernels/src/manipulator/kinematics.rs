@@ -8,15 +8,16 @@ use crate::vector::{Pose, Quat, Vec3, vec3};
 /// Poses of the link frames in base axes, from joint angles \[rad\]; shape: one per joint.
 #[inline(always)]
 pub fn link_frames<R: Real, const N: usize>(robot: &Manipulator, angle: [R; N]) -> [Pose<R>; N] {
-    let mut at = Pose::identity();
-    std::array::from_fn(|i| {
+    let (mut at, mut frames) = (Pose::identity(), [Pose::identity(); N]);
+    for i in 0..N {
         let joint = &robot.joints[i];
         let (sin, cos) = sin_cos(angle[i] * R::lit(0.5 * joint.sign));
         let zero = R::lit(0.0);
         let turn = Quat { w: cos, v: vec3(zero, zero, sin) };
         at = at.compose(Pose::lit(joint.link.origin)).compose(Pose { position: Vec3::zero(), attitude: turn });
-        at
-    })
+        frames[i] = at;
+    }
+    frames
 }
 
 /// Pose of the flange in base axes.

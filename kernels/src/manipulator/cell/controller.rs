@@ -1,7 +1,7 @@
 //! A robot's controller: position loops once a tick, limits of speed and acceleration, feedforward.
 
 use super::reach::{Reach, posture};
-use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint};
+use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
 use crate::manipulator::{DriveParams, Levels, chain_torques, counterweight_torque};
 use crate::real::Real;
@@ -112,11 +112,10 @@ pub(super) fn weight<R: Real>(cell: &Cell, angle: [R; AXES]) -> [R; AXES] {
 /// Torques that move the rigid links and the force that moves the carriage under them.
 #[inline(always)]
 fn links<R: Real>(cell: &Cell, angle: [R; AXES], rate: [R; AXES], acceleration: [R; AXES]) -> [R; AXES] {
-    let arm = |all: [R; AXES]| -> [R; JOINTS] { std::array::from_fn(|i| all[i]) };
     let (along, mass) = cell.track();
     let (along, own) = (Vec3::lit(along), acceleration[RAIL] * R::lit(mass));
     let (torque, push) =
-        chain_torques(&cell.robot, arm(angle), arm(rate), arm(acceleration), along * acceleration[RAIL]);
+        chain_torques(&cell.robot, joints(angle), joints(rate), joints(acceleration), along * acceleration[RAIL]);
     let mut all = [along.dot(push) + own; AXES];
     all[..JOINTS].copy_from_slice(&torque);
     all

@@ -2,7 +2,7 @@
 
 use super::controller::{Course, course, feedforward, weight};
 use super::reach::{Reach, tool_pose};
-use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint};
+use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
 use crate::manipulator::drive::{Reference, motor, moved};
 use crate::manipulator::{DriveParams, JointState, counterweight_torque, fold_chain, link_frames};
@@ -62,8 +62,7 @@ fn accelerations<R: Real>(
     let to_base = Quat::lit(cell.base_inverse.attitude);
     let force = to_base.rotate(load.force);
     let tip = Wrench { force, moment: to_base.rotate(load.moment) + part.cross(force) };
-    let of_joints = |all: &[R; AXES]| -> [R; JOINTS] { std::array::from_fn(|i| all[i]) };
-    let chain = fold_chain(&cell.robot, &frames, rate, &of_joints(torque), &of_joints(armature), tip);
+    let chain = fold_chain(&cell.robot, &frames, rate, &joints(*torque), &joints(*armature), tip);
     let (along, mass) = cell.track();
     let along = Vec3::lit(along);
     let mut all = [R::lit(0.0); AXES];
@@ -78,7 +77,11 @@ fn accelerations<R: Real>(
 /// Angles and rates of the joints.
 #[inline(always)]
 fn motion<R: Real>(s: &Drives<R>) -> ([R; JOINTS], [R; JOINTS]) {
-    (std::array::from_fn(|i| s.axis[i].angle), std::array::from_fn(|i| s.axis[i].rate))
+    let (mut angle, mut rate) = ([R::lit(0.0); JOINTS], [R::lit(0.0); JOINTS]);
+    for i in 0..JOINTS {
+        (angle[i], rate[i]) = (s.axis[i].angle, s.axis[i].rate);
+    }
+    (angle, rate)
 }
 
 /// Motion of the part that a robot holds, laboratory, without the rail's; and place and speed on the rail.

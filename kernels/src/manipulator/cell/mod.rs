@@ -177,8 +177,7 @@ impl Cell {
 
     /// Torques that the gears carry of the robot's weight and its load's at the start posture \[N m\].
     pub fn start_torques(&self) -> [f64; JOINTS] {
-        let carried = controller::weight(self, [0.0; AXES]);
-        std::array::from_fn(|i| carried[i])
+        joints(controller::weight(self, [0.0; AXES]))
     }
 
     /// Horizontal distance of the tool from axis 1 at the start posture \[m\].
@@ -221,4 +220,10 @@ fn carry(robot: &mut Manipulator, mount: &Mount) {
     let carried =
         payload.inertia.rotated(tool.attitude.matrix()) + crate::vector::Sym3::point_mass(payload.mass, com - middle);
     (last.mass, last.com, last.inertia) = (mass, middle, own + carried);
+}
+
+/// The joints among the axes; no closure, since in lanes the compiler need not inline one.
+#[inline(always)]
+fn joints<R>([a, b, c, d, e, f, _]: [R; AXES]) -> [R; JOINTS] {
+    [a, b, c, d, e, f]
 }
