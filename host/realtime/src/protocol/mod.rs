@@ -1,0 +1,38 @@
+//! The protocols of robots and sensors: each with its codec, our driver, and the other side for the emulated facility.
+
+use crate::signals::{AXES, ForceSample, RobotState};
+use crate::time::Nanos;
+use std::net::SocketAddr;
+
+/// Where an emulated endpoint puts the datagrams that it sends.
+pub type Outbox<'a> = &'a mut dyn FnMut(SocketAddr, &[u8]);
+
+/// The controller of an emulated robot: no socket, no clock of its own, so that it also runs in virtual time.
+pub trait Controller: Send {
+    /// Period of its cycle.
+    fn cycle(&self) -> Nanos;
+
+    /// Takes a datagram.
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox);
+
+    /// Where its interpolator asks the axes to be now: joints \[rad\], rail \[m\].
+    fn target(&mut self, now: Nanos) -> [f64; AXES];
+
+    /// Begins its next cycle: reports the measured state, and counts an answer that has not come.
+    fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox);
+
+    /// Why it has stopped following, if it has.
+    fn fault(&self) -> Option<&'static str>;
+}
+
+/// The electronics of an emulated sensor: no socket, no clock of its own.
+pub trait SensorBox: Send {
+    /// Period of its samples.
+    fn period(&self) -> Nanos;
+
+    /// Takes a datagram.
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox);
+
+    /// Sends a sample, if anybody has asked for them.
+    fn report(&mut self, now: Nanos, sample: &ForceSample, out: Outbox);
+}

@@ -1,0 +1,150 @@
+//! What crosses a facility's links, whatever the protocol: joint positions, torques and wrenches in SI units.
+//!
+//! Everything here is `Copy`: the cycle allocates nothing.
+
+use crate::time::Nanos;
+use softdock_kernels::space::Wrench;
+use softdock_kernels::vector::Pose;
+
+/// Axes of a robot: six joints and, last, the rail under it (0 where there is none).
+pub const AXES: usize = 7;
+/// The rail among the axes; metres and newtons there.
+pub const RAIL: usize = 6;
+
+/// What a robot can be asked for and tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capabilities {
+    /// Period of its commands.
+    pub cycle: Nanos,
+    /// It gives the beat: each of its packets wants one answer within its cycle.
+    pub master: bool,
+    /// It has a rail.
+    pub rail: bool,
+    /// It reports torques (or motor currents scaled to torques).
+    pub torque: bool,
+    /// It reports the pose of its tool.
+    pub pose: bool,
+}
+
+/// A robot's report of one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotState {
+    /// Its own time: IPOC of RSI, the time stamp of FANUC and EGM, the distributed clock of EtherCAT.
+    pub stamp: Nanos,
+    /// When it arrived, on our clock.
+    pub received: Nanos,
+    /// Measured axes: joints \[rad\], rail \[m\].
+    pub position: [f64; AXES],
+    /// The set-points that it follows, if it tells them: joints \[rad\], rail \[m\].
+    pub asked: Option<[f64; AXES]>,
+    /// Torques of the joints \[N m\] and force of the rail \[N\], if it tells them.
+    pub torque: Option<[f64; AXES]>,
+    /// Pose of its tool in its base, if it tells it \[m\].
+    pub pose: Option<Pose<f64>>,
+    /// Answers of ours that it counts as late or missing.
+    pub late_answers: u32,
+    /// It follows commands: drives on, no fault, no stop.
+    pub ready: bool,
+}
+
+/// What a robot is told for a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Ask for no motion: corrections of zero, targets where the axes are, drives not enabled. What a dry run sends.
+    Hold,
+    /// Be there at the end of the cycle: joints \[rad\], rail \[m\].
+    Move([f64; AXES]),
+    /// Stay there and end the session by the protocol's own controlled end.
+    End([f64; AXES]),
+}
+
+/// A sample of the force/torque sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceSample {
+    /// When it arrived, on our clock.
+    pub received: Nanos,
+    /// The sensor's own count of samples.
+    pub sequence: u32,
+    /// Force \[N\] and moment \[N m\] in the sensor's axes, about its origin, as measured.
+    pub wrench: Wrench<f64>,
+    /// The sensor says that this is beyond its range.
+    pub saturated: bool,
+    /// The sensor says that this may not be used (any other error).
+    pub invalid: bool,
+}
+
+/// What a link has seen since it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkCounters {
+    /// Datagrams taken.
+    pub received: u64,
+    /// Datagrams that never came, by the sender's own count.
+    pub lost: u64,
+    /// Datagrams that came after a newer one, or twice: not used.
+    pub stale: u64,
+    /// Datagrams that could not be read.
+    pub malformed: u64,
+    /// Datagrams of somebody else.
+    pub foreign: u64,
+    /// Answers not sent, because their cycle was over.
+    pub unsent: u64,
+}
+
+/// Why a link cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LinkFault {
+    /// The operating system refuses.
+    #[error("the network interface failed: {0:?}")]
+    Io(std::io::ErrorKind),
+    /// The other side has ended the session or reports a fault.
+    #[error("the other side has stopped: {0}")]
+    Stopped(&'static str),
+    /// The other side is not what was configured.
+    #[error("the other side does not match its configuration: {0}")]
+    Mismatch(&'static str),
+    /// The protocol cannot express the command.
+    #[error("the command cannot be sent: {0}")]
+    Unsendable(&'static str),
+}
+
+impl From<std::io::Error> for LinkFault {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error.kind())
+    }
+}
+
+/// A robot, whatever its protocol; also an emulated one.
+pub trait Robot: Send {
+    /// What it can do.
+    fn capabilities(&self) -> Capabilities;
+
+    /// Its newest report, waiting for one until `deadline` on the clock of its port; `None` if none came.
+    ///
+    /// # Errors
+    /// If the link cannot go on. A lost, late, foreign or malformed datagram is no error, but counted.
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault>;
+
+    /// Answers the last report; nothing is sent when that report's cycle is over, but counted.
+    ///
+    /// # Errors
+    /// If the link cannot go on.
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault>;
+
+    /// What the link has seen.
+    fn counters(&self) -> LinkCounters;
+}
+
+/// A force/torque sensor, whatever its protocol; also an emulated one.
+pub trait ForceSensor: Send {
+    /// Period of its samples.
+    fn period(&self) -> Nanos;
+
+    /// The newest sample that has arrived since the last call; `None` if none has.
+    ///
+    /// # Errors
+    /// If the link cannot go on.
+    fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault>;
+
+    /// What the link has seen.
+    fn counters(&self) -> LinkCounters;
+}

@@ -1,0 +1,28 @@
+//! Datagrams: a port is a UDP socket or a place in a network of virtual time; what stands between may lose them.
+
+pub mod udp;
+
+use crate::time::Nanos;
+use std::io;
+use std::net::SocketAddr;
+
+/// Largest datagram that any of the protocols sends.
+pub const MAX_DATAGRAM: usize = 1500;
+
+/// Where datagrams come and go, with the clock that times them.
+pub trait Port: Send {
+    /// The time now.
+    fn now(&self) -> Nanos;
+
+    /// The next datagram and its sender, waiting for one until `deadline` (a time gone by: no waiting).
+    ///
+    /// # Errors
+    /// If the network interface fails.
+    fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>>;
+
+    /// Sends a datagram.
+    ///
+    /// # Errors
+    /// If the network interface fails.
+    fn send(&mut self, datagram: &[u8], to: SocketAddr) -> io::Result<()>;
+}

@@ -1,0 +1,88 @@
+//! A UDP socket as a port, on the machine's monotonic clock.
+
+use super::Port;
+use crate::time::Nanos;
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+use std::os::fd::AsRawFd;
+
+/// The machine's monotonic clock.
+pub fn monotonic() -> Nanos {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a timespec of ours; the call writes it and keeps nothing.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
+    Nanos(time.tv_sec * 1_000_000_000 + time.tv_nsec)
+}
+
+/// A bound UDP socket that never blocks but where told until when.
+pub struct UdpPort {
+    socket: UdpSocket,
+}
+
+impl UdpPort {
+    /// Binds a local address.
+    ///
+    /// # Errors
+    /// If the address is taken or not of this machine.
+    pub fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        socket.set_nonblocking(true)?;
+        Ok(Self { socket })
+    }
+
+    /// The address that it is bound to.
+    ///
+    /// # Errors
+    /// If the operating system does not tell.
+    pub fn local_address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    /// Waits until a datagram has come or the deadline is over.
+    fn wait(&self, deadline: Nanos) -> io::Result<bool> {
+        let left = deadline - monotonic();
+        if left.0 <= 0 {
+            return Ok(false);
+        }
+        let timeout = libc::timespec { tv_sec: left.0 / 1_000_000_000, tv_nsec: left.0 % 1_000_000_000 };
+        let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        // SAFETY: one pollfd and one timespec of ours, both alive over the call; no signal mask.
+        match unsafe { libc::ppoll(&raw mut poll, 1, &raw const timeout, std::ptr::null()) } {
+            0 => Ok(false),
+            -1 => match io::Error::last_os_error() {
+                error if error.kind() == io::ErrorKind::Interrupted => Ok(true),
+                error => Err(error),
+            },
+            _ => Ok(true),
+        }
+    }
+}
+
+impl Port for UdpPort {
+    fn now(&self) -> Nanos {
+        monotonic()
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>> {
+        loop {
+            match self.socket.recv_from(buffer) {
+                Ok(taken) => return Ok(Some(taken)),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    if !self.wait(deadline)? {
+                        return Ok(None);
+                    }
+                }
+                // The other side was not there when we last sent: it may come.
+                Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn send(&mut self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
+        match self.socket.send_to(datagram, to) {
+            Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => Ok(()),
+            sent => sent.map(|_| ()),
+        }
+    }
+}
