@@ -27,7 +27,7 @@ pub struct Station {
     pub title: String,
     /// The model of both robots.
     pub model: Manipulator,
-    /// Angles of the model where the controllers say zero \[rad\]; last the rail's place at its zero \[m\].
+    /// Angles of the model where the controllers say zero \[rad\]; last the model's place on the rail there \[m\].
     pub zero: [f64; AXES],
     /// What an axis may do: the joints' of both robots, and the rail's; joints in the model's angles.
     pub limits: [AxisLimits; AXES],
@@ -102,6 +102,8 @@ pub struct Safety {
     pub moment: f64,
     /// Greatest change of the measured force \[N/s\].
     pub force_rate: f64,
+    /// Time over which commands may be cut to speed, acceleration and jerk without a pause \[s\].
+    pub clamp_time: f64,
     /// Greatest distance of a measured axis from its command: joints \[rad\], the rail \[m\].
     pub following_error: [f64; 2],
 }
@@ -169,7 +171,7 @@ fn axes(
         limits[i] = AxisLimits { lower, upper, speed: speed[i], acceleration: acceleration[i], jerk: jerk[i] };
     }
     if let Some(rail) = rail {
-        zero[JOINTS] = c.number_or(&rail.zero, 0.0, "m", Range::size(LENGTH));
+        zero[JOINTS] = -c.number_or(&rail.zero, 0.0, "m", Range::size(LENGTH));
         limits[JOINTS] = AxisLimits {
             lower: c.number(&rail.lower, "m", Range::within(-LENGTH, 0.0)),
             upper: c.number(&rail.upper, "m", Range::within(0.0, LENGTH)),
@@ -215,6 +217,7 @@ fn safety(c: &mut Checker, table: &SafetyTable) -> Safety {
         force: c.number_or(&table.force, 500.0, "N", Range::above(0.0, FORCE)),
         moment: c.number_or(&table.moment, 100.0, "N m", Range::above(0.0, FORCE)),
         force_rate: c.number_or(&table.force_rate, 2e5, "N/s", Range::above(0.0, FORCE)),
+        clamp_time: c.number_or(&table.clamp_time, 0.1, "s", Range::within(0.0, 1e3)),
         following_error: [
             c.number_or(&table.following_error, 5f64.to_radians(), "rad", Range::above(0.0, ANGLE)),
             c.number_or(&table.rail_following_error, 0.05, "m", Range::above(0.0, LENGTH)),

@@ -31,8 +31,10 @@ pub struct Progress {
     pub parts: Parts<f64>,
     /// Wrench that acts on the simulated part A, part A's axes.
     pub fed_back: Wrench<f64>,
-    /// The parts have touched; the latch has closed; the run is over; it has diverged.
+    /// The parts have touched.
     pub touched: bool,
+    /// The parts touch.
+    pub touching: bool,
     /// The latch has closed.
     pub captured: bool,
     /// The run is over.
@@ -86,7 +88,12 @@ pub fn simulation_computer(
 /// A facility in the place of a real one, with the errors and delays that the parameters give it.
 ///
 /// What a simulation computer does against them (impedance, test motion) is not its business.
-pub fn emulated_facility(plant: &Arc<Plant>, key: [u32; 2], run: u64, params: &Params<f64>) -> Box<dyn EmulatedFacility> {
+pub fn emulated_facility(
+    plant: &Arc<Plant>,
+    key: [u32; 2],
+    run: u64,
+    params: &Params<f64>,
+) -> Box<dyn EmulatedFacility> {
     crate::with_joints!(plant.joints(), boxed_facility(plant, key, run, params))
 }
 
@@ -191,6 +198,7 @@ impl<const N: usize> SimulationComputer for Computer<N> {
             parts: self.simulated(),
             fed_back: self.tile.held,
             touched: watch.touch_time >= 0.0,
+            touching: watch.touching > 0.0,
             captured: watch.closed > 0.0,
             over: watch.done > 0.0,
             unstable: watch.unstable > 0.0,

@@ -119,6 +119,8 @@ pub(crate) struct SafetyTable {
     pub(crate) moment: Option<Quantity>,
     /// Greatest change of the measured force in a second; default 200 kN/s.
     pub(crate) force_rate: Option<Quantity>,
+    /// Time over which commands may be cut to speed, acceleration and jerk without a pause; default 100 ms.
+    pub(crate) clamp_time: Option<Quantity>,
     /// Greatest distance of a measured joint from its command; default 5 degrees.
     pub(crate) following_error: Option<Quantity>,
     /// Greatest distance of the rail from its command; default 50 mm.
