@@ -26,20 +26,26 @@ pub struct Evidence {
     ring: Box<[CycleRecord]>,
     pushed: u64,
     stop: Option<(StopCause, u64, Nanos)>,
-    /// Records still to be taken after the stop.
+    /// Records that may still come after the stop.
     after: u64,
 }
 
+/// What follows a stop is kept for this share of what came before it: enough to see the ramp begin.
+const AFTER: usize = 8;
+
 impl Evidence {
-    /// Memory for `span` of records, one each `cycle`; all of it is touched here.
+    /// Memory for `span` of records before a stop, one each `cycle`, and an eighth of it after; all of it is touched
+    /// here.
     pub fn new(span: Nanos, cycle: Nanos) -> Self {
         let records = (span.0 / cycle.0.max(1)).max(1) as usize;
-        Self { ring: vec![CycleRecord::BLANK; records].into_boxed_slice(), pushed: 0, stop: None, after: 0 }
+        let after = records / AFTER;
+        let ring = vec![CycleRecord::BLANK; records + after].into_boxed_slice();
+        Self { ring, pushed: 0, stop: None, after: after as u64 }
     }
 
     /// Takes a cycle's record; one with a cause is the stop. Copies it and nothing else.
     ///
-    /// After the stop an eighth of the ring still goes to the ramp; then nothing more is taken.
+    /// The first records after the stop are still taken, then no more.
     pub fn push(&mut self, record: &CycleRecord) {
         if self.stop.is_some() {
             if self.after == 0 {
@@ -48,7 +54,6 @@ impl Evidence {
             self.after -= 1;
         } else if record.cause != StopCause::None {
             self.stop = Some((record.cause, record.cycle, record.time));
-            self.after = self.ring.len() as u64 / 8;
         }
         let place = (self.pushed % self.ring.len() as u64) as usize;
         self.ring[place] = *record;
@@ -150,7 +155,7 @@ mod tests {
         (5_000..9_000).for_each(|n| evidence.push(&sample::stopping(n)));
         assert_eq!(evidence.stop(), Some((StopCause::AxisLimit, 5_000, Nanos::from_millis(5_000))));
         let cycles: Vec<u64> = evidence.records().map(|record| record.cycle).collect();
-        assert_eq!(cycles, (3_251..=5_250).collect::<Vec<_>>());
+        assert_eq!(cycles, (3_001..=5_250).collect::<Vec<_>>());
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod table;
 pub mod cdr;
 pub mod codes;
 pub mod evidence;
+pub mod export;
 pub mod mcap;
 pub mod reader;
 pub mod record;
