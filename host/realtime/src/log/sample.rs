@@ -97,16 +97,52 @@ pub(crate) fn stopping(n: u64) -> CycleRecord {
     record
 }
 
-/// A record whose values are any bits at all, out of a seed: NaN with payloads, -0, infinities, blank stretches.
-pub(crate) fn any(seed: u64) -> CycleRecord {
-    let mut state = seed;
-    let mut next = move || {
-        // SplitMix64 (Steele, Lea and Flood, 2014).
+/// As [`cycle`], with the noise of encoders, torques and sensor that keeps a log from compressing well.
+pub(crate) fn noisy(n: u64) -> CycleRecord {
+    let mut record = cycle(n);
+    let mut next = mixer(n);
+    let mut noise = move |size: f64| size * ((next() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+    for robot in [&mut record.robot_1, &mut record.robot_2, &mut record.emulated_1, &mut record.emulated_2] {
+        for axis in 0..AXES {
+            robot.position[axis] += noise(1e-5);
+            robot.torque[axis] += noise(1.0);
+            robot.computed[axis] += noise(1e-5);
+            robot.limit_used[axis] += noise(1e-3);
+        }
+        if robot.order == OrderKind::Move {
+            robot.command = robot.computed;
+        }
+    }
+    for wrench in [&mut record.ft.raw, &mut record.ft.compensated, &mut record.fed_back] {
+        wrench.force = wrench.force.map(|force| force + noise(0.5));
+        wrench.moment = wrench.moment.map(|moment| moment + noise(0.05));
+    }
+    for pose in [&mut record.part_a, &mut record.part_b] {
+        pose.position = pose.position.map(|place| place + noise(1e-5));
+        pose.attitude.v = pose.attitude.v.map(|part| part + noise(1e-5));
+    }
+    for motion in [&mut record.simulated_part_a, &mut record.simulated_part_b] {
+        motion.position = motion.position.map(|place| place + noise(1e-5));
+        motion.attitude.v = motion.attitude.v.map(|part| part + noise(1e-5));
+        motion.velocity = motion.velocity.map(|speed| speed + noise(1e-4));
+        motion.omega = motion.omega.map(|rate| rate + noise(1e-4));
+    }
+    record
+}
+
+/// SplitMix64 (Steele, Lea and Flood, 2014).
+fn mixer(mut state: u64) -> impl FnMut() -> u64 {
+    move || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         mixed ^ (mixed >> 31)
-    };
+    }
+}
+
+/// A record whose values are any bits at all, out of a seed: NaN with payloads, -0, infinities, blank stretches.
+pub(crate) fn any(seed: u64) -> CycleRecord {
+    let mut next = mixer(seed);
     let mut blank = false;
     let values = columns::<CycleRecord>().into_iter().map(|column| {
         let (choice, bits) = (next(), next());

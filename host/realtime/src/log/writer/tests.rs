@@ -109,6 +109,48 @@ fn the_cycle_goes_on_when_the_thread_fails_and_knows_it() {
     }
 }
 
+/// What the log costs: `cargo test --release -p softdock-realtime what_the_log_costs -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn what_the_log_costs() {
+    const RECORDS: u64 = 60_000;
+    let records: Vec<CycleRecord> = (0..RECORDS).map(sample::noisy).collect();
+    let mut file = LogFile::new(std::io::Cursor::new(Vec::new()), &Setup::default()).expect("a log");
+    let begin = Instant::now();
+    for (n, record) in records.iter().enumerate() {
+        file.write(record).expect("memory");
+        if n % 1000 == 999 {
+            LogFile::flush(&mut file).expect("memory");
+        }
+    }
+    let (totals, medium) = LogFile::finish(file).expect("memory");
+    let (took, bytes) = (begin.elapsed(), medium.into_inner().len());
+    println!("{} bytes a record in memory, {} messages", size_of::<CycleRecord>(), totals.messages);
+    println!(
+        "the thread: {:.2} us a record, {:.1} MB a minute at 1 kHz",
+        per_record(took, RECORDS),
+        bytes as f64 * 1e-6
+    );
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut log = LogWriter::create(&folder.path().join("cost.mcap"), &Setup::default()).expect("a log");
+    let mut pushes: Vec<Duration> = Vec::with_capacity(5_000);
+    for record in &records[..5_000] {
+        let begin = Instant::now();
+        assert_eq!(log.push(*record), Handed::Over);
+        pushes.push(begin.elapsed());
+        thread::sleep(Duration::from_micros(900));
+    }
+    log.finish().expect("a log");
+    pushes.sort();
+    let us = |share: f64| pushes[(share * 4_999.0) as usize].as_secs_f64() * 1e6;
+    println!("the cycle: push p50 {:.2} us, p99 {:.2} us, max {:.2} us", us(0.5), us(0.99), us(1.0));
+}
+
+fn per_record(took: Duration, records: u64) -> f64 {
+    took.as_secs_f64() * 1e6 / records as f64
+}
+
 const KILLED_LOG: &str = "SOFTDOCK_KILLED_LOG";
 
 /// What the next test kills: writes records at 1 kHz until then.
