@@ -9,4 +9,5 @@ pub mod log;
 pub mod protocol;
 pub mod signals;
 pub mod time;
+pub mod view;
 pub mod wire;
