@@ -347,3 +347,6 @@ fn take_scalar(read: &mut Decoder, kind: Type) -> Option<Value> {
         Type::Word | Type::Code(_) => Value::Word(read.u32()?),
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! The ring between cycle and thread: order, losses, failures, and a process that is killed.
 
 use super::*;
-use crate::log::reader::read_log;
+use crate::log::reader::{LogReader, read_log};
 use crate::log::sample;
 use std::process::Command;
 use std::sync::mpsc;
@@ -129,13 +129,17 @@ fn what_the_log_costs() {
         }
     }
     let (totals, medium) = LogFile::finish(file).expect("memory");
-    let (took, bytes) = (begin.elapsed(), medium.into_inner().len());
+    let (took, bytes) = (begin.elapsed(), medium.into_inner());
     println!("{} bytes a record in memory, {} messages", size_of::<CycleRecord>(), totals.messages);
     println!(
         "the thread: {:.2} us a record, {:.1} MB a minute at 1 kHz",
         per_record(took, RECORDS),
-        bytes as f64 * 1e-6
+        bytes.len() as f64 * 1e-6
     );
+
+    let begin = Instant::now();
+    assert_eq!(LogReader::new(&*bytes).filter(Result::is_ok).count() as u64, RECORDS);
+    println!("read: {:.2} us a record", per_record(begin.elapsed(), RECORDS));
 
     let folder = tempfile::tempdir().expect("a folder");
     let mut log = LogWriter::create(&folder.path().join("cost.mcap"), &Setup::default()).expect("a log");
