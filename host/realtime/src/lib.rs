@@ -15,4 +15,5 @@ pub mod protocol;
 pub mod sensing;
 pub mod signals;
 pub mod time;
+pub mod view;
 pub mod wire;
