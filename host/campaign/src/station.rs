@@ -96,6 +96,8 @@ pub struct Safety {
     pub sensor_age: f64,
     /// Energy that the facility may create in the contact \[J\].
     pub contact_energy: f64,
+    /// The run ends with a controlled stop when the latch closes.
+    pub end_at_capture: bool,
     /// Greatest measured force \[N\].
     pub force: f64,
     /// Greatest measured moment \[N m\].
@@ -214,6 +216,7 @@ fn safety(c: &mut Checker, table: &SafetyTable) -> Safety {
         stop_cycles: stop as u32,
         sensor_age: c.number_or(&table.sensor_age, 5e-3, "s", Range::above(0.0, 1.0)),
         contact_energy: c.number_or(&table.contact_energy, 0.5, "J", Range::above(0.0, 1e6)),
+        end_at_capture: table.end_at_capture.unwrap_or(true),
         force: c.number_or(&table.force, 500.0, "N", Range::above(0.0, FORCE)),
         moment: c.number_or(&table.moment, 100.0, "N m", Range::above(0.0, FORCE)),
         force_rate: c.number_or(&table.force_rate, 2e5, "N/s", Range::above(0.0, FORCE)),

@@ -143,27 +143,30 @@ impl<const N: usize> Computer<N> {
     /// Watches the parts over the tick that ends now, as far as a facility can see them.
     fn watch(&mut self, measured: &Measured, simulated: &Parts<f64>) {
         let (m, t) = (&*self.plant, &mut self.tile);
-        let touch = felt_touch(measured, self.touch_force);
+        let (felt, contact) = felt_touch(measured, self.touch_force);
         for substep in 1..=m.timing.substeps {
             let time = t.tick * m.timing.tick() - f64::from(m.timing.substeps - substep) * m.timing.substep;
             let mut gate = latch(m, &t.params, &measured.parts, t.hil.watch.closed);
-            // What a real latch pulls is in the measured wrench.
-            gate.wrench = Wrench::zero();
+            // A sensor cannot tell contact from latch: what it measures is the one before capture, the other after.
+            let closed = t.hil.watch.closed > 0.0;
+            gate.wrench = if closed { felt } else { Wrench::zero() };
+            let touch = if closed { monitor::no_touch() } else { contact };
             t.hil.watch = observe(m, &t.hil.watch, time, &measured.parts, simulated, &touch, &gate);
             t.yielding = yield_to(m, &t.yielding, measured.parts.a, measured.wrench);
         }
     }
 }
 
-/// A measured wrench as a contact: its line of action passes the point nearest to part A's origin.
-fn felt_touch(measured: &Measured, least: f64) -> Touch<f64> {
+/// A measured wrench on part A about its origin, inertial axes; and as a contact whose line of action passes the point
+/// nearest to the origin.
+fn felt_touch(measured: &Measured, least: f64) -> (Wrench<f64>, Touch<f64>) {
     let wrench = crate::sensor::feed_back(measured.parts.a, measured.wrench);
     let force = wrench.force.norm();
     if force < least {
-        return monitor::no_touch();
+        return (wrench, monitor::no_touch());
     }
     let (normal, lever) = (wrench.force * (1.0 / force), wrench.force.cross(wrench.moment) * (1.0 / (force * force)));
-    Touch { wrench, force, depth: 0.0, normal, lever }
+    (wrench, Touch { wrench, force, depth: 0.0, normal, lever })
 }
 
 impl<const N: usize> SimulationComputer for Computer<N> {

@@ -113,6 +113,8 @@ pub(crate) struct SafetyTable {
     pub(crate) sensor_age: Option<Quantity>,
     /// Energy that the facility may create in the contact; default 0.5 J.
     pub(crate) contact_energy: Option<Quantity>,
+    /// The run ends with a controlled stop when the latch closes; default true.
+    pub(crate) end_at_capture: Option<bool>,
     /// Greatest measured force; default 500 N.
     pub(crate) force: Option<Quantity>,
     /// Greatest measured moment; default 100 N m.

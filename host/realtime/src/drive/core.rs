@@ -440,7 +440,8 @@ impl Core {
         self.record.tick += u64::from(self.ticks);
         let told = self.computer.told();
         let progress = self.computer.progress();
-        if progress.over {
+        let docked = progress.captured && self.task.station.safety.end_at_capture;
+        if progress.over || docked {
             let cause = if progress.unstable { StopCause::NonFinite } else { StopCause::Completed };
             self.stop(Alarm { cause, dead: None });
             return self.ramp_down();
