@@ -1,5 +1,16 @@
 //! The protocols of robots and sensors: each with its codec, our driver, and the other side for the emulated facility.
 
+mod attitude;
+pub mod egm;
+pub mod fanuc;
+mod link;
+pub mod netft;
+pub mod rsi;
+mod text;
+
+#[cfg(test)]
+mod memory;
+
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
