@@ -68,3 +68,20 @@ pub(crate) fn newest<T>(
     }
     Ok((newest, taken))
 }
+
+/// How far a 32-bit count has come since an earlier one; negative if it has gone back. Right across the wrap.
+pub(crate) fn progress(from: u32, to: u32) -> i32 {
+    to.wrapping_sub(from) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_wrap() {
+        assert_eq!(progress(u32::MAX, 2), 3);
+        assert_eq!(progress(2, u32::MAX), -3);
+        assert_eq!(progress(7, 7), 0);
+    }
+}

@@ -35,6 +35,13 @@ impl MemoryPort {
         self.0.lock().unwrap().now = now;
     }
 
+    /// Lets time pass; the time then.
+    pub(crate) fn now_after(&self, time: Nanos) -> Nanos {
+        let mut shared = self.0.lock().unwrap();
+        shared.now += time;
+        shared.now
+    }
+
     pub(crate) fn deliver(&self, from: SocketAddr, datagram: &[u8]) {
         self.0.lock().unwrap().incoming.push_back((from, datagram.to_vec()));
     }

@@ -47,3 +47,18 @@ pub trait SensorBox: Send {
     /// Sends a sample, if anybody has asked for them.
     fn report(&mut self, now: Nanos, sample: &ForceSample, out: Outbox);
 }
+
+/// What an interpolator does within a cycle: it moves on a line from where it was to where it is asked to be.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    from: [f64; AXES],
+    to: [f64; AXES],
+    since: Nanos,
+}
+
+impl Line {
+    fn at(&self, now: Nanos, cycle: Nanos) -> [f64; AXES] {
+        let part = ((now - self.since).0 as f64 / cycle.0 as f64).clamp(0.0, 1.0);
+        std::array::from_fn(|axis| self.from[axis] + part * (self.to[axis] - self.from[axis]))
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::codec::{Message, Rob, Sen};
 use super::tags::{Correction, Group, TagMap};
-use crate::protocol::{Controller, Outbox, attitude};
+use crate::protocol::{Controller, Line, Outbox, attitude};
 use crate::signals::{AXES, RAIL, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
@@ -75,31 +75,16 @@ pub struct Krc {
     message: Message,
 }
 
-#[derive(Clone, Copy)]
-struct Line {
-    from: [f64; AXES],
-    to: [f64; AXES],
-    since: Nanos,
-}
-
-impl Line {
-    fn at(&self, now: Nanos, cycle: Nanos) -> [f64; AXES] {
-        let part = ((now - self.since).0 as f64 / cycle.0 as f64).clamp(0.0, 1.0);
-        std::array::from_fn(|axis| self.from[axis] + part * (self.to[axis] - self.from[axis]))
-    }
-}
-
 impl Krc {
     /// A controller before `RSI_ON`.
     pub fn new(settings: KrcSettings) -> Self {
-        let line = Line { from: [0.0; AXES], to: [0.0; AXES], since: Nanos(0) };
         Self {
             ipoc: settings.first_ipoc,
             settings,
             start: None,
             correction: [0.0; AXES],
             total: [0.0; AXES],
-            line,
+            line: Line::default(),
             answered: false,
             ever_answered: false,
             missed: 0,
