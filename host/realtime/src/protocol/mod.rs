@@ -9,6 +9,8 @@ pub mod rsi;
 mod text;
 
 #[cfg(test)]
+mod fuzz;
+#[cfg(test)]
 mod memory;
 
 use crate::signals::{AXES, ForceSample, RobotState};

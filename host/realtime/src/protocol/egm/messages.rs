@@ -62,7 +62,7 @@ impl RobotReport {
         let mut report = Self { motors_on: true, running: true, rapid_running: true, ..Self::default() };
         let mut header = None;
         let mut fields = Fields(datagram);
-        while let Some((number, value)) = fields.next()? {
+        while let Some((number, value)) = fields.field()? {
             match number {
                 1 => header = Some(read_header(value)?),
                 2 => report.feedback = read_motion(value)?,
@@ -124,7 +124,7 @@ impl SensorCommand {
         let mut command = Self::default();
         let mut header = None;
         let mut fields = Fields(datagram);
-        while let Some((number, value)) = fields.next()? {
+        while let Some((number, value)) = fields.field()? {
             match number {
                 1 => header = Some(read_header(value)?),
                 2 => command.planned = read_motion(value)?,
@@ -155,7 +155,7 @@ struct Header {
 fn read_header(value: Value) -> Result<Header, Malformed> {
     let mut header = Header::default();
     let mut fields = value.message()?;
-    while let Some((number, value)) = fields.next()? {
+    while let Some((number, value)) = fields.field()? {
         match number {
             1 => header.sequence = value.u32()?,
             2 => header.time_ms = value.u32()?,
@@ -178,7 +178,7 @@ fn write_header(message: &mut Message, sequence: u32, time_ms: u32, kind: u64) {
 fn read_motion(value: Value) -> Result<Motion, Malformed> {
     let mut motion = Motion::default();
     let mut fields = value.message()?;
-    while let Some((number, value)) = fields.next()? {
+    while let Some((number, value)) = fields.field()? {
         match number {
             1 => motion.joints = read_axes(value)?,
             2 => motion.pose = read_pose(value)?,
@@ -212,7 +212,7 @@ fn write_numbered(message: &mut Message, values: &[f64]) {
 fn read_axes(value: Value) -> Result<Axes, Malformed> {
     let mut axes = Axes::default();
     let mut fields = value.message()?;
-    while let Some((number, value)) = fields.next()? {
+    while let Some((number, value)) = fields.field()? {
         if number == 1 {
             axes.take(value)?;
         }
@@ -225,14 +225,14 @@ fn read_pose(value: Value) -> Result<Option<[f64; 7]>, Malformed> {
     let mut pose = [0.0; 7];
     let mut seen = 0u8;
     let mut fields = value.message()?;
-    while let Some((part, value)) = fields.next()? {
+    while let Some((part, value)) = fields.field()? {
         let (first, length) = match part {
             1 => (0, 3),
             2 => (3, 4),
             _ => continue,
         };
         let mut parts = value.message()?;
-        while let Some((number, value)) = parts.next()? {
+        while let Some((number, value)) = parts.field()? {
             if (1..=length).contains(&number) {
                 let index = first + number as usize - 1;
                 pose[index] = value.f64()?;
@@ -247,7 +247,7 @@ fn read_pose(value: Value) -> Result<Option<[f64; 7]>, Malformed> {
 fn read_state(value: Value) -> Result<u64, Malformed> {
     let mut state = 0;
     let mut fields = value.message()?;
-    while let Some((number, value)) = fields.next()? {
+    while let Some((number, value)) = fields.field()? {
         if number == 1 {
             state = value.u32()?.into();
         }
@@ -260,7 +260,7 @@ fn read_force(value: Value) -> Result<Axes, Malformed> {
     let mut force = Axes::default();
     let mut active = true;
     let mut fields = value.message()?;
-    while let Some((number, value)) = fields.next()? {
+    while let Some((number, value)) = fields.field()? {
         match (number, value) {
             (1, Value::Varint(flag)) => active = flag != 0,
             (1 | 2, value) => force.take(value)?,

@@ -64,7 +64,7 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// If the bytes break off or are no field.
-    pub fn next(&mut self) -> Result<Option<(u32, Value<'a>)>, Malformed> {
+    pub fn field(&mut self) -> Result<Option<(u32, Value<'a>)>, Malformed> {
         if self.0.is_empty() {
             return Ok(None);
         }
@@ -128,10 +128,9 @@ impl<const N: usize> Default for Numbers<N> {
 impl<const N: usize> Numbers<N> {
     /// These numbers; those beyond `N` are left out.
     pub fn of(values: &[f64]) -> Self {
-        let mut numbers = Self::default();
-        numbers.length = values.len().min(N);
-        numbers.values[..numbers.length].copy_from_slice(&values[..numbers.length]);
-        numbers
+        let length = values.len().min(N);
+        let values = std::array::from_fn(|index| values.get(index).copied().unwrap_or(0.0));
+        Self { values, length }
     }
 
     /// The numbers.
@@ -246,18 +245,18 @@ mod tests {
         let golden = [0x08, 0xAC, 0x02, 0x12, 9, 0x09, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F];
         assert_eq!(message.as_bytes(), Some(&golden[..]));
         let mut fields = Fields(&golden);
-        assert_eq!(fields.next(), Ok(Some((1, Value::Varint(300)))));
-        assert_eq!(fields.next(), Ok(Some((2, Value::Bytes(&golden[5..])))));
-        assert_eq!(fields.next(), Ok(None));
+        assert_eq!(fields.field(), Ok(Some((1, Value::Varint(300)))));
+        assert_eq!(fields.field(), Ok(Some((2, Value::Bytes(&golden[5..])))));
+        assert_eq!(fields.field(), Ok(None));
     }
 
     #[test]
     fn what_breaks_off_or_is_no_field_is_refused() {
         for bytes in [&[0x08][..], &[0x09, 1], &[0x12, 5, 1], &[0x00, 1], &[0x0B], &[0x08, 0x80], &[0xFF; 12]] {
-            assert_eq!(Fields(bytes).next(), Err(Malformed), "{bytes:?}");
+            assert_eq!(Fields(bytes).field(), Err(Malformed), "{bytes:?}");
         }
         let longest = [0x08, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01];
-        assert_eq!(Fields(&longest).next(), Ok(Some((1, Value::Varint(u64::MAX)))));
+        assert_eq!(Fields(&longest).field(), Ok(Some((1, Value::Varint(u64::MAX)))));
     }
 
     #[test]
@@ -276,8 +275,8 @@ mod tests {
             message.number(number, value);
             message.double(number, double);
             let mut fields = Fields(message.as_bytes().unwrap());
-            prop_assert_eq!(fields.next(), Ok(Some((number, Value::Varint(value)))));
-            prop_assert_eq!(fields.next(), Ok(Some((number, Value::Fixed64(double.to_bits())))));
+            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Varint(value)))));
+            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Fixed64(double.to_bits())))));
         }
     }
 }
