@@ -61,7 +61,7 @@ pub(crate) fn newest<T>(
         let Some((length, from)) = port.receive(&mut buffer, until)? else {
             break;
         };
-        if let Some(message) = accept(&buffer[..length], from, port.now()) {
+        if let Some(message) = accept(&buffer[..length], from, port.arrived()) {
             newest = Some(message);
             taken += 1;
         }

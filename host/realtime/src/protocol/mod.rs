@@ -3,7 +3,7 @@
 mod attitude;
 pub mod egm;
 pub mod fanuc;
-mod link;
+pub(crate) mod link;
 pub mod netft;
 pub mod rsi;
 mod text;

@@ -1,5 +1,6 @@
 //! Datagrams: a port is a UDP socket or a place in a network of virtual time; what stands between may lose them.
 
+mod arrival;
 pub mod udp;
 
 use crate::time::Nanos;
@@ -19,6 +20,11 @@ pub trait Port: Send {
     /// # Errors
     /// If the network interface fails.
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>>;
+
+    /// When the datagram taken last had arrived: before now, if it has waited for us. A port that cannot tell says now.
+    fn arrived(&self) -> Nanos {
+        self.now()
+    }
 
     /// Sends a datagram.
     ///

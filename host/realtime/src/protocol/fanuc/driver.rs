@@ -13,6 +13,9 @@ use std::net::SocketAddr;
 const MAX_GAP: i32 = 10_000;
 /// Largest faceplate position that is believed \[mm\].
 const MAX_POSE: f32 = 1e6;
+/// How long before the end of a cycle a command must leave, and how far it must be from the one before. A controller
+/// takes two commands within 0.1 ms, one at the end of a cycle and one at the begin of the next, for one sent twice.
+const MARGIN: Nanos = Nanos::from_micros(500);
 /// How long to wait for an answer to a request before it is repeated.
 const RETRY: Nanos = Nanos::from_millis(100);
 
@@ -50,8 +53,8 @@ struct Session {
     asked: Option<[f64; AXES]>,
     /// The status that wants an answer, and until when.
     pending: Option<(u32, Nanos)>,
-    /// Number of the last command.
-    commanded: Option<u32>,
+    /// Number of the last command, and when it had left.
+    commanded: Option<(u32, Nanos)>,
     ended: bool,
 }
 
@@ -121,7 +124,7 @@ impl<P: Port> FanucRobot<P> {
         }
         self.request(&Request::Command(Command { version, sequence, last, joints }))?;
         self.session.asked = Some(target);
-        self.session.commanded = Some(sequence);
+        self.session.commanded = Some((sequence, self.port.now()));
         self.session.ended |= last;
         Ok(())
     }
@@ -213,7 +216,7 @@ impl<P: Port> Robot for FanucRobot<P> {
         };
         let waits = self.session.last.filter(Status::waits_for_commands);
         self.counters.unsent += if waits.is_some() { taken - 1 } else { 0 } + u64::from(self.session.pending.is_some());
-        self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle));
+        self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
         if waits.is_none() {
             // It no longer follows: when it does again, it is asked to be where it is.
             self.session.asked = None;
@@ -244,7 +247,8 @@ impl<P: Port> Robot for FanucRobot<P> {
             self.counters.unsent += u64::from(last.waits_for_commands() && !self.session.ended);
             return Ok(());
         };
-        if self.port.now() >= over {
+        let now = self.port.now();
+        if now >= over || self.session.commanded.is_some_and(|(_, before)| now - before < MARGIN) {
             self.counters.unsent += 1;
             return Ok(());
         }
@@ -259,7 +263,9 @@ impl<P: Port> Robot for FanucRobot<P> {
 impl<P: Port> Drop for FanucRobot<P> {
     fn drop(&mut self) {
         // A controller wants to be told which command is the last before the stream stops.
-        if let (Some(sequence), Some(asked), false) = (self.session.commanded, self.session.asked, self.session.ended) {
+        if let (Some((sequence, _)), Some(asked), false) =
+            (self.session.commanded, self.session.asked, self.session.ended)
+        {
             let _ = self.command(sequence.wrapping_add(1), asked, true);
         }
         let _ = self.request(&Request::Stop);
