@@ -32,7 +32,6 @@ pub(super) fn of_last_datagram(socket: RawFd, now: Nanos) -> Nanos {
 #[cfg(test)]
 mod tests {
     use crate::protocol::link::AT_ONCE;
-    use crate::time::Nanos;
     use crate::wire::{Port, udp::UdpPort};
     use std::time::Duration;
 
@@ -40,17 +39,16 @@ mod tests {
     fn a_datagram_that_waited_tells_when_it_came() {
         let local = "127.0.0.1:0".parse().unwrap();
         let (mut here, mut there) = (UdpPort::bind(local).unwrap(), UdpPort::bind(local).unwrap());
-        let mut wait_for_one = |wait: Duration| {
+        let mut wait_for_one = || {
             let sent = there.now();
             there.send(b"x", here.local_address().unwrap()).unwrap();
-            std::thread::sleep(wait);
+            std::thread::sleep(Duration::from_millis(20));
             assert!(here.receive(&mut [0; 8], AT_ONCE).unwrap().is_some());
             here.arrived() - sent
         };
-        // The kernel takes a moment to switch its time stamps on for the first socket that wants them.
-        let told = (0..20).any(|_| wait_for_one(Duration::from_millis(20)) < Nanos::from_millis(10));
-        assert!(told, "the kernel tells no arrival");
-        let late = wait_for_one(Duration::from_millis(50));
-        assert!(late > Nanos::from_millis(-5) && late < Nanos::from_millis(25), "{late:?}");
+        // The kernel takes a moment to switch its time stamps on for the first socket that wants them, and a busy
+        // machine may stop the test between two looks at the clock.
+        let told = (0..50).any(|_| (-1_000_000..10_000_000).contains(&wait_for_one().0));
+        assert!(told, "the kernel does not tell when a datagram came");
     }
 }

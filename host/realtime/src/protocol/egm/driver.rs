@@ -120,8 +120,9 @@ fn take(
         session.stamp = Nanos::from_millis(i64::from(report.time_ms));
     }
     session.last = Some((report.sequence, report.time_ms));
-    if session.asked.is_none() {
-        // Held where its planner has it: where it is measured to be sags under load.
+    if session.asked.is_none() || !state.ready {
+        // Held where its planner has it: where it is measured to be sags under load. While it does not follow it may be
+        // moved by others, and must be held there once it does.
         session.asked = state.asked.or(Some(state.position));
     }
     state.stamp = session.stamp;

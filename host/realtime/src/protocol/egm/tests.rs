@@ -2,7 +2,7 @@
 
 use super::controller::{EgmController, EgmSettings};
 use super::driver::EgmRobot;
-use super::messages::RobotReport;
+use super::messages::{Axes, Motion, RobotReport, SensorCommand};
 use crate::protocol::Controller;
 use crate::protocol::memory::{MemoryPort, local, peer, state_at};
 use crate::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
@@ -76,6 +76,31 @@ fn it_follows_holds_and_ends_by_convergence() {
     assert_near(bench.measured, moved(0.1));
     let counters = bench.driver.counters();
     assert_eq!((counters.lost, counters.unsent, counters.malformed), (0, 0, 0));
+}
+
+#[test]
+fn a_robot_that_was_moved_before_it_follows_is_held_where_it_is() {
+    let port = MemoryPort::default();
+    let mut driver = EgmRobot::new(port.clone(), CYCLE, false, None);
+    for (sequence, running, angle) in [(0, false, 10.0), (1, false, 20.0), (2, true, 20.0), (3, true, 20.1)] {
+        let motion = Motion { joints: Axes::of(&[angle; 6]), ..Motion::default() };
+        let report = RobotReport {
+            sequence,
+            feedback: motion,
+            planned: motion,
+            motors_on: true,
+            running,
+            rapid_running: true,
+            ..RobotReport::default()
+        };
+        port.deliver(peer(), report.message().as_bytes().unwrap());
+        driver.receive(Nanos(0)).unwrap().unwrap();
+        driver.send(&Order::Hold).unwrap();
+    }
+    let sent = port.sent();
+    let held =
+        sent.iter().map(|(_, message)| SensorCommand::read(message).unwrap().planned.joints.as_slice()[0].round());
+    assert_eq!(held.collect::<Vec<_>>(), [10.0, 20.0, 20.0, 20.0]);
 }
 
 #[test]

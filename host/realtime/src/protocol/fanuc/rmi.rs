@@ -44,7 +44,10 @@ pub enum RmiError {
 }
 
 /// A session with a controller; ends when dropped, and with it the program that follows the stream.
-pub struct RmiSession {
+pub struct RmiSession(Lines);
+
+/// A connection of JSON lines.
+struct Lines {
     stream: TcpStream,
     limit: Duration,
     unread: Vec<u8>,
@@ -60,38 +63,30 @@ impl RmiSession {
         let request = "FRC_Connect_STMO";
         // The first connection only tells the port of the session.
         let port = {
-            let mut first = Self::connect(controller, limit, request)?;
+            let mut first = Lines::connect(controller, limit, request)?;
             let reply = first.ask("Communication", request)?;
             let port = reply.get("PortNumber").and_then(Value::as_u64).and_then(|port| u16::try_from(port).ok());
             port.filter(|&port| port > 0).ok_or(RmiError::Reply { request, field: "PortNumber" })?
         };
-        let mut session = Self::connect(SocketAddr::new(controller.ip(), port), limit, request)?;
+        let mut session = Self(Lines::connect(SocketAddr::new(controller.ip(), port), limit, request)?);
         session.initialize()?;
         Ok(session)
-    }
-
-    fn connect(address: SocketAddr, limit: Duration, request: &'static str) -> Result<Self, RmiError> {
-        let io = |error| RmiError::Io { request, error };
-        let stream = TcpStream::connect_timeout(&address, limit).map_err(io)?;
-        stream.set_nodelay(true).map_err(io)?;
-        stream.set_write_timeout(Some(limit)).map_err(io)?;
-        Ok(Self { stream, limit, unread: Vec::new() })
     }
 
     /// Resets and initialises; once more after an abort, if a program of an earlier session is in the way.
     fn initialize(&mut self) -> Result<(), RmiError> {
         self.tolerated("FRC_Reset")?;
-        if self.ask("Command", "FRC_Initialize").is_ok() {
+        if self.0.ask("Command", "FRC_Initialize").is_ok() {
             return Ok(());
         }
         self.tolerated("FRC_Abort")?;
         self.tolerated("FRC_Reset")?;
-        self.ask("Command", "FRC_Initialize").map(|_| ())
+        self.0.ask("Command", "FRC_Initialize").map(|_| ())
     }
 
     /// A command whose refusal is no matter.
     fn tolerated(&mut self, request: &'static str) -> Result<(), RmiError> {
-        match self.ask("Command", request) {
+        match self.0.ask("Command", request) {
             Ok(_) | Err(RmiError::Refused { .. }) => Ok(()),
             Err(other) => Err(other),
         }
@@ -103,12 +98,22 @@ impl RmiSession {
     /// # Errors
     /// If the controller does not answer.
     pub fn start_stream_program(&mut self) -> Result<(), RmiError> {
-        let status = self.ask("Command", "FRC_GetStatus")?;
+        let status = self.0.ask("Command", "FRC_GetStatus")?;
         // The controller goes on counting over sessions, and drops a call of an older number without a word.
         let next = status.get("NextSequenceID").and_then(Value::as_u64);
         let sequence = next.ok_or(RmiError::Reply { request: "FRC_GetStatus", field: "NextSequenceID" })?;
         let call = json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ProgramName": STREAM_PROGRAM});
-        self.write("FRC_Call", &call)
+        self.0.write("FRC_Call", &call)
+    }
+}
+
+impl Lines {
+    fn connect(address: SocketAddr, limit: Duration, request: &'static str) -> Result<Self, RmiError> {
+        let io = |error| RmiError::Io { request, error };
+        let stream = TcpStream::connect_timeout(&address, limit).map_err(io)?;
+        stream.set_nodelay(true).map_err(io)?;
+        stream.set_write_timeout(Some(limit)).map_err(io)?;
+        Ok(Self { stream, limit, unread: Vec::new() })
     }
 
     /// Sends a request and waits for the reply that repeats its name.
@@ -161,8 +166,8 @@ impl Drop for RmiSession {
     fn drop(&mut self) {
         // Waiting for the reply also reads what else has come: closed with bytes unread, the connection would break off
         // before the controller has read this. A controller that is gone needs no farewell.
-        self.limit = self.limit.min(Duration::from_secs(1));
-        let _ = self.ask("Communication", "FRC_Disconnect");
+        self.0.limit = self.0.limit.min(Duration::from_secs(1));
+        let _ = self.0.ask("Communication", "FRC_Disconnect");
     }
 }
 

@@ -89,6 +89,7 @@ fn feed_robot(
     random: &mut Random,
     sent: impl Fn(&[u8]) -> bool,
 ) -> bool {
+    port.now_after(Nanos::from_millis(8));
     port.deliver(peer(), datagram);
     let Ok(Some(state)) = robot.receive(Nanos(0)) else {
         port.sent();
