@@ -11,6 +11,19 @@ pub const AXES: usize = 7;
 /// The rail among the axes; metres and newtons there.
 pub const RAIL: usize = 6;
 
+/// Largest joint angle that is believed or sent \[rad\]: four turns, more than any industrial robot's endless axis shows.
+pub const MAX_JOINT: f64 = 8.0 * std::f64::consts::PI;
+/// Largest rail position that is believed or sent \[m\].
+pub const MAX_RAIL: f64 = 100.0;
+/// Largest torque \[N m\] or force \[N\] that is believed.
+pub const MAX_EFFORT: f64 = 1e6;
+
+/// Whether axes are finite and no further than any robot's: a guard against garbage, far outside the limits of a cell.
+pub fn plausible(position: &[f64; AXES]) -> bool {
+    // Written so that NaN is refused.
+    position[..RAIL].iter().all(|joint| joint.abs() <= MAX_JOINT) && position[RAIL].abs() <= MAX_RAIL
+}
+
 /// What a robot can be asked for and tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capabilities {

@@ -11,6 +11,7 @@ use crate::robot::mounted_parts;
 use crate::space::{Motion, Parts, Wrench};
 use crate::staged::{command, displaced, finish, followed, kinematics, latch, metrics, observe, with_test, yield_to};
 use crate::vector::Vec3;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// What a facility measures of a tick.
@@ -75,14 +76,23 @@ pub trait EmulatedFacility: Send {
     fn drives(&self) -> Option<[crate::manipulator::cell::Drives<f64>; 2]>;
 }
 
-/// The simulation computer of a run; `touch_force` is the measured force above which the parts count as touching \[N\].
+/// How a facility's measurements are read as events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Measured force above which the parts count as touching \[N\].
+    pub touch_force: f64,
+    /// Ticks by which poses may be older than the wrench: a force counts as contact only if no latch has closed by then.
+    pub hold_back: usize,
+}
+
+/// The simulation computer of a run.
 pub fn simulation_computer(
     plant: &Arc<Plant>,
     run: u64,
     params: &Params<f64>,
-    touch_force: f64,
+    reading: Reading,
 ) -> Box<dyn SimulationComputer> {
-    crate::with_joints!(plant.joints(), boxed_computer(plant, run, params, touch_force))
+    crate::with_joints!(plant.joints(), boxed_computer(plant, run, params, reading))
 }
 
 /// A facility in the place of a real one, with the errors and delays that the parameters give it.
@@ -101,14 +111,15 @@ fn boxed_computer<const N: usize>(
     plant: &Arc<Plant>,
     run: u64,
     params: &Params<f64>,
-    touch_force: f64,
+    reading: Reading,
 ) -> Box<dyn SimulationComputer> {
     let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
     let mut tile = Tile::<f64, N>::new(plant, batch);
     // Real links have their own delays.
     let params = Params { sensor_delay: 0.0, ..*params };
     tile.load(plant, &[(0, run, params)]);
-    Box::new(Computer { plant: Arc::clone(plant), tile, touch_force })
+    let late = VecDeque::from(vec![Wrench::zero(); reading.hold_back]);
+    Box::new(Computer { plant: Arc::clone(plant), tile, reading, late })
 }
 
 fn boxed_facility<const N: usize>(
@@ -128,7 +139,9 @@ fn boxed_facility<const N: usize>(
 struct Computer<const N: usize> {
     plant: Arc<Plant>,
     tile: Tile<f64, N>,
-    touch_force: f64,
+    reading: Reading,
+    /// Wrenches on part A of the last ticks, inertial axes, oldest first.
+    late: VecDeque<Wrench<f64>>,
 }
 
 impl<const N: usize> Computer<N> {
@@ -143,30 +156,37 @@ impl<const N: usize> Computer<N> {
     /// Watches the parts over the tick that ends now, as far as a facility can see them.
     fn watch(&mut self, measured: &Measured, simulated: &Parts<f64>) {
         let (m, t) = (&*self.plant, &mut self.tile);
-        let (felt, contact) = felt_touch(measured, self.touch_force);
+        self.late.push_back(crate::sensor::feed_back(measured.parts.a, measured.wrench));
+        let felt = self.late.pop_front().unwrap_or_else(Wrench::zero);
+        let contact = felt_touch(felt, self.reading.touch_force);
+        let held_back = self.reading.hold_back as f64;
         for substep in 1..=m.timing.substeps {
-            let time = t.tick * m.timing.tick() - f64::from(m.timing.substeps - substep) * m.timing.substep;
+            let ago = f64::from(m.timing.substeps - substep) * m.timing.substep;
+            let time = (t.tick - held_back) * m.timing.tick() - ago;
             let mut gate = latch(m, &t.params, &measured.parts, t.hil.watch.closed);
             // A sensor cannot tell contact from latch: what it measures is the one before capture, the other after.
-            let closed = t.hil.watch.closed > 0.0;
-            gate.wrench = if closed { felt } else { Wrench::zero() };
-            let touch = if closed { monitor::no_touch() } else { contact };
+            let (pull, push) = if gate.closed > 0.0 { (felt, Wrench::zero()) } else { (Wrench::zero(), felt) };
+            gate.wrench = pull;
+            let touch = Touch { wrench: push, ..contact };
             t.hil.watch = observe(m, &t.hil.watch, time, &measured.parts, simulated, &touch, &gate);
             t.yielding = yield_to(m, &t.yielding, measured.parts.a, measured.wrench);
+        }
+        let seen = &mut t.hil.watch;
+        if seen.closed > 0.0 && seen.touch_time < 0.0 {
+            // Captured at the first touch, whose force the latch has hidden.
+            seen.touch_time = seen.capture_time;
         }
     }
 }
 
-/// A measured wrench on part A about its origin, inertial axes; and as a contact whose line of action passes the point
-/// nearest to the origin.
-fn felt_touch(measured: &Measured, least: f64) -> (Wrench<f64>, Touch<f64>) {
-    let wrench = crate::sensor::feed_back(measured.parts.a, measured.wrench);
+/// A wrench on part A about its origin as a contact: its line of action passes the point nearest to the origin.
+fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
     let force = wrench.force.norm();
     if force < least {
-        return (wrench, monitor::no_touch());
+        return monitor::no_touch();
     }
     let (normal, lever) = (wrench.force * (1.0 / force), wrench.force.cross(wrench.moment) * (1.0 / (force * force)));
-    (wrench, Touch { wrench, force, depth: 0.0, normal, lever })
+    Touch { wrench, force, depth: 0.0, normal, lever }
 }
 
 impl<const N: usize> SimulationComputer for Computer<N> {

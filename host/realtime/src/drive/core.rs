@@ -15,7 +15,7 @@ use crate::signals::{AXES, Capabilities, ForceSample, LinkCounters, Order, Robot
 use crate::time::Nanos;
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
-use softdock_kernels::frame::single::{Measured, Progress, SimulationComputer, simulation_computer};
+use softdock_kernels::frame::single::{Measured, Progress, Reading, SimulationComputer, simulation_computer};
 use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::params::Params;
@@ -158,7 +158,8 @@ impl Core {
         if ticks < 1.0 || (cycle - ticks * tick).abs() > 1e-9 {
             return Err(Unprepared::Cycle(cycle * 1e3, tick * 1e3));
         }
-        let computer = simulation_computer(&task.plant, task.run, &task.params, task.station.sensor.touch_force);
+        let reading = Reading { touch_force: task.station.sensor.touch_force, hold_back: ticks as usize };
+        let computer = simulation_computer(&task.plant, task.run, &task.params, reading);
         let run_in = RunIn::new(computer.told(), RUN_IN_TIME);
         let mut record = CycleRecord::BLANK;
         record.flags = if task.armed { cycle_flags::ARMED } else { 0 };

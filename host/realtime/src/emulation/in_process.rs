@@ -3,29 +3,11 @@
 use super::world::World;
 use crate::clock::Clock;
 use crate::drive::session::Links;
-use crate::signals::{AXES, Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::protocol::Line;
+use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Robot, RobotState};
 use crate::time::Nanos;
 use std::cell::RefCell;
 use std::rc::Rc;
-
-/// A robot's interpolator: straight from where it was asked to be to the new target, within its cycle.
-#[derive(Clone, Copy, Debug)]
-struct Course {
-    from: [f64; AXES],
-    to: [f64; AXES],
-    begun: Nanos,
-    ended: bool,
-}
-
-impl Course {
-    fn at(&self, time: Nanos, cycle: Nanos) -> [f64; AXES] {
-        let share = ((time - self.begun).seconds() / cycle.seconds()).clamp(0.0, 1.0);
-        if share >= 1.0 {
-            return self.to;
-        }
-        std::array::from_fn(|i| (self.to[i] - self.from[i]).mul_add(share, self.from[i]))
-    }
-}
 
 /// The emulated facility in the drive's own thread.
 pub struct Bench {
@@ -35,7 +17,8 @@ pub struct Bench {
     tick: Nanos,
     /// The physics has come so far.
     time: Nanos,
-    courses: [Course; 2],
+    courses: [Line; 2],
+    ended: [bool; 2],
     sequence: u32,
 }
 
@@ -43,14 +26,9 @@ impl Bench {
     /// A facility whose robots take commands every `cycle`, standing where they are.
     pub fn new(world: World, clock: Rc<dyn Clock>, cycle: Nanos) -> Rc<RefCell<Self>> {
         let time = clock.now();
-        let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Course {
-            from: at,
-            to: at,
-            begun: time,
-            ended: false,
-        });
+        let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Line { from: at, to: at, since: time });
         let tick = Nanos::from_seconds(world.tick_seconds());
-        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, sequence: 0 }))
+        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended: [false; 2], sequence: 0 }))
     }
 
     /// The facility itself.
@@ -119,19 +97,18 @@ impl Robot for EmulatedRobot {
             torque: reading.torque,
             pose: Some(reading.pose),
             late_answers: 0,
-            ready: !bench.courses[self.index].ended,
+            ready: !bench.ended[self.index],
         }))
     }
 
     fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
         let mut bench = self.bench.borrow_mut();
         let (time, cycle) = (bench.time, bench.cycle);
-        let course = &mut bench.courses[self.index];
-        let from = course.at(time, cycle);
-        let ended = course.ended || matches!(order, Order::End(_));
-        if let (Order::Move(to) | Order::End(to), false) = (order, course.ended) {
-            *course = Course { from, to: *to, begun: time, ended };
+        if let (Order::Move(to) | Order::End(to), false) = (order, bench.ended[self.index]) {
+            let from = bench.courses[self.index].at(time, cycle);
+            bench.courses[self.index] = Line { from, to: *to, since: time };
         }
+        bench.ended[self.index] |= matches!(order, Order::End(_));
         Ok(())
     }
 

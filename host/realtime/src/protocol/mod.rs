@@ -1,5 +1,18 @@
 //! The protocols of robots and sensors: each with its codec, our driver, and the other side for the emulated facility.
 
+mod attitude;
+pub mod egm;
+pub mod fanuc;
+pub(crate) mod link;
+pub mod netft;
+pub mod rsi;
+mod text;
+
+#[cfg(test)]
+mod fuzz;
+#[cfg(test)]
+mod memory;
+
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
@@ -35,4 +48,19 @@ pub trait SensorBox: Send {
 
     /// Sends a sample, if anybody has asked for them.
     fn report(&mut self, now: Nanos, sample: &ForceSample, out: Outbox);
+}
+
+/// What an interpolator does within a cycle: it moves on a line from where it was to where it is asked to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Line {
+    pub(crate) from: [f64; AXES],
+    pub(crate) to: [f64; AXES],
+    pub(crate) since: Nanos,
+}
+
+impl Line {
+    pub(crate) fn at(&self, now: Nanos, cycle: Nanos) -> [f64; AXES] {
+        let part = ((now - self.since).0 as f64 / cycle.0 as f64).clamp(0.0, 1.0);
+        std::array::from_fn(|axis| self.from[axis] + part * (self.to[axis] - self.from[axis]))
+    }
 }

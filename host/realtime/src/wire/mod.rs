@@ -1,5 +1,7 @@
 //! Datagrams: a port is a UDP socket or a place in a network of virtual time; what stands between may lose them.
 
+mod arrival;
+pub mod relay;
 pub mod udp;
 
 use crate::time::Nanos;
@@ -10,7 +12,7 @@ use std::net::SocketAddr;
 pub const MAX_DATAGRAM: usize = 1500;
 
 /// Where datagrams come and go, with the clock that times them.
-pub trait Port: Send {
+pub trait Port {
     /// The time now.
     fn now(&self) -> Nanos;
 
@@ -19,6 +21,11 @@ pub trait Port: Send {
     /// # Errors
     /// If the network interface fails.
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>>;
+
+    /// When the datagram taken last had arrived: before now, if it has waited for us. A port that cannot tell says now.
+    fn arrived(&self) -> Nanos {
+        self.now()
+    }
 
     /// Sends a datagram.
     ///

@@ -10,6 +10,7 @@ use std::os::fd::AsRawFd;
 /// A bound UDP socket that never blocks but where told until when.
 pub struct UdpPort {
     socket: UdpSocket,
+    arrived: Nanos,
 }
 
 impl UdpPort {
@@ -20,7 +21,8 @@ impl UdpPort {
     pub fn bind(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         socket.set_nonblocking(true)?;
-        Ok(Self { socket })
+        let arrived = arrival(&socket);
+        Ok(Self { socket, arrived })
     }
 
     /// The address that it is bound to.
@@ -51,6 +53,11 @@ impl UdpPort {
     }
 }
 
+/// When the datagram taken last arrived.
+fn arrival(socket: &UdpSocket) -> Nanos {
+    super::arrival::of_last_datagram(socket.as_raw_fd(), Monotonic.now())
+}
+
 impl Port for UdpPort {
     fn now(&self) -> Nanos {
         Monotonic.now()
@@ -59,7 +66,10 @@ impl Port for UdpPort {
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>> {
         loop {
             match self.socket.recv_from(buffer) {
-                Ok(taken) => return Ok(Some(taken)),
+                Ok(taken) => {
+                    self.arrived = arrival(&self.socket);
+                    return Ok(Some(taken));
+                }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                     if !self.wait(deadline)? {
                         return Ok(None);
@@ -70,6 +80,10 @@ impl Port for UdpPort {
                 Err(error) => return Err(error),
             }
         }
+    }
+
+    fn arrived(&self) -> Nanos {
+        self.arrived
     }
 
     fn send(&mut self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {

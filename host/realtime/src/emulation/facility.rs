@@ -1,0 +1,145 @@
+//! The emulated facility behind its protocols: one physics clock and three endpoints, driven by whoever has the time.
+
+use super::world::World;
+use crate::protocol::{Controller, SensorBox};
+use crate::signals::{ForceSample, RobotState};
+use crate::time::Nanos;
+use crate::wire::relay::Endpoint;
+use std::net::SocketAddr;
+
+/// Where the facility puts its datagrams: from which endpoint, to whom.
+pub type Wires<'a> = &'a mut dyn FnMut(Endpoint, SocketAddr, &[u8]);
+
+/// What ails the emulated sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ailment {
+    /// Nothing.
+    None,
+    /// It says that it is beyond its range.
+    Saturated,
+    /// It says that its samples may not be used.
+    Invalid,
+    /// It sends nothing.
+    Silent,
+    /// It sends the same sample again and again.
+    Stuck,
+}
+
+/// Two controllers and a sensor's electronics around one world.
+pub struct Facility {
+    world: World,
+    controllers: [Box<dyn Controller>; 2],
+    sensor: Box<dyn SensorBox>,
+    tick: Nanos,
+    /// Next physics tick, reports of robots 1 and 2, sample.
+    due: [Nanos; 4],
+    sequence: u32,
+    last: Option<ForceSample>,
+    ailment: Ailment,
+}
+
+impl Facility {
+    /// A facility that begins at a time; robot 2's cycles begin `phase` after robot 1's.
+    pub fn new(
+        world: World,
+        controllers: [Box<dyn Controller>; 2],
+        sensor: Box<dyn SensorBox>,
+        begin: Nanos,
+        phase: Nanos,
+    ) -> Self {
+        let tick = Nanos::from_seconds(world.tick_seconds());
+        let first = begin + tick;
+        let due = [first, first, first + phase, first];
+        Self { world, controllers, sensor, tick, due, sequence: 0, last: None, ailment: Ailment::None }
+    }
+
+    /// When it has something to do next.
+    pub fn next(&self) -> Nanos {
+        self.due.into_iter().min().unwrap_or_default()
+    }
+
+    /// Does all that is due by a time, in order.
+    pub fn run_until(&mut self, now: Nanos, out: Wires) {
+        loop {
+            let at = self.next();
+            if at > now {
+                return;
+            }
+            // The physics first: what is reported at an instant has happened by then.
+            match self.due.iter().position(|due| *due == at) {
+                Some(0) => self.step(at),
+                Some(3) => self.sample(at, out),
+                Some(robot) => self.report(robot - 1, at, out),
+                None => return,
+            }
+        }
+    }
+
+    fn step(&mut self, at: Nanos) {
+        let targets = [self.controllers[0].target(at), self.controllers[1].target(at)];
+        self.world.tick(&targets);
+        self.due[0] = at + self.tick;
+    }
+
+    fn report(&mut self, robot: usize, at: Nanos, out: Wires) {
+        let reading = self.world.robot(robot);
+        let state = RobotState {
+            stamp: at,
+            received: at,
+            position: reading.position,
+            asked: None,
+            torque: reading.torque,
+            pose: Some(reading.pose),
+            late_answers: 0,
+            ready: true,
+        };
+        let endpoint = if robot == 0 { Endpoint::Robot1 } else { Endpoint::Robot2 };
+        let controller = &mut self.controllers[robot];
+        controller.report(at, &state, &mut |to, datagram| out(endpoint, to, datagram));
+        self.due[1 + robot] = at + controller.cycle();
+    }
+
+    fn sample(&mut self, at: Nanos, out: Wires) {
+        self.due[3] = at + self.sensor.period();
+        self.sequence = self.sequence.wrapping_add(1);
+        let fresh = ForceSample {
+            received: at,
+            sequence: self.sequence,
+            wrench: self.world.reading(),
+            saturated: self.ailment == Ailment::Saturated,
+            invalid: self.ailment == Ailment::Invalid,
+        };
+        let sample = match (self.ailment, self.last) {
+            (Ailment::Silent, _) => return,
+            (Ailment::Stuck, Some(last)) => last,
+            _ => fresh,
+        };
+        self.last = Some(sample);
+        self.sensor.report(at, &sample, &mut |to, datagram| out(Endpoint::Sensor, to, datagram));
+    }
+
+    /// Takes a datagram that has come for an endpoint.
+    pub fn take(&mut self, endpoint: Endpoint, now: Nanos, from: SocketAddr, datagram: &[u8], out: Wires) {
+        let mut out = |to: SocketAddr, datagram: &[u8]| out(endpoint, to, datagram);
+        match endpoint {
+            Endpoint::Robot1 => self.controllers[0].take(now, from, datagram, &mut out),
+            Endpoint::Robot2 => self.controllers[1].take(now, from, datagram, &mut out),
+            Endpoint::Sensor => self.sensor.take(now, from, datagram, &mut out),
+        }
+    }
+
+    /// Makes the sensor ill, or well again.
+    pub fn ail(&mut self, ailment: Ailment) {
+        self.ailment = ailment;
+    }
+
+    /// Why robot 1 or 2 (0 or 1 here) has stopped following, if it has.
+    pub fn fault(&self, robot: usize) -> Option<&'static str> {
+        self.controllers[robot].fault()
+    }
+
+    /// The physics.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+}

@@ -1,0 +1,164 @@
+//! The emulated EGM robot: reports first, each cycle, and moves to the joint targets that come back.
+
+use super::messages::{Axes, Motion, RobotReport, SensorCommand};
+use crate::protocol::link::progress;
+use crate::protocol::{Controller, Line, Outbox};
+use crate::signals::{AXES, RAIL, RobotState, plausible};
+use crate::time::Nanos;
+use softdock_kernels::space::Wrench;
+use std::net::SocketAddr;
+
+/// Distance at which a joint counts as converged \[rad\]: 0.5 deg, the default of `EGMRunJoint`.
+const CONVERGED: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// Habits of the robot's EGM session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EgmSettings {
+    /// Where it sends to (its `UdpUc` device).
+    pub client: SocketAddr,
+    /// Period of its messages (`SampleRate`): a multiple of 4 ms.
+    pub cycle: Nanos,
+    /// It has a rail as its first external axis.
+    pub rail: bool,
+    /// How long without a target before the session ends with an error (`CommTimeout`).
+    pub silence: Nanos,
+    /// How long at the target before the session ends by itself (`CondTime`); `None`: it does not.
+    pub settled: Option<Nanos>,
+}
+
+impl EgmSettings {
+    /// A session at 4 ms that ends after one second without targets and does not end by convergence.
+    pub fn new(client: SocketAddr) -> Self {
+        Self { client, cycle: Nanos::from_millis(4), rail: false, silence: Nanos::from_millis(1000), settled: None }
+    }
+}
+
+/// An emulated EGM robot.
+pub struct EgmController {
+    settings: EgmSettings,
+    sequence: u32,
+    commanded: Option<u32>,
+    asked: Option<[f64; AXES]>,
+    line: Option<Line>,
+    /// Last target taken.
+    heard: Nanos,
+    /// Since when it has been where it was asked to be.
+    settled_since: Option<Nanos>,
+    force: Option<Wrench<f64>>,
+    fault: Option<&'static str>,
+}
+
+impl EgmController {
+    /// A robot whose `EGMRunJoint` begins with its first report.
+    pub fn new(settings: EgmSettings) -> Self {
+        Self {
+            settings,
+            sequence: 0,
+            commanded: None,
+            asked: None,
+            line: None,
+            heard: Nanos(0),
+            settled_since: None,
+            force: None,
+            fault: None,
+        }
+    }
+
+    /// What its own force sensor shall report from now on: N, N m.
+    pub fn set_force(&mut self, force: Option<Wrench<f64>>) {
+        self.force = force;
+    }
+
+    /// Watches for the two ways in which a session ends.
+    fn watch(&mut self, now: Nanos, measured: &[f64; AXES]) {
+        let Some(asked) = self.asked else {
+            return;
+        };
+        if now - self.heard > self.settings.silence {
+            self.fault = Some("CommTimeout: targets have ceased");
+        }
+        let near = (0..RAIL).all(|axis| (measured[axis] - asked[axis]).abs() < CONVERGED);
+        self.settled_since = near.then(|| self.settled_since.unwrap_or(now));
+        if let (Some(since), Some(time)) = (self.settled_since, self.settings.settled)
+            && now - since >= time
+        {
+            self.fault = Some("EGM has converged");
+        }
+    }
+}
+
+impl Controller for EgmController {
+    fn cycle(&self) -> Nanos {
+        self.settings.cycle
+    }
+
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], _out: Outbox) {
+        let Some(line) = self.line.filter(|_| self.fault.is_none() && from.ip() == self.settings.client.ip()) else {
+            return;
+        };
+        let Ok(command) = SensorCommand::read(datagram) else {
+            return;
+        };
+        if self.commanded.is_some_and(|before| progress(before, command.sequence) <= 0) {
+            return;
+        }
+        // Joints that are not told stay where they were asked to be.
+        let mut target = self.asked.unwrap_or(line.to);
+        for (axis, degrees) in target[..RAIL].iter_mut().zip(command.planned.joints.as_slice()) {
+            *axis = degrees.to_radians();
+        }
+        if let (true, Some(&rail)) = (self.settings.rail, command.planned.external.as_slice().first()) {
+            target[RAIL] = rail * 1e-3;
+        }
+        if plausible(&target) {
+            (self.commanded, self.asked, self.heard) = (Some(command.sequence), Some(target), now);
+        }
+    }
+
+    fn target(&mut self, now: Nanos) -> [f64; AXES] {
+        self.line.map_or([0.0; AXES], |line| line.at(now, self.settings.cycle))
+    }
+
+    fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
+        if self.fault.is_none() {
+            self.watch(now, &state.position);
+        }
+        let from = self.line.map_or(state.position, |line| line.at(now, self.settings.cycle));
+        let asked = self.asked.filter(|_| self.fault.is_none());
+        self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
+        // After the session the robot goes on reporting that EGM has stopped.
+        let report = RobotReport {
+            sequence: self.sequence,
+            time_ms: (now.0 / 1_000_000) as u32,
+            feedback: motion(&self.settings, &state.position, state),
+            planned: Motion { pose: None, ..motion(&self.settings, &from, state) },
+            motors_on: true,
+            running: self.fault.is_none(),
+            rapid_running: true,
+            converged: self.settled_since.is_some(),
+            force: self.force.map_or(Axes::default(), |wrench| {
+                let (force, moment) = (wrench.force, wrench.moment);
+                Axes::of(&[force.x, force.y, force.z, moment.x, moment.y, moment.z])
+            }),
+            torque: state.torque.map_or(Axes::default(), |torque| Axes::of(&torque[..RAIL])),
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        if let Some(bytes) = report.message().as_bytes() {
+            out(self.settings.client, bytes);
+        }
+    }
+
+    fn fault(&self) -> Option<&'static str> {
+        self.fault
+    }
+}
+
+fn motion(settings: &EgmSettings, axes: &[f64; AXES], state: &RobotState) -> Motion {
+    let joints: [f64; RAIL] = std::array::from_fn(|axis| axes[axis].to_degrees());
+    let pose = state.pose.map(|pose| {
+        let (position, turn) = (pose.position * 1e3, pose.attitude);
+        [position.x, position.y, position.z, turn.w, turn.v.x, turn.v.y, turn.v.z]
+    });
+    let external = if settings.rail { Axes::of(&[axes[RAIL] * 1e3]) } else { Axes::default() };
+    Motion { joints: Axes::of(&joints), external, pose }
+}

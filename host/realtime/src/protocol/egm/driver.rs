@@ -1,0 +1,193 @@
+//! Our side of EGM: a robot that reports first, each cycle, and takes joint targets.
+
+use super::messages::{Axes, Motion, RobotReport, SensorCommand};
+use crate::protocol::link::{self, Peer, progress};
+use crate::signals::{
+    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible,
+};
+use crate::time::Nanos;
+use crate::wire::Port;
+use softdock_kernels::vector::{Pose, Quat, vec3};
+use std::net::IpAddr;
+
+/// Largest gap in the count of messages that is believed: 40 s at 4 ms.
+const MAX_GAP: i32 = 10_000;
+/// Largest tool position that is believed \[mm\].
+const MAX_POSE: f64 = 1e6;
+
+/// A robot behind EGM.
+pub struct EgmRobot<P> {
+    port: P,
+    cycle: Nanos,
+    rail: bool,
+    peer: Peer,
+    counters: LinkCounters,
+    session: Session,
+}
+
+/// What the session has seen and asked for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Session {
+    /// Count and time of the last report \[ms\].
+    last: Option<(u32, u32)>,
+    /// The robot's time, unwrapped.
+    stamp: Nanos,
+    /// Where it is held before any motion, and later where it was last asked to be: joints \[rad\], rail \[m\].
+    asked: Option<[f64; AXES]>,
+    /// Until when the last report can be answered.
+    pending: Option<Nanos>,
+    /// Count of our messages.
+    sent: u32,
+    ended: bool,
+}
+
+impl<P: Port> EgmRobot<P> {
+    /// A robot that will send to `port` each `cycle`, with its first external axis as a rail or without: only from the
+    /// host `from`, if one is given, and in any case only from the address that the first good message comes from.
+    pub fn new(port: P, cycle: Nanos, rail: bool, from: Option<IpAddr>) -> Self {
+        let (peer, counters) = (Peer::new(from), LinkCounters::default());
+        Self { port, cycle, rail, peer, counters, session: Session::default() }
+    }
+}
+
+fn axes(motion: &Motion, rail: bool) -> Option<[f64; AXES]> {
+    let mut axes = [0.0; AXES];
+    let joints: &[f64; RAIL] = motion.joints.as_slice().try_into().ok()?;
+    for (axis, degrees) in axes.iter_mut().zip(joints) {
+        *axis = degrees.to_radians();
+    }
+    if rail {
+        axes[RAIL] = motion.external.as_slice().first()? * 1e-3;
+    }
+    Some(axes).filter(plausible)
+}
+
+/// The tool's pose; `None` if it is none (a quaternion of no length).
+fn pose(told: [f64; 7]) -> Option<Pose<f64>> {
+    let [x, y, z, u0, u1, u2, u3] = told;
+    let length = (u0 * u0 + u1 * u1 + u2 * u2 + u3 * u3).sqrt();
+    let attitude = Quat { w: u0, v: vec3(u1, u2, u3) };
+    (0.9..1.1)
+        .contains(&length)
+        .then(|| Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude: attitude.normalized() })
+}
+
+/// A report as a state; `None` if it is not to be believed.
+fn state(report: &RobotReport, rail: bool, received: Nanos) -> Option<RobotState> {
+    let position = axes(&report.feedback, rail)?;
+    let torque = report.torque.as_slice();
+    let told = report.feedback.pose;
+    let believable = told.is_none_or(|told| told.iter().all(|value| value.abs() <= MAX_POSE))
+        && torque.iter().all(|value| value.abs() <= MAX_EFFORT);
+    believable.then(|| RobotState {
+        stamp: Nanos(0),
+        received,
+        position,
+        asked: axes(&report.planned, rail),
+        torque: (!torque.is_empty()).then(|| std::array::from_fn(|axis| torque.get(axis).copied().unwrap_or(0.0))),
+        pose: told.and_then(pose),
+        late_answers: 0,
+        ready: report.motors_on && report.running && report.rapid_running,
+    })
+}
+
+/// Takes a datagram into the session, or counts why not.
+fn take(
+    session: &mut Session,
+    counters: &mut LinkCounters,
+    rail: bool,
+    datagram: &[u8],
+    now: Nanos,
+) -> Option<RobotState> {
+    let read = RobotReport::read(datagram).ok().and_then(|report| Some((report, state(&report, rail, now)?)));
+    let Some((report, mut state)) = read else {
+        counters.malformed += 1;
+        return None;
+    };
+    if let Some((sequence, time)) = session.last {
+        let gap = progress(sequence, report.sequence);
+        if gap <= 0 {
+            counters.stale += 1;
+            return None;
+        }
+        if gap > MAX_GAP {
+            counters.malformed += 1;
+            return None;
+        }
+        counters.lost += gap as u64 - 1;
+        session.stamp += Nanos::from_millis(i64::from(progress(time, report.time_ms)));
+    } else {
+        session.stamp = Nanos::from_millis(i64::from(report.time_ms));
+    }
+    session.last = Some((report.sequence, report.time_ms));
+    if session.asked.is_none() || !state.ready {
+        // Held where its planner has it: where it is measured to be sags under load. While it does not follow it may be
+        // moved by others, and must be held there once it does.
+        session.asked = state.asked.or(Some(state.position));
+    }
+    state.stamp = session.stamp;
+    state.ready &= !session.ended;
+    Some(state)
+}
+
+impl<P: Port> Robot for EgmRobot<P> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { cycle: self.cycle, master: true, rail: self.rail, torque: false, pose: true }
+    }
+
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
+        let Self { port, rail, peer, counters, session, .. } = self;
+        let (state, taken) = link::newest(port, deadline, |datagram, from, now| {
+            if !peer.admits(from) {
+                counters.foreign += 1;
+                return None;
+            }
+            counters.received += 1;
+            let state = take(session, counters, *rail, datagram, now)?;
+            peer.settle(from);
+            Some(state)
+        })?;
+        if let Some(state) = &state {
+            self.counters.unsent += taken - 1 + u64::from(self.session.pending.is_some());
+            self.session.pending = Some(state.received + self.cycle);
+        }
+        Ok(state)
+    }
+
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
+        let (Some(held), Some(to)) = (self.session.asked, self.peer.address()) else {
+            return Ok(());
+        };
+        let target = match order {
+            Order::Move(target) | Order::End(target) if !self.session.ended => *target,
+            _ => held,
+        };
+        if !plausible(&target) {
+            return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+        }
+        if !self.rail && target[RAIL].abs() > 1e-9 {
+            return Err(LinkFault::Unsendable("this EGM robot has no rail"));
+        }
+        let now = self.port.now();
+        if self.session.pending.take().is_none_or(|over| now >= over) {
+            self.counters.unsent += 1;
+            return Ok(());
+        }
+        let joints: [f64; RAIL] = std::array::from_fn(|axis| target[axis].to_degrees());
+        let external = if self.rail { Axes::of(&[target[RAIL] * 1e3]) } else { Axes::default() };
+        let planned = Motion { joints: Axes::of(&joints), external, pose: None };
+        let time_ms = (now.0 / 1_000_000) as u32;
+        let command = SensorCommand { sequence: self.session.sent, time_ms, planned };
+        let message = command.message();
+        self.port.send(message.as_bytes().ok_or(LinkFault::Unsendable("the message is too long"))?, to)?;
+        self.session.sent = self.session.sent.wrapping_add(1);
+        self.session.asked = Some(target);
+        // EGM has no word for the end: the last target is repeated until the robot has converged to it.
+        self.session.ended |= matches!(order, Order::End(_));
+        Ok(())
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}

@@ -1,0 +1,282 @@
+//! As much of the protobuf wire format as EGM needs: fields in, fields out, nothing allocated, nothing recursive.
+
+/// Longest message that is written.
+pub const MAX_MESSAGE: usize = 1024;
+
+/// The bytes are no protobuf message, or not the one that they should be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Malformed;
+
+/// A field's value as it stands on the wire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// Whole numbers, flags, enumerations.
+    Varint(u64),
+    /// A double, as bits.
+    Fixed64(u64),
+    /// Four bytes; EGM has none.
+    Fixed32(u32),
+    /// A message, or packed numbers.
+    Bytes(&'a [u8]),
+}
+
+impl<'a> Value<'a> {
+    /// A whole number of 32 bits.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn u32(self) -> Result<u32, Malformed> {
+        match self {
+            Self::Varint(value) => u32::try_from(value).map_err(|_| Malformed),
+            _ => Err(Malformed),
+        }
+    }
+
+    /// A finite number.
+    ///
+    /// # Errors
+    /// If it is something else, infinite or not a number.
+    pub fn f64(self) -> Result<f64, Malformed> {
+        match self {
+            Self::Fixed64(bits) => Some(f64::from_bits(bits)).filter(|value| value.is_finite()).ok_or(Malformed),
+            _ => Err(Malformed),
+        }
+    }
+
+    /// The fields of a message inside.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn message(self) -> Result<Fields<'a>, Malformed> {
+        match self {
+            Self::Bytes(bytes) => Ok(Fields(bytes)),
+            _ => Err(Malformed),
+        }
+    }
+}
+
+/// The fields of a message, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Fields<'a>(pub &'a [u8]);
+
+impl<'a> Fields<'a> {
+    /// The next field's number and value; `None` at the end.
+    ///
+    /// # Errors
+    /// If the bytes break off or are no field.
+    pub fn field(&mut self) -> Result<Option<(u32, Value<'a>)>, Malformed> {
+        if self.0.is_empty() {
+            return Ok(None);
+        }
+        let key = self.varint()?;
+        let number = u32::try_from(key >> 3).ok().filter(|&number| number > 0).ok_or(Malformed)?;
+        let value = match key & 7 {
+            0 => Value::Varint(self.varint()?),
+            1 => Value::Fixed64(u64::from_le_bytes(self.word()?)),
+            2 => {
+                let length = usize::try_from(self.varint()?).map_err(|_| Malformed)?;
+                Value::Bytes(self.take(length)?)
+            }
+            5 => Value::Fixed32(u32::from_le_bytes(self.word()?)),
+            // Groups are long gone from protobuf.
+            _ => return Err(Malformed),
+        };
+        Ok(Some((number, value)))
+    }
+
+    fn take(&mut self, length: usize) -> Result<&'a [u8], Malformed> {
+        let (taken, rest) = self.0.split_at_checked(length).ok_or(Malformed)?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn word<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+        self.take(N)?.try_into().map_err(|_| Malformed)
+    }
+
+    fn varint(&mut self) -> Result<u64, Malformed> {
+        let mut value = 0;
+        for shift in (0..64).step_by(7) {
+            let [byte] = self.word()?;
+            let part = u64::from(byte & 0x7F);
+            // The tenth byte has room for one bit.
+            if shift == 63 && part > 1 {
+                return Err(Malformed);
+            }
+            value |= part << shift;
+            if byte & 0x80 == 0 {
+                return Ok(value);
+            }
+        }
+        Err(Malformed)
+    }
+}
+
+/// A few numbers: the `repeated double` of a message, up to `N`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers<const N: usize> {
+    values: [f64; N],
+    length: usize,
+}
+
+impl<const N: usize> Default for Numbers<N> {
+    fn default() -> Self {
+        Self { values: [0.0; N], length: 0 }
+    }
+}
+
+impl<const N: usize> Numbers<N> {
+    /// These numbers; those beyond `N` are left out.
+    pub fn of(values: &[f64]) -> Self {
+        let length = values.len().min(N);
+        let values = std::array::from_fn(|index| values.get(index).copied().unwrap_or(0.0));
+        Self { values, length }
+    }
+
+    /// The numbers.
+    pub fn as_slice(&self) -> &[f64] {
+        &self.values[..self.length]
+    }
+
+    /// Takes one more number, or a packed run of them.
+    ///
+    /// # Errors
+    /// If there are more than `N`, or one is not finite.
+    pub fn take(&mut self, value: Value) -> Result<(), Malformed> {
+        match value {
+            Value::Bytes(packed) => {
+                let (words, rest) = packed.as_chunks::<8>();
+                for &word in words {
+                    self.push(Value::Fixed64(u64::from_le_bytes(word)))?;
+                }
+                if rest.is_empty() { Ok(()) } else { Err(Malformed) }
+            }
+            single => self.push(single),
+        }
+    }
+
+    fn push(&mut self, value: Value) -> Result<(), Malformed> {
+        let place = self.values.get_mut(self.length).ok_or(Malformed)?;
+        *place = value.f64()?;
+        self.length += 1;
+        Ok(())
+    }
+}
+
+/// A message being written.
+pub struct Message {
+    bytes: [u8; MAX_MESSAGE],
+    length: usize,
+    overflown: bool,
+}
+
+impl Default for Message {
+    fn default() -> Self {
+        Self { bytes: [0; MAX_MESSAGE], length: 0, overflown: false }
+    }
+}
+
+impl Message {
+    /// The bytes to send; `None` if they do not fit.
+    pub fn as_bytes(&self) -> Option<&[u8]> {
+        (!self.overflown).then(|| &self.bytes[..self.length])
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        match self.bytes.get_mut(self.length..self.length + bytes.len()) {
+            Some(place) => {
+                place.copy_from_slice(bytes);
+                self.length += bytes.len();
+            }
+            None => self.overflown = true,
+        }
+    }
+
+    fn put_varint(&mut self, mut value: u64) {
+        while value >= 0x80 {
+            self.put(&[value as u8 | 0x80]);
+            value >>= 7;
+        }
+        self.put(&[value as u8]);
+    }
+
+    fn put_key(&mut self, number: u32, kind: u64) {
+        self.put_varint(u64::from(number) << 3 | kind);
+    }
+
+    /// A whole number, flag or enumeration.
+    pub fn number(&mut self, number: u32, value: u64) {
+        self.put_key(number, 0);
+        self.put_varint(value);
+    }
+
+    /// A double.
+    pub fn double(&mut self, number: u32, value: f64) {
+        self.put_key(number, 1);
+        self.put(&value.to_le_bytes());
+    }
+
+    /// Doubles one by one, as proto2 writes them.
+    pub fn doubles(&mut self, number: u32, values: &[f64]) {
+        values.iter().for_each(|&value| self.double(number, value));
+    }
+
+    /// A message inside.
+    pub fn message(&mut self, number: u32, fill: impl FnOnce(&mut Self)) {
+        let mut inner = Self::default();
+        fill(&mut inner);
+        self.put_key(number, 2);
+        self.put_varint(inner.length as u64);
+        self.put(&inner.bytes[..inner.length]);
+        self.overflown |= inner.overflown;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn golden_fields() {
+        let mut message = Message::default();
+        message.number(1, 300);
+        message.message(2, |inner| inner.doubles(1, &[1.0]));
+        let golden = [0x08, 0xAC, 0x02, 0x12, 9, 0x09, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F];
+        assert_eq!(message.as_bytes(), Some(&golden[..]));
+        let mut fields = Fields(&golden);
+        assert_eq!(fields.field(), Ok(Some((1, Value::Varint(300)))));
+        assert_eq!(fields.field(), Ok(Some((2, Value::Bytes(&golden[5..])))));
+        assert_eq!(fields.field(), Ok(None));
+    }
+
+    #[test]
+    fn what_breaks_off_or_is_no_field_is_refused() {
+        for bytes in [&[0x08][..], &[0x09, 1], &[0x12, 5, 1], &[0x00, 1], &[0x0B], &[0x08, 0x80], &[0xFF; 12]] {
+            assert_eq!(Fields(bytes).field(), Err(Malformed), "{bytes:?}");
+        }
+        let longest = [0x08, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01];
+        assert_eq!(Fields(&longest).field(), Ok(Some((1, Value::Varint(u64::MAX)))));
+    }
+
+    #[test]
+    fn too_many_numbers_and_wild_ones_are_refused() {
+        let mut numbers = Numbers::<2>::default();
+        assert_eq!(numbers.take(Value::Bytes(&[0; 16])), Ok(()));
+        assert_eq!(numbers.take(Value::Fixed64(0)), Err(Malformed));
+        assert_eq!(Numbers::<2>::default().take(Value::Bytes(&[0; 15])), Err(Malformed));
+        assert_eq!(Numbers::<2>::default().take(Value::Fixed64(f64::NAN.to_bits())), Err(Malformed));
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_return(number in 1..100_000u32, value: u64, double: f64) {
+            let mut message = Message::default();
+            message.number(number, value);
+            message.double(number, double);
+            let mut fields = Fields(message.as_bytes().unwrap());
+            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Varint(value)))));
+            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Fixed64(double.to_bits())))));
+        }
+    }
+}

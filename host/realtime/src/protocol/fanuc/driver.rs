@@ -1,0 +1,273 @@
+//! Our side of Stream Motion: a six-axis robot whose controller gives the beat and takes joint targets.
+
+use super::packets::{BASE_VERSION, Capability, Command, Reply, Request, Status, WIRE_AXES};
+use crate::protocol::attitude;
+use crate::protocol::link::{self, Peer, progress};
+use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RAIL, Robot, RobotState, plausible};
+use crate::time::Nanos;
+use crate::wire::Port;
+use softdock_kernels::vector::{Pose, vec3};
+use std::net::SocketAddr;
+
+/// Largest gap in the count of status packets that is believed: 80 s at 125 Hz.
+const MAX_GAP: i32 = 10_000;
+/// Largest faceplate position that is believed \[mm\].
+const MAX_POSE: f32 = 1e6;
+/// How long before the end of a cycle a command must leave, and how far it must be from the one before. A controller
+/// takes two commands within 0.1 ms, one at the end of a cycle and one at the begin of the next, for one sent twice.
+const MARGIN: Nanos = Nanos::from_micros(500);
+/// How long to wait for an answer to a request before it is repeated.
+const RETRY: Nanos = Nanos::from_millis(100);
+
+/// A robot behind Stream Motion.
+pub struct FanucRobot<P: Port> {
+    port: P,
+    controller: SocketAddr,
+    cycle: Nanos,
+    peer: Peer,
+    counters: LinkCounters,
+    phase: Phase,
+    /// When the phase's request was sent.
+    requested: Nanos,
+    session: Session,
+}
+
+/// How far the session is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// It was asked what it can do.
+    Asked,
+    /// It was asked to stream, in this version.
+    Started(u32),
+    /// It streams.
+    Streaming(u32),
+}
+
+/// What the stream has seen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Session {
+    last: Option<Status>,
+    /// Time of the controller, unwrapped.
+    stamp: Nanos,
+    /// Targets that it was last told \[rad\].
+    asked: Option<[f64; AXES]>,
+    /// The status that wants an answer, and until when.
+    pending: Option<(u32, Nanos)>,
+    /// Number of the last command, and when it had left.
+    commanded: Option<(u32, Nanos)>,
+    ended: bool,
+}
+
+impl<P: Port> FanucRobot<P> {
+    /// Begins a session with the controller: its Stream Motion address, and the period that its commands must have.
+    /// [`Robot::receive`] carries the handshake on until status comes.
+    ///
+    /// # Errors
+    /// If the network interface fails.
+    pub fn open(port: P, controller: SocketAddr, cycle: Nanos) -> Result<Self, LinkFault> {
+        let requested = port.now();
+        let mut robot = Self {
+            port,
+            controller,
+            cycle,
+            peer: Peer::at(controller),
+            counters: LinkCounters::default(),
+            phase: Phase::Asked,
+            requested,
+            session: Session::default(),
+        };
+        // A stream that an earlier client has left behind.
+        robot.request(&Request::Stop)?;
+        robot.request(&Request::Capability)?;
+        Ok(robot)
+    }
+
+    fn request(&mut self, request: &Request) -> Result<(), LinkFault> {
+        self.port.send(request.packet().as_bytes(), self.controller)?;
+        Ok(())
+    }
+
+    /// Repeats a request that was not answered.
+    fn retry(&mut self) -> Result<(), LinkFault> {
+        let now = self.port.now();
+        if now - self.requested < RETRY {
+            return Ok(());
+        }
+        let request = match self.phase {
+            Phase::Asked => Request::Capability,
+            Phase::Started(version) => Request::Start(version),
+            Phase::Streaming(_) => return Ok(()),
+        };
+        self.requested = now;
+        self.request(&request)
+    }
+
+    fn start(&mut self, capability: Capability) -> Result<(), LinkFault> {
+        if Nanos::from_millis(i64::from(capability.period_ms)) != self.cycle {
+            return Err(LinkFault::Mismatch("the FANUC controller's cycle is another than configured"));
+        }
+        if !(BASE_VERSION..=BASE_VERSION + 7).contains(&capability.version) {
+            return Err(LinkFault::Mismatch("the FANUC controller speaks an unknown version of Stream Motion"));
+        }
+        self.phase = Phase::Started(capability.version);
+        self.requested = self.port.now();
+        self.request(&Request::Start(capability.version))
+    }
+
+    fn command(&mut self, sequence: u32, target: [f64; AXES], last: bool) -> Result<(), LinkFault> {
+        let Phase::Streaming(version) = self.phase else {
+            return Ok(());
+        };
+        let mut joints = [0.0; WIRE_AXES];
+        for (angle, radians) in joints.iter_mut().zip(&target[..RAIL]) {
+            *angle = radians.to_degrees();
+        }
+        self.request(&Request::Command(Command { version, sequence, last, joints }))?;
+        self.session.asked = Some(target);
+        self.session.commanded = Some((sequence, self.port.now()));
+        self.session.ended |= last;
+        Ok(())
+    }
+}
+
+/// Takes a status into the session, or counts why not.
+fn take(session: &mut Session, counters: &mut LinkCounters, status: Status, now: Nanos) -> Option<RobotState> {
+    let mut position = [0.0; AXES];
+    for (axis, &degrees) in position[..RAIL].iter_mut().zip(&status.joints) {
+        *axis = f64::from(degrees).to_radians();
+    }
+    let believable = plausible(&position) && status.pose[..6].iter().all(|value| value.abs() <= MAX_POSE);
+    if !believable {
+        counters.malformed += 1;
+        return None;
+    }
+    if let Some(last) = session.last {
+        let gap = progress(last.sequence, status.sequence);
+        if gap <= 0 {
+            counters.stale += 1;
+            return None;
+        }
+        if gap > MAX_GAP {
+            counters.malformed += 1;
+            return None;
+        }
+        counters.lost += gap as u64 - 1;
+        session.stamp += Nanos::from_millis(i64::from(progress(last.time_stamp, status.time_stamp)));
+    } else {
+        session.stamp = Nanos::from_millis(i64::from(status.time_stamp));
+    }
+    session.last = Some(status);
+    let [x, y, z, w, p, r] = std::array::from_fn(|index| f64::from(status.pose[index]));
+    let attitude = attitude::from_zyx([r.to_radians(), p.to_radians(), w.to_radians()]);
+    Some(RobotState {
+        stamp: session.stamp,
+        received: now,
+        position,
+        asked: session.asked,
+        torque: None,
+        pose: Some(Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }),
+        late_answers: 0,
+        ready: status.is_ready() && !session.ended,
+    })
+}
+
+impl<P: Port> Robot for FanucRobot<P> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { cycle: self.cycle, master: true, rail: false, torque: false, pose: true }
+    }
+
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
+        let Self { port, peer, counters, session, phase, .. } = self;
+        let mut capability = None;
+        let mut phase_now = *phase;
+        let (state, taken) = link::newest(port, deadline, |datagram, from, now| {
+            if !peer.admits(from) {
+                counters.foreign += 1;
+                return None;
+            }
+            counters.received += 1;
+            match (Reply::read(datagram), phase_now) {
+                (Some(Reply::Capability(told)), Phase::Asked) => {
+                    capability = Some(told);
+                    None
+                }
+                (Some(Reply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
+                    phase_now = Phase::Streaming(version);
+                    take(session, counters, status, now)
+                }
+                // An answer to a repeated question, or status of a stream that was just stopped.
+                (Some(_), _) => {
+                    counters.stale += 1;
+                    None
+                }
+                (None, _) => {
+                    counters.malformed += 1;
+                    None
+                }
+            }
+        })?;
+        *phase = phase_now;
+        if let Some(capability) = capability {
+            self.start(capability)?;
+        }
+        let Some(state) = state else {
+            self.retry()?;
+            return Ok(None);
+        };
+        let waits = self.session.last.filter(Status::waits_for_commands);
+        self.counters.unsent += if waits.is_some() { taken - 1 } else { 0 } + u64::from(self.session.pending.is_some());
+        self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
+        if waits.is_none() {
+            // It no longer follows: when it does again, it is asked to be where it is.
+            self.session.asked = None;
+        }
+        Ok(Some(state))
+    }
+
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
+        let Some(last) = self.session.last else {
+            return Ok(());
+        };
+        let mut measured = [0.0; AXES];
+        for (axis, &degrees) in measured[..RAIL].iter_mut().zip(&last.joints) {
+            *axis = f64::from(degrees).to_radians();
+        }
+        let target = match order {
+            Order::Hold => self.session.asked.unwrap_or(measured),
+            Order::Move(target) | Order::End(target) => *target,
+        };
+        if !plausible(&target) {
+            return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+        }
+        if target[RAIL].abs() > 1e-9 {
+            return Err(LinkFault::Unsendable("this FANUC robot has no rail"));
+        }
+        let Some((sequence, over)) = self.session.pending.take().filter(|_| !self.session.ended) else {
+            // Before the controller waits for commands, and after the end, none may be sent.
+            self.counters.unsent += u64::from(last.waits_for_commands() && !self.session.ended);
+            return Ok(());
+        };
+        let now = self.port.now();
+        if now >= over || self.session.commanded.is_some_and(|(_, before)| now - before < MARGIN) {
+            self.counters.unsent += 1;
+            return Ok(());
+        }
+        self.command(sequence, target, matches!(order, Order::End(_)))
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}
+
+impl<P: Port> Drop for FanucRobot<P> {
+    fn drop(&mut self) {
+        // A controller wants to be told which command is the last before the stream stops.
+        if let (Some((sequence, _)), Some(asked), false) =
+            (self.session.commanded, self.session.asked, self.session.ended)
+        {
+            let _ = self.command(sequence.wrapping_add(1), asked, true);
+        }
+        let _ = self.request(&Request::Stop);
+    }
+}

@@ -1,0 +1,182 @@
+//! The emulated controller's Remote Motion Interface: lets a client clear faults and start the program that follows the
+//! stream.
+
+use super::rmi::STREAM_PROGRAM;
+use serde_json::{Value, json};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Longest line that is read.
+const MAX_LINE: u64 = 16 * 1024;
+/// How often a thread looks whether it shall end.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The RMI server of an emulated controller: one session at a time, until this is dropped.
+pub struct RmiServer {
+    address: SocketAddr,
+    running: Arc<AtomicBool>,
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl RmiServer {
+    /// Serves at a local address; port 0 takes any free one.
+    ///
+    /// # Errors
+    /// If the address is taken or not of this machine.
+    pub fn start(address: SocketAddr) -> io::Result<Self> {
+        let first = TcpListener::bind(address)?;
+        let address = first.local_addr()?;
+        let session = TcpListener::bind(SocketAddr::new(address.ip(), 0))?;
+        first.set_nonblocking(true)?;
+        session.set_nonblocking(true)?;
+        let (running, over) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let port = session.local_addr()?.port();
+        let (program, ended) = (Arc::clone(&running), Arc::clone(&over));
+        let thread = std::thread::Builder::new().name("fanuc-rmi".to_owned()).spawn(move || {
+            let mut controller = Controller { port, next_sequence: 1, program };
+            while !ended.load(Ordering::Acquire) {
+                // What becomes of a session is the client's business; the program ends with it.
+                for listener in [&first, &session] {
+                    if let Ok((stream, _)) = listener.accept() {
+                        let _ = controller.serve(stream, &ended);
+                    }
+                }
+                std::thread::sleep(LOOK);
+            }
+        })?;
+        Ok(Self { address, running, over, thread: Some(thread) })
+    }
+
+    /// Where it listens for clients.
+    pub fn local_address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Whether the program that follows the stream has been started: what
+    /// [`run_program`](super::controller::FanucController::run_program) wants to know each cycle.
+    pub fn program_runs(&self) -> bool {
+        self.running.load(Ordering::Acquire)
+    }
+}
+
+impl Drop for RmiServer {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Controller {
+    /// Port of sessions.
+    port: u16,
+    /// Number that the next instruction must have; outlives sessions that just break off.
+    next_sequence: u64,
+    program: Arc<AtomicBool>,
+}
+
+impl Controller {
+    fn serve(&mut self, stream: TcpStream, over: &AtomicBool) -> io::Result<()> {
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(LOOK))?;
+        stream.set_write_timeout(Some(Duration::from_secs(1)))?;
+        let mut writer = stream.try_clone()?;
+        let mut reader = BufReader::new(stream);
+        let mut line = Vec::new();
+        while !over.load(Ordering::Acquire) {
+            let room = MAX_LINE.saturating_sub(line.len() as u64);
+            match reader.by_ref().take(room).read_until(b'\n', &mut line) {
+                Ok(0) => break,
+                Ok(_) if line.ends_with(b"\n") => {}
+                Ok(_) => continue,
+                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => continue,
+                Err(error) => return Err(error),
+            }
+            if let Some(reply) = serde_json::from_slice(&line).ok().and_then(|request| self.reply(&request)) {
+                writer.write_all(format!("{reply}\r\n").as_bytes())?;
+            }
+            line.clear();
+        }
+        Ok(())
+    }
+
+    /// The reply to a request; `None` if it gets none.
+    fn reply(&mut self, request: &Value) -> Option<Value> {
+        if request["Instruction"] == "FRC_Call" {
+            return self.call(request);
+        }
+        let kind = ["Communication", "Command"].into_iter().find(|&kind| request[kind].is_string())?;
+        let mut reply = json!({ kind: request[kind], "ErrorID": 0 });
+        match request[kind].as_str()? {
+            "FRC_Connect_STMO" => reply["PortNumber"] = self.port.into(),
+            "FRC_Disconnect" => {
+                self.next_sequence = 1;
+                self.program.store(false, Ordering::Release);
+            }
+            "FRC_Abort" => self.program.store(false, Ordering::Release),
+            "FRC_GetStatus" => {
+                let runs = self.program.load(Ordering::Acquire);
+                for (field, value) in [("ServoReady", 1), ("TPMode", 0), ("ProgramStatus", i64::from(runs))] {
+                    reply[field] = value.into();
+                }
+                reply["NextSequenceID"] = self.next_sequence.into();
+            }
+            _ => {}
+        }
+        Some(reply)
+    }
+
+    /// Starts a program; a call with an old number is dropped without a word, as by the real one.
+    fn call(&mut self, request: &Value) -> Option<Value> {
+        let sequence = request["SequenceID"].as_u64().filter(|&sequence| sequence >= self.next_sequence)?;
+        self.next_sequence = sequence.saturating_add(1);
+        if request["ProgramName"] == STREAM_PROGRAM {
+            self.program.store(true, Ordering::Release);
+        }
+        Some(json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ErrorID": 0}))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rmi::RmiSession;
+    use super::*;
+
+    #[test]
+    fn a_session_starts_the_program_and_ends_it() {
+        let server = RmiServer::start(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
+        for _ in 0..2 {
+            let mut session = RmiSession::open(server.local_address(), Duration::from_secs(5)).unwrap();
+            assert!(!server.program_runs());
+            session.start_stream_program().unwrap();
+            let started = (0..200).any(|_| {
+                std::thread::sleep(Duration::from_millis(10));
+                server.program_runs()
+            });
+            assert!(started);
+            drop(session);
+            assert!(!server.program_runs());
+        }
+    }
+
+    #[test]
+    fn garbage_and_old_numbers_get_no_reply() {
+        let program = Arc::new(AtomicBool::new(false));
+        let mut controller = Controller { port: 1, next_sequence: 5, program: Arc::clone(&program) };
+        for request in [json!(null), json!([1]), json!({"Command": 7}), json!({"Instruction": "FRC_Call"})] {
+            assert_eq!(controller.reply(&request), None, "{request}");
+        }
+        let call =
+            |sequence: u64| json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ProgramName": "STREAM_MOTN"});
+        assert_eq!(controller.reply(&call(4)), None);
+        assert!(!program.load(Ordering::Acquire));
+        assert!(controller.reply(&call(u64::MAX)).is_some() && program.load(Ordering::Acquire));
+    }
+}

@@ -1,0 +1,108 @@
+//! A port in memory with a clock that tests set: driver and emulated other side without a network.
+
+use crate::protocol::{Controller, SensorBox};
+use crate::signals::{AXES, RobotState};
+use crate::time::Nanos;
+use crate::wire::Port;
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex};
+
+#[derive(Default)]
+struct Shared {
+    now: Nanos,
+    incoming: VecDeque<(SocketAddr, Vec<u8>)>,
+    sent: Vec<(SocketAddr, Vec<u8>)>,
+}
+
+/// One end, for a driver; the other is in the test's hands.
+#[derive(Clone, Default)]
+pub(crate) struct MemoryPort(Arc<Mutex<Shared>>);
+
+/// Where the tests' other side is.
+pub(crate) fn peer() -> SocketAddr {
+    SocketAddr::from(([192, 168, 1, 2], 49152))
+}
+
+/// Where the driver is.
+pub(crate) fn local() -> SocketAddr {
+    SocketAddr::from(([192, 168, 1, 1], 59152))
+}
+
+impl MemoryPort {
+    pub(crate) fn set_now(&self, now: Nanos) {
+        self.0.lock().unwrap().now = now;
+    }
+
+    /// Lets time pass; the time then.
+    pub(crate) fn now_after(&self, time: Nanos) -> Nanos {
+        let mut shared = self.0.lock().unwrap();
+        shared.now += time;
+        shared.now
+    }
+
+    pub(crate) fn deliver(&self, from: SocketAddr, datagram: &[u8]) {
+        self.0.lock().unwrap().incoming.push_back((from, datagram.to_vec()));
+    }
+
+    /// What has been sent since the last call.
+    pub(crate) fn sent(&self) -> Vec<(SocketAddr, Vec<u8>)> {
+        std::mem::take(&mut self.0.lock().unwrap().sent)
+    }
+
+    /// Lets a controller begin its next cycle and delivers what it sends.
+    pub(crate) fn report(&self, controller: &mut dyn Controller, state: &RobotState) {
+        let now = self.now();
+        controller.report(now, state, &mut |_, datagram| self.deliver(peer(), datagram));
+    }
+
+    /// Lets a controller take what the driver has sent.
+    pub(crate) fn answer(&self, controller: &mut dyn Controller) {
+        let now = self.now();
+        for (_, datagram) in self.sent() {
+            controller.take(now, local(), &datagram, &mut |_, reply| self.deliver(peer(), reply));
+        }
+    }
+
+    /// Lets a sensor take what the driver has sent.
+    pub(crate) fn answer_sensor(&self, sensor: &mut dyn SensorBox) {
+        let now = self.now();
+        for (_, datagram) in self.sent() {
+            sensor.take(now, local(), &datagram, &mut |_, reply| self.deliver(peer(), reply));
+        }
+    }
+}
+
+impl Port for MemoryPort {
+    fn now(&self) -> Nanos {
+        self.0.lock().unwrap().now
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], _deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>> {
+        Ok(self.0.lock().unwrap().incoming.pop_front().map(|(from, datagram)| {
+            let length = datagram.len().min(buffer.len());
+            buffer[..length].copy_from_slice(&datagram[..length]);
+            (length, from)
+        }))
+    }
+
+    fn send(&mut self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
+        self.0.lock().unwrap().sent.push((to, datagram.to_vec()));
+        Ok(())
+    }
+}
+
+/// A measured state at these axes.
+pub(crate) fn state_at(position: [f64; AXES], now: Nanos) -> RobotState {
+    RobotState {
+        stamp: now,
+        received: now,
+        position,
+        asked: Some(position),
+        torque: Some([0.0; AXES]),
+        pose: None,
+        late_answers: 0,
+        ready: true,
+    }
+}

@@ -1,0 +1,279 @@
+//! Our side of RSI: a robot whose controller gives the beat and takes corrections of its axes.
+
+use super::codec::{Message, Rob, Sen};
+use super::tags::{Correction, Group, TagMap};
+use crate::protocol::attitude;
+use crate::protocol::link::{self, Peer};
+use crate::signals::{
+    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible,
+};
+use crate::time::Nanos;
+use crate::wire::Port;
+use softdock_kernels::vector::{Pose, vec3};
+use std::net::IpAddr;
+
+/// Largest growth of IPOC from one message to the next. A session does not outlive 100 missing answers (1.2 s at
+/// 12 ms), so that more than 10 s in milliseconds is a damaged number.
+const MAX_IPOC_GROWTH: u64 = 10_000;
+
+/// Largest tool position that is believed \[mm\].
+const MAX_POSE: f64 = 1e6;
+
+/// A robot behind RSI.
+pub struct RsiRobot<P> {
+    port: P,
+    tags: TagMap,
+    peer: Peer,
+    counters: LinkCounters,
+    session: Option<Session>,
+    pending: Option<Pending>,
+    message: Message,
+    ended: bool,
+}
+
+/// What the session has seen and asked for.
+#[derive(Clone, Copy)]
+struct Session {
+    /// Set-points at its begin, from which absolute corrections count: joints \[rad\], rail \[m\].
+    start: [f64; AXES],
+    /// Set-points that our answers amount to.
+    asked: [f64; AXES],
+    ipoc: u64,
+    /// Smallest growth of IPOC seen: one cycle in the controller's own count.
+    growth: u64,
+}
+
+/// A report that wants its answer.
+#[derive(Clone, Copy)]
+struct Pending {
+    ipoc: u64,
+    /// When its cycle is over.
+    over: Nanos,
+}
+
+impl<P: Port> RsiRobot<P> {
+    /// A robot whose controller will send to `port`: only from the host `from`, if one is given, and in any case only
+    /// from the address that the first good message comes from.
+    ///
+    /// # Errors
+    /// If the tag map cannot be.
+    pub fn new(port: P, tags: TagMap, from: Option<IpAddr>) -> Result<Self, LinkFault> {
+        tags.check().map_err(LinkFault::Mismatch)?;
+        Ok(Self {
+            port,
+            tags,
+            peer: Peer::new(from),
+            counters: LinkCounters::default(),
+            session: None,
+            pending: None,
+            message: Message::new(),
+            ended: false,
+        })
+    }
+
+    /// The tag map in force.
+    pub fn tags(&self) -> &TagMap {
+        &self.tags
+    }
+}
+
+/// What is read of a good report.
+struct Report {
+    state: RobotState,
+    ipoc: u64,
+}
+
+/// Takes a datagram into the session, or counts why not.
+fn take(
+    tags: &TagMap,
+    session: &mut Option<Session>,
+    counters: &mut LinkCounters,
+    datagram: &[u8],
+    now: Nanos,
+) -> Result<Option<Report>, LinkFault> {
+    let Some(rob) = Rob::read(datagram, tags).ok().filter(|rob| rob.ipoc < i64::MAX as u64 / 1_000_000) else {
+        counters.malformed += 1;
+        return Ok(None);
+    };
+    if !rob.is_complete(tags) {
+        counters.malformed += 1;
+        // The first message tells whether the map is the context's; later ones can only be damaged.
+        return if session.is_none() { Err(LinkFault::Mismatch("a mapped RSI element is not sent")) } else { Ok(None) };
+    }
+    let state = state(&rob, tags, now);
+    if !believable(&rob, &state) {
+        counters.malformed += 1;
+        return Ok(None);
+    }
+    let Some(known) = session else {
+        let start = state.asked.unwrap_or(state.position);
+        *session = Some(Session { start, asked: start, ipoc: rob.ipoc, growth: u64::MAX });
+        return Ok(Some(Report { state, ipoc: rob.ipoc }));
+    };
+    if rob.ipoc <= known.ipoc {
+        counters.stale += 1;
+        return Ok(None);
+    }
+    let growth = rob.ipoc - known.ipoc;
+    if growth > MAX_IPOC_GROWTH {
+        counters.malformed += 1;
+        return Ok(None);
+    }
+    known.ipoc = rob.ipoc;
+    known.growth = known.growth.min(growth);
+    counters.lost += growth / known.growth - 1;
+    Ok(Some(Report { state, ipoc: rob.ipoc }))
+}
+
+fn axes(joints: [f64; 6], external: [f64; 6]) -> [f64; AXES] {
+    let mut axes = [0.0; AXES];
+    for (axis, degrees) in axes.iter_mut().zip(joints) {
+        *axis = degrees.to_radians();
+    }
+    axes[RAIL] = external[0] * 1e-3;
+    axes
+}
+
+fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
+    let asked = (tags.axes_asked.is_some()).then(|| {
+        // Without set-points of its own the rail is asked for where it is.
+        let external = if tags.external_asked.is_some() { Group::ExternalAsked } else { Group::External };
+        axes(rob.group(Group::AxesAsked), rob.group(external))
+    });
+    let torque = tags.torque.as_ref().map(|_| {
+        let joints = rob.group(Group::Torque);
+        std::array::from_fn(|axis| joints.get(axis).copied().unwrap_or(0.0))
+    });
+    let pose = tags.pose.as_ref().map(|_| {
+        let [x, y, z, a, b, c] = rob.group(Group::Pose);
+        let attitude = attitude::from_zyx([a.to_radians(), b.to_radians(), c.to_radians()]);
+        Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }
+    });
+    RobotState {
+        stamp: Nanos(rob.ipoc as i64 * 1_000_000),
+        received: now,
+        position: axes(rob.group(Group::Axes), rob.group(Group::External)),
+        asked,
+        torque,
+        pose,
+        late_answers: rob.delay,
+        ready: true,
+    }
+}
+
+fn believable(rob: &Rob, state: &RobotState) -> bool {
+    plausible(&state.position)
+        && state.asked.is_none_or(|asked| plausible(&asked))
+        && state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT))
+        && rob.group(Group::Pose).iter().all(|value| value.abs() <= MAX_POSE)
+}
+
+/// The answer to an order, and the set-points that it amounts to.
+fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<(Sen, [f64; AXES]), LinkFault> {
+    let target = match order {
+        Order::Hold => session.asked,
+        Order::Move(target) | Order::End(target) => *target,
+    };
+    if !plausible(&target) {
+        return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+    }
+    let from = match tags.mode {
+        Correction::Absolute => session.start,
+        Correction::Relative => session.asked,
+    };
+    let correction: [f64; AXES] = std::array::from_fn(|axis| target[axis] - from[axis]);
+    if tags.external_correction.is_none() && correction[RAIL].abs() > 1e-9 {
+        return Err(LinkFault::Unsendable("the tag map has no correction of the rail"));
+    }
+    let written: [f64; AXES] = std::array::from_fn(|axis| match axis {
+        RAIL => as_written(correction[RAIL] * 1e3),
+        _ => as_written(correction[axis].to_degrees()),
+    });
+    let sen = Sen {
+        axes: std::array::from_fn(|axis| Some(written[axis])),
+        rail: Some(written[RAIL]),
+        stop: matches!(order, Order::End(_)),
+        ipoc,
+    };
+    // What was written, not what was meant: increments below the last decimal must not be lost for ever.
+    let asked = std::array::from_fn(|axis| match axis {
+        RAIL => from[RAIL] + written[RAIL] * 1e-3,
+        _ => from[axis] + written[axis].to_radians(),
+    });
+    Ok((sen, asked))
+}
+
+/// A value as six decimals tell it.
+fn as_written(value: f64) -> f64 {
+    (value * 1e6).round() * 1e-6
+}
+
+impl<P: Port> Robot for RsiRobot<P> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            cycle: self.tags.cycle,
+            master: true,
+            rail: self.tags.external.is_some() && self.tags.external_correction.is_some(),
+            torque: self.tags.torque.is_some(),
+            pose: self.tags.pose.is_some(),
+        }
+    }
+
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
+        let Self { port, tags, peer, counters, session, ended, .. } = self;
+        let mut fault = None;
+        let (report, taken) = link::newest(port, deadline, |datagram, from, now| {
+            if !peer.admits(from) {
+                counters.foreign += 1;
+                return None;
+            }
+            counters.received += 1;
+            let report = take(tags, session, counters, datagram, now).unwrap_or_else(|mismatch| {
+                fault = Some(mismatch);
+                None
+            })?;
+            peer.settle(from);
+            Some(report)
+        })?;
+        if let Some(mismatch) = fault.filter(|_| report.is_none()) {
+            return Err(mismatch);
+        }
+        let Some(Report { mut state, ipoc }) = report else {
+            return Ok(None);
+        };
+        // Reports that a newer one has overtaken, and one that nobody answered, go without an answer.
+        counters.unsent += taken - 1 + u64::from(self.pending.is_some());
+        self.pending = Some(Pending { ipoc, over: state.received + tags.cycle });
+        state.ready = !*ended;
+        Ok(Some(state))
+    }
+
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
+        let (Some(mut session), Some(to)) = (self.session, self.peer.address()) else {
+            return Ok(());
+        };
+        // Nothing new to answer: a second answer to one report would be a stale one in the controller's socket.
+        let Some(pending) = self.pending.take() else {
+            self.counters.unsent += 1;
+            return Ok(());
+        };
+        // Once the end is asked for it stays asked for, in case that answer was lost.
+        let end = Order::End(session.asked);
+        let order = if self.ended { &end } else { order };
+        let (sen, target) = answer(&self.tags, &session, order, pending.ipoc)?;
+        sen.write(&self.tags, &mut self.message).map_err(|_| LinkFault::Unsendable("the message is too long"))?;
+        if self.port.now() >= pending.over {
+            self.counters.unsent += 1;
+            return Ok(());
+        }
+        self.port.send(self.message.as_bytes(), to)?;
+        session.asked = target;
+        self.session = Some(session);
+        self.ended |= sen.stop;
+        Ok(())
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}

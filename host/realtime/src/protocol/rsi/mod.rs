@@ -1,0 +1,14 @@
+//! KUKA Robot Sensor Interface: the controller sends its state as XML over UDP every 4 or 12 ms and wants a correction
+//! back within the cycle.
+//!
+//! [`tags`] says which element carries which signal, [`codec`] reads and writes the messages, [`driver`] is our side,
+//! [`controller`] the emulated KRC, [`context`] writes the controller's own configuration from the same tag map.
+
+pub mod codec;
+pub mod context;
+pub mod controller;
+pub mod driver;
+mod scan;
+pub mod tags;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,139 @@
+//! A relay that does to datagrams what networks do, when it is told to: loss, delay, exchange, repetition, damage.
+
+use crate::time::Nanos;
+
+/// The links of a facility.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// Robot 1.
+    Robot1,
+    /// Robot 2.
+    Robot2,
+    /// The sensor.
+    Sensor,
+}
+
+/// Which way a datagram goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// From the facility to us.
+    Report,
+    /// From us to the facility.
+    Answer,
+}
+
+/// What happens to a datagram.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// It never comes.
+    Lose,
+    /// It comes later.
+    Delay(Nanos),
+    /// It comes twice, the second time later.
+    Duplicate(Nanos),
+    /// It waits for the next one and comes after it.
+    Exchange,
+    /// Some of its bits change.
+    Corrupt,
+    /// It seems to come from somebody else.
+    Impostor,
+}
+
+/// A fault on a link for a time; from the first on, of every so many datagrams one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rule {
+    /// The link.
+    pub endpoint: Endpoint,
+    /// The direction.
+    pub way: Way,
+    /// Begin.
+    pub from: Nanos,
+    /// End.
+    pub until: Nanos,
+    /// One in so many, at least 1.
+    pub every: u32,
+    /// What happens.
+    pub fault: Fault,
+}
+
+/// A datagram on its way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passing {
+    /// How long it takes.
+    pub delay: Nanos,
+    /// Its content.
+    pub bytes: Vec<u8>,
+    /// It seems to come from somebody else.
+    pub impostor: bool,
+}
+
+/// The relay.
+#[derive(Clone, Debug, Default)]
+pub struct Relay {
+    rules: Vec<(Rule, u32)>,
+    waiting: Vec<(Endpoint, Way, Vec<u8>)>,
+    dice: u64,
+}
+
+impl Relay {
+    /// A relay with faults to come.
+    pub fn new(rules: impl IntoIterator<Item = Rule>) -> Self {
+        Self { rules: rules.into_iter().map(|rule| (rule, 0)).collect(), waiting: Vec::new(), dice: 1 }
+    }
+
+    /// One more fault.
+    pub fn add(&mut self, rule: Rule) {
+        self.rules.push((rule, 0));
+    }
+
+    /// What becomes of a datagram: none, one or two on their way.
+    pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, way: Way, datagram: &[u8]) -> Vec<Passing> {
+        let plain = |bytes: Vec<u8>| Passing { delay: Nanos(0), bytes, impostor: false };
+        let fault = self.due(now, endpoint, way);
+        if fault == Some(Fault::Exchange) {
+            self.waiting.push((endpoint, way, datagram.to_vec()));
+            return Vec::new();
+        }
+        let mut out = match fault {
+            Some(Fault::Lose) => Vec::new(),
+            Some(Fault::Delay(delay)) => vec![Passing { delay, ..plain(datagram.to_vec()) }],
+            Some(Fault::Duplicate(delay)) => {
+                vec![plain(datagram.to_vec()), Passing { delay, ..plain(datagram.to_vec()) }]
+            }
+            Some(Fault::Corrupt) => vec![plain(self.damaged(datagram))],
+            Some(Fault::Impostor) => vec![Passing { impostor: true, ..plain(datagram.to_vec()) }],
+            Some(Fault::Exchange) | None => vec![plain(datagram.to_vec())],
+        };
+        while let Some(i) = self.waiting.iter().position(|(e, w, _)| (*e, *w) == (endpoint, way)) {
+            out.push(plain(self.waiting.remove(i).2));
+        }
+        out
+    }
+
+    /// The fault that is due on a link now.
+    fn due(&mut self, now: Nanos, endpoint: Endpoint, way: Way) -> Option<Fault> {
+        let mut due = None;
+        for (rule, count) in &mut self.rules {
+            if (rule.endpoint, rule.way) == (endpoint, way) && (rule.from..rule.until).contains(&now) {
+                if *count % rule.every == 0 {
+                    due = due.or(Some(rule.fault));
+                }
+                *count += 1;
+            }
+        }
+        due
+    }
+
+    /// A datagram with a few wrong bits; the same ones for the same relay.
+    fn damaged(&mut self, datagram: &[u8]) -> Vec<u8> {
+        let mut bytes = datagram.to_vec();
+        for _ in 0..3 {
+            self.dice = self.dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let place = (self.dice >> 33) as usize;
+            if let Some(byte) = bytes.get_mut(place % datagram.len().max(1)) {
+                *byte ^= 1 << ((self.dice >> 29) & 7);
+            }
+        }
+        bytes
+    }
+}

@@ -1,0 +1,141 @@
+//! The drivers allocate nothing in a cycle: counted over real sockets, with the emulated other sides at the far end.
+
+use softdock_kernels::space::Wrench;
+use softdock_realtime::protocol::egm::controller::{EgmController, EgmSettings};
+use softdock_realtime::protocol::egm::driver::EgmRobot;
+use softdock_realtime::protocol::fanuc::controller::FanucController;
+use softdock_realtime::protocol::fanuc::driver::FanucRobot;
+use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
+use softdock_realtime::protocol::netft::sensor_box::NetBox;
+use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
+use softdock_realtime::protocol::rsi::driver::RsiRobot;
+use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
+use softdock_realtime::protocol::{Controller, SensorBox};
+use softdock_realtime::signals::{AXES, ForceSample, ForceSensor, Order, Robot, RobotState};
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::{MAX_DATAGRAM, Port, udp::UdpPort};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::net::SocketAddr;
+
+/// The system's allocator, with a count per thread.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's contract is handed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's contract is handed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const CYCLES: usize = 200;
+const START: [f64; AXES] = [0.1, -0.5, 0.4, 0.0, 0.5, -0.3, 0.0];
+
+fn bind() -> (UdpPort, SocketAddr) {
+    let port = UdpPort::bind(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
+    let address = port.local_address().unwrap();
+    (port, address)
+}
+
+fn soon(port: &UdpPort) -> Nanos {
+    port.now() + Nanos::from_millis(200)
+}
+
+/// Takes what has come, waiting for nothing.
+fn take_all(port: &mut UdpPort, mut take: impl FnMut(&mut UdpPort, SocketAddr, &[u8])) {
+    let mut buffer = [0; MAX_DATAGRAM];
+    while let Some((length, from)) = port.receive(&mut buffer, Nanos(0)).unwrap() {
+        take(port, from, &buffer[..length]);
+    }
+}
+
+/// Runs cycles of a robot with the controller that sits at `port`; allocations in all of them.
+fn allocations(robot: &mut impl Robot, controller: &mut impl Controller, port: &mut UdpPort) -> u64 {
+    let state = RobotState {
+        stamp: Nanos(0),
+        received: Nanos(0),
+        position: START,
+        asked: Some(START),
+        torque: Some([0.0; AXES]),
+        pose: None,
+        late_answers: 0,
+        ready: true,
+    };
+    let before = COUNT.get();
+    assert!(before > 0, "the count does not work");
+    let mut received = 0;
+    for cycle in 0..CYCLES {
+        let now = port.now();
+        take_all(port, |port, from, datagram| {
+            controller.take(now, from, datagram, &mut |to, reply| port.send(reply, to).unwrap());
+        });
+        controller.report(now, &state, &mut |to, datagram| port.send(datagram, to).unwrap());
+        if let Some(state) = robot.receive(soon(port)).unwrap() {
+            received += 1;
+            let target = state.position.map(|axis| axis + 1e-6);
+            let order = if cycle % 2 == 0 { Order::Hold } else { Order::Move(target) };
+            // A rail or a late cycle may refuse: that must not allocate either.
+            let _ = robot.send(&order);
+        }
+    }
+    let after = COUNT.get();
+    assert!(received > CYCLES / 2, "only {received} cycles");
+    after - before
+}
+
+#[test]
+fn robots() {
+    for mode in [Correction::Absolute, Correction::Relative] {
+        let tags = TagMap { mode, torque: Some("GearTorque".to_owned()), ..TagMap::im_free().with_rail() };
+        let ((ours, client), (mut theirs, _)) = (bind(), bind());
+        let mut krc = Krc::new(KrcSettings::new(tags.clone(), client));
+        let mut robot = RsiRobot::new(ours, tags, None).unwrap();
+        assert_eq!(allocations(&mut robot, &mut krc, &mut theirs), 0, "RSI");
+    }
+    let ((ours, client), (mut theirs, _)) = (bind(), bind());
+    let mut controller = EgmController::new(EgmSettings { rail: true, ..EgmSettings::new(client) });
+    let mut robot = EgmRobot::new(ours, Nanos::from_millis(4), true, None);
+    assert_eq!(allocations(&mut robot, &mut controller, &mut theirs), 0, "EGM");
+
+    let ((ours, _), (mut theirs, address)) = (bind(), bind());
+    let mut controller = FanucController::new(Nanos::from_millis(8), 4);
+    let mut robot = FanucRobot::open(ours, address, Nanos::from_millis(8)).unwrap();
+    assert_eq!(allocations(&mut robot, &mut controller, &mut theirs), 0, "FANUC");
+}
+
+#[test]
+fn force_sensor() {
+    let ((ours, _), (mut theirs, address)) = (bind(), bind());
+    let calibration = Calibration::new(1e6, 1e6).unwrap();
+    let period = Nanos::from_millis(1);
+    let mut sensor = NetBox::new(calibration.clone(), period);
+    let settings = NetFtSettings { on_silence: OnSilence::Request, ..NetFtSettings::new(address, calibration, period) };
+    let mut driver = NetFt::start(ours, settings).unwrap();
+    let sample =
+        ForceSample { received: Nanos(0), sequence: 0, wrench: Wrench::zero(), saturated: false, invalid: false };
+    let before = COUNT.get();
+    assert!(before > 0, "the count does not work");
+    let mut received = 0;
+    for _ in 0..CYCLES {
+        take_all(&mut theirs, |_, from, datagram| sensor.take(Nanos(0), from, datagram, &mut |_, _| {}));
+        sensor.report(Nanos(0), &sample, &mut |to, datagram| theirs.send(datagram, to).unwrap());
+        received += usize::from(driver.latest().unwrap().is_some());
+    }
+    assert_eq!(COUNT.get() - before, 0);
+    assert!(received > CYCLES / 2, "only {received} samples");
+}

@@ -1,0 +1,164 @@
+//! An emulated facility behind RSI and Net F/T in virtual time, and a drive on it.
+
+use softdock_campaign::{Campaign, Station};
+use softdock_kernels::params::Params;
+use softdock_kernels::philox;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::Wrench;
+use softdock_kernels::vector::vec3;
+use softdock_realtime::clock::Virtual;
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::session::{Links, Session};
+use softdock_realtime::emulation::facility::Facility;
+use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::network::{Network, NetworkPort, address_of, our_address};
+use softdock_realtime::emulation::world::World;
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings};
+use softdock_realtime::protocol::netft::sensor_box::NetBox;
+use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
+use softdock_realtime::protocol::rsi::driver::RsiRobot;
+use softdock_realtime::protocol::rsi::tags::TagMap;
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::relay::{Endpoint, Relay};
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Cycle of both robots.
+pub const CYCLE: Nanos = Nanos::from_millis(4);
+/// Robot 2's cycles begin so long after robot 1's.
+const PHASE: Nanos = Nanos::from_micros(1500);
+
+pub fn shipped(file: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
+}
+
+pub fn campaign(file: &str) -> Campaign {
+    softdock_campaign::load(&shipped(file)).expect("a shipped campaign")
+}
+
+pub fn station() -> Station {
+    Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility")
+}
+
+/// What the sensor reads without weight and contact.
+pub fn bias() -> Wrench<f64> {
+    Wrench { force: vec3(12.0, -7.0, 30.0), moment: vec3(0.5, 0.2, -0.4) }
+}
+
+/// A run on a facility.
+#[derive(Clone)]
+pub struct Setting {
+    pub seed: u64,
+    pub plant: Arc<Plant>,
+    pub station: Station,
+    pub run: u64,
+    pub params: Params<f64>,
+    pub armed: bool,
+    pub to_start: bool,
+}
+
+impl Setting {
+    /// Run 1244 of `probe_drogue`: 2.1 ms of delay, captured in space and on the facility, 16 N at most.
+    pub fn docking() -> Self {
+        let campaign = campaign("probe_drogue.toml");
+        let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+        let (run, seed) = (1244, campaign.seed);
+        let params = campaign.draw(run).params;
+        Self { seed, plant, station: station(), run, params, armed: true, to_start: true }
+    }
+
+    pub fn world(&self) -> World {
+        let key = philox::key(self.seed);
+        World::new(&self.plant, &self.station, key, self.run, &self.params, bias()).expect("in reach")
+    }
+
+    fn task(&self) -> Task {
+        Task {
+            plant: Arc::clone(&self.plant),
+            station: Arc::new(self.station.clone()),
+            run: self.run,
+            params: self.params,
+            armed: self.armed,
+            to_start: self.to_start,
+        }
+    }
+}
+
+/// A drive over the protocols in virtual time.
+pub struct Rig {
+    pub session: Session,
+    pub network: Rc<RefCell<Network>>,
+    pub records: Vec<CycleRecord>,
+}
+
+impl Rig {
+    /// Everything wired up; with `armed` the commands go to the network's robots, else to emulated ones in process.
+    pub fn new(setting: &Setting, relay: Relay) -> Self {
+        Self::with(setting, setting, relay)
+    }
+
+    /// The same with a facility other than the file says.
+    pub fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
+        let clock = Virtual::default();
+        let tags = || TagMap::im_free().with_rail();
+        let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(), our_address(endpoint))));
+        let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
+        let period = Nanos::from_millis(1);
+        let sensor = Box::new(NetBox::new(calibration.clone(), period));
+        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
+            [krc(Endpoint::Robot1), krc(Endpoint::Robot2)];
+        let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
+        let network = Network::new(clock.clone(), facility, relay);
+        let robot = |endpoint| {
+            let port = NetworkPort::new(&network, endpoint);
+            Box::new(RsiRobot::new(port, tags(), Some(address_of(endpoint).ip())).expect("a tag map"))
+        };
+        let port = NetworkPort::new(&network, Endpoint::Sensor);
+        let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration, period);
+        let real = Links {
+            robots: [robot(Endpoint::Robot1), robot(Endpoint::Robot2)],
+            sensor: Box::new(NetFt::start(port, settings).expect("a stream")),
+        };
+        let clock = Rc::new(clock);
+        let session = if setting.armed {
+            Session::new(setting.task(), real, None, clock)
+        } else {
+            let bench = Bench::new(setting.world(), Rc::new(Virtual::default()), CYCLE);
+            Session::new(setting.task(), links(&bench), Some(real), clock)
+        };
+        Self { session: session.expect("a drive"), network, records: Vec::new() }
+    }
+
+    /// One cycle; whether the session is over.
+    pub fn cycle(&mut self) -> bool {
+        let over = self.session.cycle(None);
+        self.records.push(*self.session.record());
+        over
+    }
+
+    /// To its end; a session that never ends is an error.
+    pub fn finish(&mut self) -> &CycleRecord {
+        for _ in 0..10_000 {
+            if self.cycle() {
+                return self.session.record();
+            }
+        }
+        panic!("the session does not end: {:?}", self.session.record().phase)
+    }
+
+    /// Goes on until the run itself has lasted so long \[s\].
+    pub fn run_for(&mut self, seconds: f64) {
+        while (self.session.record().tick as f64) * 1e-3 < seconds {
+            assert!(
+                !self.cycle(),
+                "ended early: {:?} {:?}",
+                self.session.record().cause,
+                self.session.core().refusal()
+            );
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! The ten safety behaviours, each proven with a fault of its own.
+
+use crate::fixture::{CYCLE, Rig, Setting};
+use softdock_campaign::station::AxisLimits;
+use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::emulation::facility::Ailment;
+use softdock_realtime::log::codes::{LimitKind, OrderKind, Phase, StopCause, robot_flags};
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::protocol::rsi::codec::Sen;
+use softdock_realtime::protocol::rsi::tags::TagMap;
+use softdock_realtime::signals::AXES;
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+
+/// Ever after.
+const FOREVER: Nanos = Nanos(i64::MAX);
+/// Corrections travel with six decimals of a degree or a millimetre.
+const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
+
+fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> Rule {
+    Rule { endpoint, way, from, until: from + CYCLE * cycles, every: 1, fault }
+}
+
+/// Corrections that reached the wire towards a robot: joints \[rad\], rail \[m\].
+fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {
+    let tags = TagMap::im_free().with_rail();
+    let network = rig.network.borrow();
+    let answers = network.answers.iter().filter(|(_, to, _)| *to == endpoint);
+    answers
+        .map(|(_, _, bytes)| {
+            let sen = Sen::read(bytes, &tags).expect("our own answers can be read");
+            let mut axes = [0.0; AXES];
+            axes[..6].copy_from_slice(&sen.axes.map(|axis| axis.expect("a correction").to_radians()));
+            axes[6] = sen.rail.expect("a correction") * 1e-3;
+            axes
+        })
+        .collect()
+}
+
+/// Asserts that what went onto the wire kept the limits: speed, acceleration and jerk of consecutive answers.
+fn assert_within(rig: &Rig, limits: &[AxisLimits; AXES]) {
+    let h = CYCLE.seconds();
+    for endpoint in [Endpoint::Robot1, Endpoint::Robot2] {
+        let sent = corrections(rig, endpoint);
+        assert!(sent.len() > 50, "{} answers", sent.len());
+        for w in sent.windows(4) {
+            for (i, limit) in limits.iter().enumerate() {
+                let (a, b, c, d) = (w[0][i], w[1][i], w[2][i], w[3][i]);
+                let found = [(d - c) / h, (d - 2.0 * c + b) / (h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)];
+                let slack = [2.0, 4.0, 8.0].map(|terms| terms * QUANTUM * 1e3);
+                let bounds = [limit.speed, limit.acceleration, limit.jerk];
+                for order in 0..3 {
+                    let most = bounds[order] * (1.0 + 1e-9) + slack[order] / h.powi(order as i32 + 1);
+                    assert!(
+                        found[order].abs() <= most,
+                        "axis {i}, derivative {}: {} > {most}",
+                        order + 1,
+                        found[order]
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The record in which the stop began.
+fn stop_of(rig: &Rig) -> &CycleRecord {
+    rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop")
+}
+
+/// Whether all commands to robot 1 from the stop on come to rest: no speed grows any more after the first few cycles.
+fn assert_ramped_down(rig: &Rig) {
+    let sent: Vec<&CycleRecord> =
+        rig.records.iter().filter(|r| r.cause != StopCause::None && r.robot_1.order != OrderKind::None).collect();
+    let last = sent.last().expect("commands after the stop");
+    assert_eq!(last.robot_1.order, OrderKind::End, "{:?}", last.phase);
+    let before = &sent[sent.len() - 2];
+    assert_eq!(last.robot_1.command, before.robot_1.command, "at rest at the end");
+}
+
+#[test]
+fn behaviour_1_a_dry_run_asks_the_real_robots_for_nothing() {
+    let setting = Setting { armed: false, ..Setting::docking() };
+    let mut rig = Rig::new(&setting, Relay::default());
+    let last = *rig.finish();
+    assert_eq!(last.cause, StopCause::Completed, "{:?}", rig.session.core().refusal());
+    for endpoint in [Endpoint::Robot1, Endpoint::Robot2] {
+        let sent = corrections(&rig, endpoint);
+        assert!(sent.len() > 500, "the protocol runs: {} answers", sent.len());
+        assert!(sent.iter().all(|axes| *axes == [0.0; AXES]), "and asks for nothing");
+    }
+    assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
+    let moved = rig.records.iter().filter(|record| record.emulated_1.order == OrderKind::Move).count();
+    assert!(moved > 500, "the emulated robots move: {moved} cycles");
+    assert!(last.robot_1.computed.iter().all(|axis| axis.is_finite()), "what would have been sent is logged");
+}
+
+/// A drive that must not begin, and why it did not.
+fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> Refusal {
+    let mut rig = Rig::new(setting, relay);
+    prepare(&mut rig);
+    let last = *rig.finish();
+    assert_eq!(last.cause, StopCause::StartRefused);
+    for endpoint in [Endpoint::Robot1, Endpoint::Robot2] {
+        assert!(corrections(&rig, endpoint).iter().all(|axes| *axes == [0.0; AXES]), "nothing has moved");
+    }
+    rig.session.core().refusal().expect("a reason")
+}
+
+#[test]
+fn behaviour_2_nothing_begins_before_every_check_has_passed() {
+    let setting = Setting::docking();
+    let always = |endpoint, every, fault| {
+        Relay::new([Rule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
+    };
+    assert_eq!(refused(&setting, always(Endpoint::Robot1, 1, Fault::Lose), |_| ()), Refusal::NoRobot(1));
+    assert_eq!(refused(&setting, always(Endpoint::Robot2, 1, Fault::Lose), |_| ()), Refusal::NoRobot(2));
+    assert_eq!(refused(&setting, always(Endpoint::Sensor, 1, Fault::Lose), |_| ()), Refusal::NoSensor);
+    assert_eq!(refused(&setting, always(Endpoint::Robot1, 50, Fault::Lose), |_| ()), Refusal::Lossy(1));
+    let ill = |rig: &mut Rig| rig.network.borrow_mut().facility().ail(Ailment::Invalid);
+    assert_eq!(refused(&setting, Relay::default(), ill), Refusal::BadSensor);
+
+    // A frame of the tool that is 3 mm off: the robot's own pose and ours differ by that.
+    let mut other = setting.clone();
+    other.station.robots[1].tool.position.z += 3e-3;
+    let refusal = refused_pose(&setting, &other);
+    assert!(matches!(refusal, Refusal::Pose(2, distance, _) if (distance - 3e-3).abs() < 1e-5), "{refusal:?}");
+
+    let away = Setting { to_start: false, ..setting.clone() };
+    assert!(matches!(refused(&away, Relay::default(), |_| ()), Refusal::NotAtStart(1, ..)));
+
+    let mut narrow = setting;
+    narrow.station.limits[2].upper = -3.0;
+    assert!(matches!(refused(&narrow, Relay::default(), |_| ()), Refusal::Outside(1, 2, _)));
+}
+
+/// The refusal of a drive whose facility file differs from the facility.
+fn refused_pose(facility: &Setting, file: &Setting) -> Refusal {
+    let mut rig = Rig::with(facility, file, Relay::default());
+    rig.finish();
+    rig.session.core().refusal().expect("a reason")
+}
+
+#[test]
+fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
+    // Slower than the run needs: everything is clamped, and in the end the drive stops.
+    let mut setting = Setting::docking();
+    setting.station.limits.iter_mut().for_each(|limit| {
+        limit.speed *= 0.01;
+        limit.acceleration *= 0.01;
+    });
+    let mut rig = Rig::new(&setting, Relay::default());
+    let cause = rig.finish().cause;
+    assert_eq!(cause, StopCause::AxisLimit);
+    assert!(stop_of(&rig).robot_1.limits.any());
+    assert_within(&rig, &setting.station.limits);
+    // A range that ends on the way.
+    let mut setting = Setting::docking();
+    let mut free = Rig::new(&setting, Relay::default());
+    free.finish();
+    let path: Vec<f64> = free.records.iter().filter(|r| r.tick > 0).map(|r| r.robot_1.position[1]).collect();
+    let (first, last) = (path[0], path[path.len() - 1]);
+    let end = first + 0.5 * (last - first) + setting.station.zero[1];
+    let limit = &mut setting.station.limits[1];
+    if last > first {
+        limit.upper = end
+    } else {
+        limit.lower = end
+    }
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.finish();
+    assert_eq!(stop_of(&rig).cause, StopCause::AxisLimit);
+    assert!(stop_of(&rig).robot_1.limits.has(LimitKind::Position, 1));
+    assert_within(&rig, &setting.station.limits);
+    assert_ramped_down(&rig);
+}
+
+#[test]
+fn behaviour_4_force_and_a_sick_sensor_stop_the_run() {
+    let mut setting = Setting::docking();
+    setting.station.safety.force = 10.0;
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.finish();
+    let stop = stop_of(&rig);
+    assert_eq!((stop.cause, stop.phase), (StopCause::ForceLimit, Phase::Stopping));
+    let force = stop.ft.compensated.force.norm();
+    assert!(force > 10.0 && force < 60.0, "{force} N: stopped in the cycle that saw it");
+    assert_ramped_down(&rig);
+
+    let mut setting = Setting::docking();
+    setting.station.safety.force_rate = 500.0;
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.finish();
+    assert_eq!(stop_of(&rig).cause, StopCause::ForceRate);
+
+    for (ailment, cause, cycles) in [
+        (Ailment::Saturated, StopCause::SensorFault, 1),
+        (Ailment::Invalid, StopCause::SensorFault, 1),
+        (Ailment::Silent, StopCause::SensorStale, 2),
+    ] {
+        let mut rig = Rig::new(&Setting::docking(), Relay::default());
+        rig.run_for(0.5);
+        let at = rig.session.record().cycle;
+        rig.network.borrow_mut().facility().ail(ailment);
+        rig.finish();
+        let stop = stop_of(&rig);
+        let fault = if cause == StopCause::SensorStale { StopCause::LinkFault } else { cause };
+        assert!(stop.cause == cause || stop.cause == fault, "{ailment:?}: {:?}", stop.cause);
+        assert!(stop.cycle <= at + 1 + cycles, "{ailment:?}: {} cycles", stop.cycle - at);
+        assert_ramped_down(&rig);
+    }
+}
+
+#[test]
+fn behaviour_5_lost_packets_are_held_over_then_stopped_then_left_to_the_controller() {
+    for (lost, cause) in [(1, StopCause::Completed), (3, StopCause::Completed), (6, StopCause::LostPackets)] {
+        let mut rig = Rig::new(&Setting::docking(), Relay::default());
+        rig.run_for(0.5);
+        let now = rig.session.record().time;
+        let fault = rule(Endpoint::Robot1, Way::Report, now, lost, Fault::Lose);
+        rig.network.borrow_mut().relay.add(fault);
+        rig.finish();
+        assert_eq!(stop_of(&rig).cause, cause, "{lost} cycles lost");
+        assert_within(&rig, &Setting::docking().station.limits);
+        let limit = rig.session.record().robot_1.late_answers;
+        assert!(i64::from(limit) <= lost, "{limit} late answers");
+        if cause == StopCause::LostPackets {
+            let missed = (stop_of(&rig).time - now).seconds() / CYCLE.seconds();
+            assert!(missed <= 5.0, "{missed} cycles until the stop");
+        }
+    }
+    // A link that dies for good: after ten cycles nothing is sent any more, and robot 2 has been stopped.
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    rig.run_for(0.5);
+    let now = rig.session.record().time;
+    rig.network
+        .borrow_mut()
+        .relay
+        .add(Rule { until: FOREVER, ..rule(Endpoint::Robot1, Way::Report, now, 1, Fault::Lose) });
+    rig.finish();
+    assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
+    let silent_from = now + CYCLE;
+    let sent =
+        rig.network.borrow().answers.iter().filter(|(at, to, _)| *to == Endpoint::Robot1 && *at > silent_from).count();
+    assert_eq!(sent, 0, "no answer without a report");
+    let end = rig.records.last().expect("records");
+    assert_eq!(end.robot_2.order, OrderKind::None);
+    assert!(rig.records.iter().any(|r| r.cause != StopCause::None && r.robot_2.order == OrderKind::End));
+}
+
+#[test]
+fn behaviour_5_late_twice_exchanged_and_damaged_packets_are_not_answered_wrongly() {
+    let faults = [
+        Fault::Delay(Nanos::from_millis(6)),
+        Fault::Duplicate(Nanos::from_millis(1)),
+        Fault::Exchange,
+        Fault::Corrupt,
+        Fault::Impostor,
+    ];
+    for fault in faults {
+        let mut rig = Rig::new(&Setting::docking(), Relay::default());
+        rig.run_for(0.3);
+        let now = rig.session.record().time;
+        // One packet in twenty, for the rest of the run.
+        let rule = Rule { endpoint: Endpoint::Robot1, way: Way::Report, from: now, until: FOREVER, every: 20, fault };
+        rig.network.borrow_mut().relay.add(rule);
+        let last = *rig.finish();
+        assert_eq!(last.cause, StopCause::Completed, "{fault:?}");
+        assert_within(&rig, &Setting::docking().station.limits);
+        let link = last.robot_1.link;
+        let counted = match fault {
+            Fault::Delay(_) | Fault::Duplicate(_) | Fault::Exchange => link.stale + link.lost,
+            Fault::Corrupt => link.malformed + link.lost + link.stale,
+            _ => link.foreign,
+        };
+        assert!(counted > 10, "{fault:?}: {link:?}");
+    }
+}
+
+#[test]
+fn behaviour_6_a_signal_ends_in_a_ramp_and_the_protocols_own_end() {
+    for cause in [StopCause::Operator, StopCause::Signal, StopCause::Panic] {
+        let mut rig = Rig::new(&Setting::docking(), Relay::default());
+        rig.run_for(1.0);
+        rig.session.cycle(Some(cause));
+        rig.records.push(*rig.session.record());
+        assert_eq!(rig.session.record().phase, Phase::Stopping, "the ramp begins in the same cycle");
+        rig.finish();
+        assert_eq!(stop_of(&rig).cause, cause);
+        assert_ramped_down(&rig);
+        assert_within(&rig, &Setting::docking().station.limits);
+        let tags = TagMap::im_free().with_rail();
+        let stops = rig
+            .network
+            .borrow()
+            .answers
+            .iter()
+            .filter(|(_, to, bytes)| *to != Endpoint::Sensor && Sen::read(bytes, &tags).is_ok_and(|sen| sen.stop))
+            .count();
+        assert!(stops >= 2, "both controllers are told to end: {stops}");
+    }
+}
+
+#[test]
+fn behaviour_7_energy_that_the_facility_creates_has_a_budget() {
+    let mut setting = Setting::docking();
+    setting.station.safety.contact_energy = 0.01;
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.finish();
+    let stop = stop_of(&rig);
+    assert_eq!(stop.cause, StopCause::EnergyBudget);
+    assert!(stop.contact_energy > 0.0);
+    assert_ramped_down(&rig);
+}
+
+#[test]
+fn behaviour_8_nothing_resumes_by_itself() {
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    rig.run_for(0.5);
+    let now = rig.session.record().time;
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot2, Way::Report, now, 6, Fault::Lose));
+    rig.finish();
+    assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
+    // The link is whole again, and stays without commands.
+    let (before, last) = (rig.network.borrow().answers.len(), rig.session.record().tick);
+    for _ in 0..50 {
+        assert!(rig.cycle(), "over for good");
+    }
+    let after = rig.network.borrow().answers[before..].iter().filter(|(_, to, _)| *to != Endpoint::Sensor).count();
+    assert_eq!((after, rig.session.record().tick), (0, last));
+    assert!(rig.session.record().robot_1.flags & robot_flags::PRESENT != 0);
+}
