@@ -43,7 +43,7 @@ fn assert_within(rig: &Rig, limits: &[AxisLimits; AXES]) {
     for endpoint in [Endpoint::Robot1, Endpoint::Robot2] {
         let sent = corrections(rig, endpoint);
         assert!(sent.len() > 50, "{} answers", sent.len());
-        for w in sent.windows(4) {
+        for (k, w) in sent.windows(4).enumerate() {
             for (i, limit) in limits.iter().enumerate() {
                 let (a, b, c, d) = (w[0][i], w[1][i], w[2][i], w[3][i]);
                 let found = [(d - c) / h, (d - 2.0 * c + b) / (h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)];
