@@ -63,6 +63,7 @@ fn shown(column: &Column) -> String {
         Values::Bool(values) => format!("{:?}", values[0]),
         Values::U32(values) => values[0].to_string(),
         Values::U64(values) => values[0].to_string(),
+        Values::I64(values) => values[0].to_string(),
         Values::Words { .. } => column.values.word(0).unwrap_or_default().to_owned(),
     }
 }

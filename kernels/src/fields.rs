@@ -32,6 +32,7 @@ pub fn unit_suffix(unit: &str) -> &'static str {
         "kg" => "kg",
         "m" => "m",
         "s" => "s",
+        "ns" => "ns",
         "N" => "n",
         "J" => "j",
         "rad" => "rad",

@@ -4,6 +4,7 @@
 //! what a lane computes depends on its own run alone.
 
 mod arms;
+pub mod single;
 pub mod tile_state;
 
 use crate::compensator::{Compensation, look_back, new_compensation};
@@ -294,16 +295,22 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
     fn send_command(&mut self, m: &Plant, parts: &Parts<L>, now: L, live: L::Mask) -> L {
-        let zero = L::lit(0.0);
         let sent = with_test(m, &self.params, &command(m, parts), now);
+        self.transmit(m, &sent, live)
+    }
+
+    /// A command on its way to the robots.
+    #[inline(always)]
+    fn transmit(&mut self, m: &Plant, sent: &Parts<L>, live: L::Mask) -> L {
+        let zero = L::lit(0.0);
         if !self.batch.noisy {
-            self.commands.put(self.step, &sent, live);
+            self.commands.put(self.step, sent, live);
             return zero;
         }
         let draws = self.uniforms(LINK);
         let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
         let before = self.commands.recall(self.step, |_| 1);
-        let command = choose(lost, &substitute(m, &before, self.lost), &sent);
+        let command = choose(lost, &substitute(m, &before, self.lost), sent);
         self.commands.put(self.step, &command, live);
         self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
         self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
@@ -371,14 +378,20 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         [at(0.0), at(1.0), at(2.0)]
     }
 
-    /// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
+    /// The sensor's output as it arrives: delayed, between two samples.
     #[inline(always)]
-    fn receive_wrench(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) {
+    fn arriving_wrench(&mut self, m: &Plant, live: L::Mask) -> Wrench<L> {
         self.wrenches.put(self.step, &self.sensor.output, live);
         let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
         let whole = age.floor();
         let at = |more: usize| self.wrenches.recall(self.step, |lane| whole.lane(lane) as usize + more);
-        let measured = crate::sensor::blend(at(0), at(1), age - whole);
+        crate::sensor::blend(at(0), at(1), age - whole)
+    }
+
+    /// The measured wrench as it arrives, and what the compensator makes of it.
+    #[inline(always)]
+    fn receive_wrench(&mut self, m: &Plant, parts: &Parts<L>, live: L::Mask) {
+        let measured = self.arriving_wrench(m, live);
         let held = self.compensated_wrench(m, parts, measured, live);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);

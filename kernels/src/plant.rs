@@ -59,6 +59,14 @@ impl Plant {
         self.cells.as_ref().expect("only the joint level has robots")
     }
 
+    /// Laboratory motions of the parts at the start of an undispersed run, at rest.
+    pub fn start(&self) -> Parts<f64> {
+        let at = |position, attitude| Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() };
+        let a = self.base_pose.compose(self.tool_start);
+        let b = self.target_pose.compose(self.seat);
+        command(self, &Parts { a: at(a.position, a.attitude), b: at(b.position, b.attitude) })
+    }
+
     /// Number of arm joints.
     pub fn joints(&self) -> usize {
         self.model.links.len()
@@ -70,11 +78,7 @@ impl Plant {
 /// # Errors
 /// The number of the robot and why it cannot reach its start.
 pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplaced)> {
-    let at = |position, attitude| Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() };
-    let a = m.base_pose.compose(m.tool_start);
-    let b = m.target_pose.compose(m.seat);
-    let told = command(m, &Parts { a: at(a.position, a.attitude), b: at(b.position, b.attitude) });
-    let start = robots_at(m, &told);
+    let start = robots_at(m, &m.start());
     let cell = |robot: usize, motion: Motion<f64>| {
         let home = Pose { position: motion.position, attitude: motion.attitude };
         let rail = m.facility.rail.zip(level.carriage.clone()).filter(|_| robot == 0);

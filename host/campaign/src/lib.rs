@@ -23,6 +23,7 @@ mod sampling;
 mod scenario;
 mod source;
 mod stability;
+pub mod station;
 mod suggest;
 mod table;
 mod units;
@@ -36,6 +37,7 @@ pub use problem::{Problem, Problems};
 pub use robot::Robot;
 pub use sampling::Draw;
 pub use scenario::Scenario;
+pub use station::Station;
 pub use variant::Variant;
 
 use std::path::Path;
@@ -58,6 +60,11 @@ pub fn json_schema() -> String {
 /// JSON Schema of scenario files, for editors.
 pub fn scenario_json_schema() -> String {
     pretty(&schemars::schema_for!(written::scenario::ScenarioFile))
+}
+
+/// JSON Schema of facility files, for editors.
+pub fn station_json_schema() -> String {
+    pretty(&schemars::schema_for!(written::station::StationFile))
 }
 
 /// JSON Schema of robot model files, for editors.

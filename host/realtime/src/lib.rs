@@ -5,8 +5,15 @@
 //! [`wire`]), the simulation computer answers with the next set-points, the limits have the last word, the command
 //! goes out, and the log takes all of it.
 
+pub mod arms;
+pub mod clock;
+pub mod drive;
+pub mod emulation;
+pub mod limiter;
 pub mod log;
 pub mod protocol;
+pub mod sensing;
 pub mod signals;
 pub mod time;
+pub mod view;
 pub mod wire;

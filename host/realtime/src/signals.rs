@@ -127,7 +127,7 @@ impl From<std::io::Error> for LinkFault {
 }
 
 /// A robot, whatever its protocol; also an emulated one.
-pub trait Robot: Send {
+pub trait Robot {
     /// What it can do.
     fn capabilities(&self) -> Capabilities;
 
@@ -148,7 +148,7 @@ pub trait Robot: Send {
 }
 
 /// A force/torque sensor, whatever its protocol; also an emulated one.
-pub trait ForceSensor: Send {
+pub trait ForceSensor {
     /// Period of its samples.
     fn period(&self) -> Nanos;
 

@@ -105,6 +105,7 @@ fn take(table: Table, order: &[usize]) -> Table {
     let columns = table.columns.into_iter().map(|mut column| {
         column.values = match column.values {
             Values::U64(values) => Values::U64(order.iter().map(|row| values[*row]).collect()),
+            Values::I64(values) => Values::I64(order.iter().map(|row| values[*row]).collect()),
             Values::U32(values) => Values::U32(order.iter().map(|row| values[*row]).collect()),
             Values::F64(values) => Values::F64(order.iter().map(|row| values[*row]).collect()),
             Values::Bool(values) => Values::Bool(order.iter().map(|row| values[*row]).collect()),

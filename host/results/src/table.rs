@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use arrow_array::types::Int32Type;
 use arrow_array::{
-    Array, ArrayRef, BooleanArray, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray, UInt32Array,
-    UInt64Array,
+    Array, ArrayRef, BooleanArray, DictionaryArray, Float64Array, Int32Array, Int64Array, RecordBatch, StringArray,
+    UInt32Array, UInt64Array,
 };
 use arrow_schema::{DataType, Field, Schema};
 
@@ -54,6 +54,8 @@ impl Kind {
 pub enum Values {
     /// Whole numbers, 64 bits.
     U64(Vec<u64>),
+    /// Whole numbers with a sign, 64 bits: times in nanoseconds.
+    I64(Vec<i64>),
     /// Whole numbers or flag bits, 32 bits.
     U32(Vec<u32>),
     /// Real numbers.
@@ -79,6 +81,7 @@ impl Values {
     pub fn len(&self) -> usize {
         match self {
             Self::U64(values) => values.len(),
+            Self::I64(values) => values.len(),
             Self::U32(values) => values.len(),
             Self::F64(values) => values.len(),
             Self::Bool(values) => values.len(),
@@ -103,6 +106,7 @@ impl Values {
     fn append(&mut self, other: Self) -> bool {
         match (self, other) {
             (Self::U64(values), Self::U64(mut more)) => values.append(&mut more),
+            (Self::I64(values), Self::I64(mut more)) => values.append(&mut more),
             (Self::U32(values), Self::U32(mut more)) => values.append(&mut more),
             (Self::F64(values), Self::F64(mut more)) => values.append(&mut more),
             (Self::Bool(values), Self::Bool(mut more)) => values.append(&mut more),
@@ -119,6 +123,7 @@ impl Values {
     fn data_type(&self) -> DataType {
         match self {
             Self::U64(_) => DataType::UInt64,
+            Self::I64(_) => DataType::Int64,
             Self::U32(_) => DataType::UInt32,
             Self::F64(_) => DataType::Float64,
             Self::Bool(_) => DataType::Boolean,
@@ -129,6 +134,7 @@ impl Values {
     fn array(&self) -> ArrayRef {
         match self {
             Self::U64(values) => Arc::new(UInt64Array::from(values.clone())),
+            Self::I64(values) => Arc::new(Int64Array::from(values.clone())),
             Self::U32(values) => Arc::new(UInt32Array::from(values.clone())),
             Self::F64(values) => {
                 Arc::new(values.iter().map(|value| value.filter(|number| !number.is_nan())).collect::<Float64Array>())
@@ -146,6 +152,9 @@ impl Values {
         let any = array.as_any();
         if let Some(values) = any.downcast_ref::<UInt64Array>() {
             return Some(Self::U64(values.values().to_vec()));
+        }
+        if let Some(values) = any.downcast_ref::<Int64Array>() {
+            return Some(Self::I64(values.values().to_vec()));
         }
         if let Some(values) = any.downcast_ref::<UInt32Array>() {
             return Some(Self::U32(values.values().to_vec()));
@@ -253,6 +262,14 @@ impl Table {
     pub fn u64s(&self, name: &str) -> Option<&[u64]> {
         match &self.column(name)?.values {
             Values::U64(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The 64-bit whole numbers with a sign of a column by its name.
+    pub fn i64s(&self, name: &str) -> Option<&[i64]> {
+        match &self.column(name)?.values {
+            Values::I64(values) => Some(values),
             _ => None,
         }
     }

@@ -1,5 +1,6 @@
 //! Tables to Parquet files, with equal bytes for equal content.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -22,21 +23,43 @@ const ROW_GROUP_ROWS: usize = 100_000;
 ///
 /// NaN becomes null. The same table and metadata give the same bytes, also on another machine.
 pub fn write_table(path: &Path, table: &Table, metadata: &[(String, String)]) -> Result<()> {
-    let rows = table.rows();
-    if let Some(column) = table.columns.iter().find(|column| column.values.len() != rows) {
-        let what = format!("column `{}` has {} rows of {rows}", column.name, column.values.len());
-        return Err(Error::contract(path, what));
-    }
+    write_batches(path, std::iter::once(Ok(Cow::Borrowed(table))), metadata)
+}
+
+/// As [`write_table`], for tables with the same columns that come one after another, so that memory stays flat.
+///
+/// Without any table there are no columns: that is an error, and so is an error in place of a table.
+pub(crate) fn write_batches<'a>(
+    path: &Path,
+    mut tables: impl Iterator<Item = Result<Cow<'a, Table>>>,
+    metadata: &[(String, String)],
+) -> Result<()> {
+    let first = tables.next().ok_or_else(|| Error::contract(path, "no columns to write"))??;
     atomically(path, |file| {
-        let batch = table.batch().map_err(Error::parquet(path))?;
         // Arrow readers look for file metadata in the embedded schema, others in the footer: it stands in both.
-        let schema = table.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
+        let schema = first.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
         let mut writer =
             ArrowWriter::try_new(file, Arc::new(schema), Some(properties(metadata))).map_err(Error::parquet(path))?;
-        writer.write(&batch).map_err(Error::parquet(path))?;
+        for table in std::iter::once(Ok(first)).chain(tables) {
+            let table = table?;
+            check_rows(path, &table)?;
+            let batch = table.batch().map_err(Error::parquet(path))?;
+            writer.write(&batch).map_err(Error::parquet(path))?;
+        }
         writer.close().map_err(Error::parquet(path))?;
         Ok(())
     })
+}
+
+fn check_rows(path: &Path, table: &Table) -> Result<()> {
+    let rows = table.rows();
+    match table.columns.iter().find(|column| column.values.len() != rows) {
+        None => Ok(()),
+        Some(column) => {
+            let what = format!("column `{}` has {} rows of {rows}", column.name, column.values.len());
+            Err(Error::contract(path, what))
+        }
+    }
 }
 
 fn properties(metadata: &[(String, String)]) -> WriterProperties {
@@ -69,6 +92,7 @@ fn hash_values(hasher: &mut blake3::Hasher, values: &Values) {
     };
     match values {
         Values::U64(values) => values.iter().for_each(|value| put(&value.to_le_bytes())),
+        Values::I64(values) => values.iter().for_each(|value| put(&value.to_le_bytes())),
         Values::U32(values) => values.iter().for_each(|value| put(&value.to_le_bytes())),
         // The null's bit pattern is a NaN that no other value can have: NaN is null.
         Values::F64(values) => values.iter().for_each(|value| {

@@ -175,7 +175,7 @@ pub(crate) fn check_rail(c: &mut Checker, table: &JointLevelTable, rail: Option<
     }
 }
 
-fn mount(c: &mut Checker, table: &MountTable) -> Mount {
+pub(crate) fn mount(c: &mut Checker, table: &MountTable) -> Mount {
     let base = c.pose(&Some(table.position.clone()), &table.rotation);
     let tool = c.pose(&table.part_position, &table.part_rotation);
     let nothing = Payload { mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };

@@ -6,6 +6,7 @@ pub(crate) mod facility;
 pub(crate) mod joint_level;
 pub(crate) mod robot;
 pub(crate) mod scenario;
+pub(crate) mod station;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};

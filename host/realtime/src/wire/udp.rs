@@ -1,18 +1,11 @@
 //! A UDP socket as a port, on the machine's monotonic clock.
 
 use super::Port;
+use crate::clock::{Clock, Monotonic};
 use crate::time::Nanos;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::os::fd::AsRawFd;
-
-/// The machine's monotonic clock.
-pub fn monotonic() -> Nanos {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the pointer is to a timespec of ours; the call writes it and keeps nothing.
-    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
-    Nanos(time.tv_sec * 1_000_000_000 + time.tv_nsec)
-}
 
 /// A bound UDP socket that never blocks but where told until when.
 pub struct UdpPort {
@@ -42,7 +35,7 @@ impl UdpPort {
 
     /// Waits until a datagram has come or the deadline is over.
     fn wait(&self, deadline: Nanos) -> io::Result<bool> {
-        let left = deadline - monotonic();
+        let left = deadline - Monotonic.now();
         if left.0 <= 0 {
             return Ok(false);
         }
@@ -62,12 +55,12 @@ impl UdpPort {
 
 /// When the datagram taken last arrived.
 fn arrival(socket: &UdpSocket) -> Nanos {
-    super::arrival::of_last_datagram(socket.as_raw_fd(), monotonic())
+    super::arrival::of_last_datagram(socket.as_raw_fd(), Monotonic.now())
 }
 
 impl Port for UdpPort {
     fn now(&self) -> Nanos {
-        monotonic()
+        Monotonic.now()
     }
 
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>> {

@@ -5,10 +5,12 @@
 
 mod controller;
 mod drives;
+mod kinematics;
 mod reach;
 
 pub use controller::{first_set_point, set_point};
 pub use drives::{drive, drives_at, held_part};
+pub use kinematics::Axes;
 
 use super::{
     Branch, Joint, JointState, Manipulator, SphericalWrist, VelocityLoop, best_posture, joint_axis, link_frames, turn,

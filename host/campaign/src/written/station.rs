@@ -1,0 +1,130 @@
+//! The facility file of the drive path, as written: the real robots, their limits, the sensor, when to stop.
+
+use super::joint_level::MountTable;
+use super::{At, Quantities, Quantity};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The real robots and the sensor of a facility, and what they may do when softdock drives them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "softdock facility")]
+pub(crate) struct StationFile {
+    /// Format and version of this file: "facility/1".
+    pub(crate) schema: At<String>,
+    /// Name of the facility: letters, digits, - and _.
+    pub(crate) id: At<String>,
+    /// One line for people.
+    pub(crate) title: At<String>,
+    /// Robot model file of both robots, relative to this file.
+    pub(crate) robot: At<String>,
+    /// The joints of both robots.
+    pub(crate) joints: JointsTable,
+    /// The rail under robot 1, if there is one.
+    pub(crate) rail: Option<RailTable>,
+    /// Robot 1, which holds part A and the sensor.
+    pub(crate) robot1: RobotTable,
+    /// Robot 2, which holds part B.
+    pub(crate) robot2: RobotTable,
+    /// The force/torque sensor between robot 1's flange and part A.
+    pub(crate) sensor: SensorTable,
+    /// When a run is stopped.
+    #[serde(default)]
+    pub(crate) safety: SafetyTable,
+}
+
+/// How the controllers count joint angles, and how fast the joints may move; lists from joint 1 to 6.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct JointsTable {
+    /// Angle of the robot model where the controller says zero; default zero.
+    pub(crate) zero: Option<Quantities>,
+    /// Distance that is kept from the ends of the model's ranges; default 1 degree.
+    pub(crate) margin: Option<Quantity>,
+    /// Greatest speeds; at most the model's.
+    pub(crate) speed: Quantities,
+    /// Greatest accelerations.
+    pub(crate) acceleration: Quantities,
+    /// Greatest jerks.
+    pub(crate) jerk: Quantities,
+}
+
+/// The rail's place on its controller and its limits.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RailTable {
+    /// Place on the rail, as its controller counts it, where robot 1's base stands as stated; default zero.
+    pub(crate) zero: Option<Quantity>,
+    /// Least place, counted from there.
+    pub(crate) lower: Quantity,
+    /// Greatest place, counted from there.
+    pub(crate) upper: Quantity,
+    /// Greatest speed.
+    pub(crate) speed: Quantity,
+    /// Greatest acceleration.
+    pub(crate) acceleration: Quantity,
+    /// Greatest jerk.
+    pub(crate) jerk: Quantity,
+}
+
+/// One robot: who it is and where it stands.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RobotTable {
+    /// Name or serial number, as on its plate.
+    pub(crate) name: At<String>,
+    /// IP address that its controller sends from, or the network interface of its EtherCAT segment.
+    pub(crate) address: Option<At<String>>,
+    /// Where it stands and what it holds.
+    pub(crate) mount: At<MountTable>,
+    /// Tool frame of its controller, in the flange: the pose that it reports is this frame's in its base.
+    pub(crate) tool_position: Option<Quantities>,
+    /// Rotation of that frame, as roll, pitch, yaw.
+    pub(crate) tool_rotation: Option<Quantities>,
+    /// Greatest way of a joint from where the session begins; default 30 degrees.
+    pub(crate) correction: Option<Quantity>,
+}
+
+/// The sensor's frame and what it carries.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorTable {
+    /// Origin of the sensor's frame in part A's frame.
+    pub(crate) position: Option<Quantities>,
+    /// Rotation of the sensor's axes in part A's frame, as roll, pitch, yaw.
+    pub(crate) rotation: Option<Quantities>,
+    /// Mass that hangs on the sensor: part A and its holder.
+    pub(crate) tool_mass: Quantity,
+    /// Its centre of mass in the sensor's frame.
+    pub(crate) tool_centre: Quantities,
+    /// Measured force above which the parts count as touching; default 5 N.
+    pub(crate) touch_force: Option<Quantity>,
+}
+
+/// When a run is stopped.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SafetyTable {
+    /// Lost cycles in a row over which the last command is held; default 3.
+    pub(crate) hold_cycles: Option<At<u64>>,
+    /// Lost cycles in a row after which the link counts as dead; default 10.
+    pub(crate) stop_cycles: Option<At<u64>>,
+    /// Greatest age of a sensor sample; default 5 ms.
+    pub(crate) sensor_age: Option<Quantity>,
+    /// Energy that the facility may create in the contact; default 0.5 J.
+    pub(crate) contact_energy: Option<Quantity>,
+    /// The run ends with a controlled stop when the latch closes; default true.
+    pub(crate) end_at_capture: Option<bool>,
+    /// Greatest measured force; default 500 N.
+    pub(crate) force: Option<Quantity>,
+    /// Greatest measured moment; default 100 N m.
+    pub(crate) moment: Option<Quantity>,
+    /// Greatest change of the measured force in a second; default 200 kN/s.
+    pub(crate) force_rate: Option<Quantity>,
+    /// Time over which commands may be cut to speed, acceleration and jerk without a pause; default 100 ms.
+    pub(crate) clamp_time: Option<Quantity>,
+    /// Greatest distance of a measured joint from its command; default 5 degrees.
+    pub(crate) following_error: Option<Quantity>,
+    /// Greatest distance of the rail from its command; default 50 mm.
+    pub(crate) rail_following_error: Option<Quantity>,
+}

@@ -1,0 +1,102 @@
+//! The robots of a facility in their places: between a controller's axes and the part that its robot holds.
+
+use crate::signals::AXES;
+use softdock_campaign::Station;
+use softdock_campaign::station::AxisLimits;
+use softdock_kernels::manipulator::cell::{Axes, Carriage, Cell, Feedforward, Misplaced, Servo};
+use softdock_kernels::manipulator::{Drive, Friction, Joint, Limits, VelocityLoop};
+use softdock_kernels::model::{JointLevel, Link};
+use softdock_kernels::plant::{Plant, place};
+use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::vector::{Pose, Sym3, Vec3};
+
+/// Both robots, with the zeros of their controllers.
+#[derive(Clone, Debug)]
+pub struct Arms {
+    cells: [Cell; 2],
+    zero: [f64; AXES],
+    tools: [Pose<f64>; 2],
+}
+
+impl Arms {
+    /// The robots of a facility under a scenario's parts.
+    ///
+    /// # Errors
+    /// The robot (1 or 2) that cannot hold its part at the scenario's start, and why.
+    pub fn new(plant: &Plant, station: &Station) -> Result<Self, (usize, Misplaced)> {
+        let still = VelocityLoop { gain: 0.0, integral_time: f64::INFINITY };
+        let level = JointLevel {
+            robot: station.model.clone(),
+            mounts: [station.robots[0].mount, station.robots[1].mount],
+            servo: Servo { velocity: [still; AXES - 1], feedforward: Feedforward::Off },
+            carriage: station.rail.then(|| Carriage { joint: rail_joint(&station.limits[AXES - 1]), velocity: still }),
+        };
+        let tools = [station.robots[0].tool, station.robots[1].tool];
+        Ok(Self { cells: place(plant, &level)?, zero: station.zero, tools })
+    }
+
+    /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion; and whether they can.
+    pub fn axes_for(&self, robot: usize, told: &Motion<f64>) -> (Axes, bool) {
+        let (axes, reachable) = self.cells[robot].axes_for(told);
+        (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[i]), ..axes }, reachable)
+    }
+
+    /// Axes of both robots.
+    pub fn positions_for(&self, told: &Parts<f64>) -> ([[f64; AXES]; 2], bool) {
+        let ((a, first), (b, second)) = (self.axes_for(0, &told.a), self.axes_for(1, &told.b));
+        ([a.position, b.position], first && second)
+    }
+
+    /// Motion of the part that a robot holds, laboratory.
+    pub fn part_on(&self, robot: usize, position: &[f64; AXES], rate: &[f64; AXES]) -> Motion<f64> {
+        self.cells[robot].part_on(&Axes { position: self.in_model(position), rate: *rate })
+    }
+
+    /// Motions of both parts.
+    pub fn parts_on(&self, position: &[[f64; AXES]; 2], rate: &[[f64; AXES]; 2]) -> Parts<f64> {
+        Parts { a: self.part_on(0, &position[0], &rate[0]), b: self.part_on(1, &position[1], &rate[1]) }
+    }
+
+    /// Pose of the controller's tool frame in the robot's base, as the robot itself should report it.
+    pub fn tool_pose(&self, robot: usize, position: &[f64; AXES]) -> Pose<f64> {
+        self.cells[robot].flange(&self.in_model(position)).compose(self.tools[robot])
+    }
+
+    /// Limits in the controllers' own angles.
+    pub fn limits(&self, station: &Station) -> [AxisLimits; AXES] {
+        std::array::from_fn(|i| {
+            let model = station.limits[i];
+            AxisLimits { lower: model.lower - self.zero[i], upper: model.upper - self.zero[i], ..model }
+        })
+    }
+
+    fn in_model(&self, position: &[f64; AXES]) -> [f64; AXES] {
+        std::array::from_fn(|i| position[i] + self.zero[i])
+    }
+}
+
+/// The rail as an axis of which only the range counts: nothing here has dynamics.
+fn rail_joint(limits: &AxisLimits) -> Joint {
+    let drive = Drive {
+        gear_ratio: 1.0,
+        rotor_inertia: 0.0,
+        gear_stiffness: 1.0,
+        gear_damping: 0.0,
+        backlash: 0.0,
+        torque_offset: 0.0,
+        torque_limit: 0.0,
+        static_torque: 0.0,
+    };
+    let friction = Friction {
+        coulomb: 0.0,
+        viscous: 0.0,
+        stribeck: 0.0,
+        stribeck_speed: 1.0,
+        presliding_stiffness: 1.0,
+        load_coefficient: 0.0,
+    };
+    let link = Link { origin: Pose::identity(), mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
+    let limits =
+        Limits { lower: limits.lower, upper: limits.upper, speed: limits.speed, acceleration: limits.acceleration };
+    Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }
+}

@@ -1,0 +1,603 @@
+//! The drive's decisions: from what a cycle's links have brought to what the robots are told, and the record of it.
+//!
+//! Pure: the same inputs give the same orders and the same record, bit for bit, whatever clock and links stand around.
+
+use super::guard::{Alarm, Guard, Seen};
+use super::motion::{JointMove, RunIn};
+use super::start::{Refusal, START_TOLERANCE, StartUp, apart};
+use crate::arms::Arms;
+use crate::limiter::{Cut, Limiter};
+use crate::log::codes::{LimitKind, Phase, StopCause, cycle_flags};
+use crate::log::record::{CycleRecord, RobotRecord};
+use crate::log::table::Logged;
+use crate::sensing::Sensing;
+use crate::signals::{AXES, Capabilities, ForceSample, LinkCounters, Order, RobotState};
+use crate::time::Nanos;
+use softdock_campaign::Station;
+use softdock_campaign::station::AxisLimits;
+use softdock_kernels::frame::single::{Measured, Progress, SimulationComputer, simulation_computer};
+use softdock_kernels::manipulator::cell::Misplaced;
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::{Motion, Parts, Wrench};
+use softdock_kernels::vector::Pose;
+use std::sync::Arc;
+
+/// How long the sensor is read for its tare \[s\].
+const TARE_TIME: f64 = 0.5;
+/// Spread of the force during the tare that still counts as rest, as a share of the touch force.
+const RESTLESS: f64 = 2.0;
+/// Duration of the run-in from rest \[s\].
+const RUN_IN_TIME: f64 = 1.0;
+/// Cycles over which the protocol's end is sent.
+const END_CYCLES: u32 = 5;
+
+/// What is driven.
+#[derive(Clone)]
+pub struct Task {
+    /// The scenario.
+    pub plant: Arc<Plant>,
+    /// The facility.
+    pub station: Arc<Station>,
+    /// Number of the run.
+    pub run: u64,
+    /// Its draw.
+    pub params: Params<f64>,
+    /// The commands move real robots.
+    pub armed: bool,
+    /// Robots away from the start of the run are moved there.
+    pub to_start: bool,
+}
+
+/// What came over the links of those who take the commands, or of those who are only exercised.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Arrived {
+    /// Reports of robots 1 and 2.
+    pub robots: [Option<RobotState>; 2],
+    /// The sensor's newest sample.
+    pub sample: Option<ForceSample>,
+    /// Counters of robots 1 and 2 and of the sensor.
+    pub links: [LinkCounters; 3],
+    /// Links that cannot go on: robots 1 and 2 and the sensor.
+    pub broken: [bool; 3],
+}
+
+/// All that a cycle decides from.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs {
+    /// Start of the cycle since the start of the drive.
+    pub now: Nanos,
+    /// From those who take the commands.
+    pub moved: Arrived,
+    /// From the real links of a dry run.
+    pub exercised: Option<Arrived>,
+    /// Somebody wants the run stopped.
+    pub request: Option<StopCause>,
+}
+
+/// What the robots are told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orders {
+    /// Robots 1 and 2; nothing goes to a dead link.
+    pub moved: [Option<Order>; 2],
+    /// The session is over.
+    pub over: bool,
+}
+
+/// Why a drive cannot be prepared.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unprepared {
+    /// A robot cannot hold its part at the scenario's start.
+    #[error("robot {0} of the facility file cannot hold its part at the start of the scenario ({1:?}): move its base")]
+    Misplaced(usize, MisplacedWhy),
+    /// The robot's cycle is not a whole number of ticks.
+    #[error("a robot's cycle of {0} ms is not a whole number of ticks of {1} ms: change the scenario's timing.tick")]
+    Cycle(f64, f64),
+}
+
+/// As the kernels say it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MisplacedWhy {
+    /// Not six joints with a spherical wrist.
+    NoWrist,
+    /// Out of reach.
+    OutOfReach,
+}
+
+impl From<(usize, Misplaced)> for Unprepared {
+    fn from((robot, why): (usize, Misplaced)) -> Self {
+        let why = if why == Misplaced::NoWrist { MisplacedWhy::NoWrist } else { MisplacedWhy::OutOfReach };
+        Self::Misplaced(robot, why)
+    }
+}
+
+/// Where a drive is, with what that phase needs.
+#[derive(Clone, Copy, Debug)]
+enum State {
+    StartUp(StartUp),
+    ToStart { way: JointMove, begun: Nanos },
+    Taring { begun: Nanos, sum: Wrench<f64>, least: f64, most: f64, samples: u32 },
+    RunIn { begun: Nanos },
+    Running,
+    Stopping,
+    Ending { cycles: u32 },
+    Over,
+}
+
+/// The drive's decisions.
+pub struct Core {
+    task: Task,
+    arms: Arms,
+    sensing: Sensing,
+    computer: Box<dyn SimulationComputer>,
+    run_in: RunIn,
+    limits: [AxisLimits; AXES],
+    capabilities: [Capabilities; 2],
+    ticks: u32,
+    limiters: Option<[Limiter; 2]>,
+    guard: Option<Guard>,
+    /// Measured axes of the last two reports, newest first.
+    axes: [[[f64; AXES]; 2]; 2],
+    state: State,
+    dead: [bool; 2],
+    begun_at: [[f64; AXES]; 2],
+    refusal: Option<Refusal>,
+    record: CycleRecord,
+}
+
+impl Core {
+    /// Prepares a run; `capabilities` are those of the robots that take the commands.
+    ///
+    /// # Errors
+    /// If the robots cannot hold their parts, or their cycle does not fit the scenario.
+    pub fn new(task: Task, capabilities: [Capabilities; 2]) -> Result<Self, Unprepared> {
+        let arms = Arms::new(&task.plant, &task.station)?;
+        let (cycle, tick) = (capabilities[0].cycle.seconds(), task.plant.timing.tick());
+        let ticks = (cycle / tick).round();
+        if ticks < 1.0 || (cycle - ticks * tick).abs() > 1e-9 {
+            return Err(Unprepared::Cycle(cycle * 1e3, tick * 1e3));
+        }
+        let computer = simulation_computer(&task.plant, task.run, &task.params, task.station.sensor.touch_force);
+        let run_in = RunIn::new(computer.told(), RUN_IN_TIME);
+        let mut record = CycleRecord::BLANK;
+        record.flags = if task.armed { cycle_flags::ARMED } else { 0 };
+        Ok(Self {
+            limits: arms.limits(&task.station),
+            sensing: Sensing::new(&task.station),
+            arms,
+            computer,
+            run_in,
+            capabilities,
+            ticks: ticks as u32,
+            limiters: None,
+            guard: None,
+            axes: [[[0.0; AXES]; 2]; 2],
+            state: State::StartUp(StartUp::default()),
+            dead: [false; 2],
+            begun_at: [[0.0; AXES]; 2],
+            refusal: None,
+            record,
+            task,
+        })
+    }
+
+    /// Axes of both robots at rest at the start of the run-in, as their controllers count them.
+    pub fn start_axes(&self) -> ([[f64; AXES]; 2], bool) {
+        self.arms.positions_for(&self.run_in.at(&self.task.plant, 0.0))
+    }
+
+    /// Limits of the axes as the controllers count them.
+    pub fn limits(&self) -> [AxisLimits; AXES] {
+        self.limits
+    }
+
+    /// The record of the last cycle.
+    pub fn record(&self) -> &CycleRecord {
+        &self.record
+    }
+
+    /// The same, for what only the links know: lateness, round trips, wall clock.
+    pub fn record_mut(&mut self) -> &mut CycleRecord {
+        &mut self.record
+    }
+
+    /// Notes what went to robot 1 or 2 (0 or 1 here), after all that stands on the wire.
+    pub fn sent(&mut self, robot: usize, order: Option<&Order>) {
+        self.moved_records()[robot].tell(order);
+    }
+
+    /// Why the drive did not begin, if it did not.
+    pub fn refusal(&self) -> Option<Refusal> {
+        self.refusal
+    }
+
+    /// What the run has come to.
+    pub fn progress(&self) -> Progress {
+        self.computer.progress()
+    }
+
+    /// Metrics of the run as the facility sees it.
+    pub fn metrics(&self) -> Metrics<f64> {
+        self.computer.metrics()
+    }
+
+    /// One cycle: takes what has arrived, decides, and notes all of it in the record.
+    pub fn step(&mut self, inputs: &Inputs) -> Orders {
+        self.record.cycle += 1;
+        self.record.time = inputs.now;
+        self.take(inputs);
+        let net = self.measure(inputs);
+        if let Some(alarm) = self.alarm(inputs, net) {
+            self.stop(alarm);
+        }
+        let orders = self.decide(inputs, net);
+        self.note(&orders);
+        orders
+    }
+
+    /// What has arrived goes into the record and the short memory.
+    fn take(&mut self, inputs: &Inputs) {
+        let dry = inputs.exercised.is_some();
+        let r = &mut self.record;
+        let real = inputs.exercised.unwrap_or(inputs.moved);
+        r.robot_1.take(real.robots[0].as_ref(), Nanos(0));
+        r.robot_2.take(real.robots[1].as_ref(), Nanos(0));
+        r.ft.take(real.sample.as_ref(), Nanos(0));
+        (r.robot_1.link, r.robot_2.link, r.ft.link) = (real.links[0], real.links[1], real.links[2]);
+        if dry {
+            let moved = &inputs.moved;
+            r.emulated_1.take(moved.robots[0].as_ref(), Nanos(0));
+            r.emulated_2.take(moved.robots[1].as_ref(), Nanos(0));
+            r.emulated_ft.take(moved.sample.as_ref(), Nanos(0));
+        }
+        self.axes[1] = self.axes[0];
+        for (axes, report) in self.axes[0].iter_mut().zip(&inputs.moved.robots) {
+            *axes = report.map_or(*axes, |report| report.position);
+        }
+    }
+
+    /// Parts as the robots hold them and the wrench between them, once there is a tare.
+    fn measure(&mut self, inputs: &Inputs) -> Option<Measured> {
+        let cycle = self.capabilities[0].cycle.seconds();
+        let rates =
+            std::array::from_fn(|r| std::array::from_fn(|i| (self.axes[0][r][i] - self.axes[1][r][i]) * (1.0 / cycle)));
+        let parts = self.arms.parts_on(&self.axes[0], &rates);
+        (self.record.part_a, self.record.part_b) = (pose(&parts.a), pose(&parts.b));
+        let dry = inputs.exercised.is_some();
+        let ft = if dry { &mut self.record.emulated_ft } else { &mut self.record.ft };
+        ft.age = inputs.now - ft.received;
+        let wrench = self.sensing.on_part(ft.raw, &parts.a);
+        ft.compensated = wrench;
+        let tared = matches!(self.state, State::RunIn { .. } | State::Running | State::Stopping);
+        tared.then_some(Measured { parts, wrench })
+    }
+
+    /// The first reason to stop; none while nothing moves yet or any more.
+    fn alarm(&mut self, inputs: &Inputs, net: Option<Measured>) -> Option<Alarm> {
+        if matches!(self.state, State::Ending { .. } | State::Over) {
+            return None;
+        }
+        if let Some(cause) = inputs.request {
+            return Some(Alarm { cause, dead: None });
+        }
+        if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken) {
+            return Some(Alarm { cause: StopCause::LinkFault, dead: (link < 2).then_some(link) });
+        }
+        let running = matches!(self.state, State::Running);
+        let seen = Seen {
+            now: inputs.now,
+            robots: &inputs.moved.robots,
+            sample: inputs.moved.sample.as_ref(),
+            sent: &self.limiters.as_ref()?.each_ref().map(Limiter::position),
+            net: net.map(|measured| measured.wrench),
+            progress: running.then(|| self.computer.progress()),
+        };
+        let alarm = self.guard.as_mut()?.check(&seen)?;
+        // Once it ramps down, only a dead link changes anything.
+        (!matches!(self.state, State::Stopping) || alarm.dead.is_some()).then_some(alarm)
+    }
+
+    /// Begins a controlled stop; the first cause stands.
+    fn stop(&mut self, alarm: Alarm) {
+        if let Some(robot) = alarm.dead {
+            self.dead[robot] = true;
+        }
+        if self.record.cause == StopCause::None {
+            self.record.cause = alarm.cause;
+        }
+        self.state = match (&self.state, &self.limiters) {
+            (_, None) => State::Ending { cycles: 0 },
+            (State::Ending { .. } | State::Over, _) => return,
+            _ => State::Stopping,
+        };
+    }
+
+    /// The phase's own business.
+    fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
+        let hold = Orders { moved: [Some(Order::Hold); 2], over: false };
+        match self.state {
+            State::StartUp(checks) => self.start_up(checks, inputs.now, hold),
+            State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
+            State::Taring { .. } => self.tare(inputs),
+            State::RunIn { begun } => {
+                let time = (inputs.now - begun).seconds();
+                // In step with the cycle: the command is for its end.
+                let at = time + self.capabilities[0].cycle.seconds();
+                let told = self.run_in.at(&self.task.plant, at);
+                if at >= self.run_in.duration() - 1e-9 {
+                    self.state = State::Running;
+                }
+                self.command(&told)
+            }
+            State::Running => self.run(net),
+            State::Stopping => self.ramp_down(),
+            State::Ending { cycles } => self.end(cycles),
+            State::Over => Orders { moved: [None; 2], over: true },
+        }
+    }
+
+    fn start_up(&mut self, mut checks: StartUp, now: Nanos, hold: Orders) -> Orders {
+        let answer = checks.check(&self.record, &self.arms, &self.limits, &self.capabilities);
+        self.state = State::StartUp(checks);
+        match answer {
+            None => hold,
+            Some(Err(refusal)) => self.refuse(refusal),
+            Some(Ok(())) => self.begin(now),
+        }
+    }
+
+    fn refuse(&mut self, refusal: Refusal) -> Orders {
+        self.refusal = Some(refusal);
+        self.record.cause = StopCause::StartRefused;
+        self.state = State::Ending { cycles: 0 };
+        self.end(0)
+    }
+
+    /// From rest where the robots are: limits and guard are set, and the way to the start is found.
+    fn begin(&mut self, now: Nanos) -> Orders {
+        let at = self.axes[0];
+        self.begun_at = at;
+        let cycle = self.capabilities[0].cycle;
+        self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
+        self.guard = Some(Guard::new(self.task.station.safety, self.capabilities.map(|c| c.cycle), now));
+        let (start, reachable) = self.start_axes();
+        if !reachable {
+            let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
+            return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
+        }
+        if let Some(refusal) = self.off_start() {
+            if !self.task.to_start {
+                return self.refuse(refusal);
+            }
+            self.state = State::ToStart { way: JointMove::new(at, start, &self.limits), begun: now };
+        } else {
+            self.state = resting(now);
+        }
+        Orders { moved: at.map(|at| Some(Order::Move(at))), over: false }
+    }
+
+    /// The robot that holds its part too far from the start of the run.
+    fn off_start(&self) -> Option<Refusal> {
+        let want = self.run_in.at(&self.task.plant, 0.0);
+        let at = self.arms.parts_on(&self.axes[0], &[[0.0; AXES]; 2]);
+        [(want.a, at.a), (want.b, at.b)].iter().enumerate().find_map(|(r, (want, at))| {
+            let (distance, angle) = apart(&pose(want), &pose(at));
+            (distance > START_TOLERANCE[0] || angle > START_TOLERANCE[1]).then_some(Refusal::NotAtStart(
+                r + 1,
+                distance,
+                angle,
+            ))
+        })
+    }
+
+    fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
+        let time = (now - begun).seconds() + self.capabilities[0].cycle.seconds();
+        let orders = self.limited(&way.at(time), true);
+        // The robots lag behind their commands: they get a second to come in.
+        if time > way.duration() {
+            match self.off_start() {
+                None => self.state = resting(now),
+                Some(refusal) if time > way.duration() + 3.0 => return self.refuse(refusal),
+                Some(_) => {}
+            }
+        }
+        orders
+    }
+
+    /// Reads the sensor at rest; then the run begins.
+    fn tare(&mut self, inputs: &Inputs) -> Orders {
+        let State::Taring { begun, mut sum, mut least, mut most, mut samples } = self.state else {
+            return self.hold_position();
+        };
+        if let Some(sample) = inputs.moved.sample {
+            let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
+            let net = sample.wrench - self.sensing.weight(&a);
+            (sum, samples) = (sum + net, samples + 1);
+            let force = net.force.norm();
+            (least, most) = (least.min(force), most.max(force));
+        }
+        self.state = State::Taring { begun, sum, least, most, samples };
+        if (inputs.now - begun).seconds() >= TARE_TIME && samples > 0 {
+            let spread = most - least;
+            if spread > RESTLESS * self.task.station.sensor.touch_force {
+                return self.refuse(Refusal::Restless(spread));
+            }
+            self.sensing.tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
+            self.state = State::RunIn { begun: inputs.now };
+        }
+        self.hold_position()
+    }
+
+    /// The run itself: as many ticks as the cycle holds, then the command for the cycle's end.
+    fn run(&mut self, net: Option<Measured>) -> Orders {
+        let Some(measured) = net else {
+            return self.hold_position();
+        };
+        for _ in 0..self.ticks {
+            self.computer.tick(&measured);
+        }
+        self.record.tick += u64::from(self.ticks);
+        let told = self.computer.told();
+        let progress = self.computer.progress();
+        let docked = progress.captured && self.task.station.safety.end_at_capture;
+        if progress.over || docked {
+            let cause = if progress.unstable { StopCause::NonFinite } else { StopCause::Completed };
+            self.stop(Alarm { cause, dead: None });
+            return self.ramp_down();
+        }
+        self.command(&told)
+    }
+
+    /// Tells the robots a motion of the parts.
+    fn command(&mut self, told: &Parts<f64>) -> Orders {
+        let (wanted, reachable) = self.arms.positions_for(told);
+        self.limited(&wanted, reachable)
+    }
+
+    /// The last word of the limiters on wanted axes.
+    fn limited(&mut self, wanted: &[[f64; AXES]; 2], reachable: bool) -> Orders {
+        let (Some(limiters), Some(guard)) = (&mut self.limiters, &mut self.guard) else {
+            return Orders { moved: [Some(Order::Hold); 2], over: false };
+        };
+        let mut cuts = [Cut::default(); 2];
+        let mut sent = [[0.0; AXES]; 2];
+        for r in 0..2 {
+            (sent[r], cuts[r]) = limiters[r].approach(&wanted[r]);
+        }
+        let stop = guard.of_command(&cuts, reachable);
+        self.note_cuts(&cuts);
+        if let Some(cause) = stop.or_else(|| self.beyond_correction(&sent)) {
+            // The command just limited is a good one: the ramp goes on from it in the next cycle.
+            self.stop(Alarm { cause, dead: None });
+        }
+        self.orders(sent)
+    }
+
+    /// Whether a joint has left the way that its robot may make from where the session began.
+    fn beyond_correction(&self, sent: &[[f64; AXES]; 2]) -> Option<StopCause> {
+        let beyond = (0..2).any(|r| {
+            let most = self.task.station.robots[r].correction;
+            (0..AXES - 1).any(|i| (sent[r][i] - self.begun_at[r][i]).abs() > most)
+        });
+        beyond.then_some(StopCause::ToolLimit)
+    }
+
+    fn hold_position(&mut self) -> Orders {
+        match &self.limiters {
+            Some(limiters) => {
+                let at = limiters.each_ref().map(Limiter::position);
+                self.limited(&at, true)
+            }
+            None => Orders { moved: [Some(Order::Hold); 2], over: false },
+        }
+    }
+
+    fn ramp_down(&mut self) -> Orders {
+        let Some(limiters) = &mut self.limiters else {
+            self.state = State::Ending { cycles: 0 };
+            return self.end(0);
+        };
+        let sent = limiters.each_mut().map(Limiter::stop);
+        if limiters.iter().all(Limiter::at_rest) {
+            self.state = State::Ending { cycles: 0 };
+        }
+        self.orders(sent)
+    }
+
+    /// The protocols' own controlled end, a few times over, and then nothing more.
+    fn end(&mut self, cycles: u32) -> Orders {
+        self.state = if cycles + 1 >= END_CYCLES { State::Over } else { State::Ending { cycles: cycles + 1 } };
+        let at = self.limiters.as_ref().map_or(self.axes[0], |limiters| limiters.each_ref().map(Limiter::position));
+        let moved = std::array::from_fn(|r| (!self.dead[r]).then_some(Order::End(at[r])));
+        Orders { moved, over: false }
+    }
+
+    fn orders(&self, sent: [[f64; AXES]; 2]) -> Orders {
+        Orders { moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))), over: false }
+    }
+
+    /// Records of the robots that take the commands: the emulated ones of a dry run, else the real ones.
+    fn moved_records(&mut self) -> [&mut RobotRecord; 2] {
+        let r = &mut self.record;
+        if r.emulated_1.present() { [&mut r.emulated_1, &mut r.emulated_2] } else { [&mut r.robot_1, &mut r.robot_2] }
+    }
+
+    fn note_cuts(&mut self, cuts: &[Cut; 2]) {
+        for (record, cut) in self.moved_records().into_iter().zip(cuts) {
+            record.limits = Logged::BLANK;
+            let kinds = [
+                (cut.position, LimitKind::Position),
+                (cut.speed, LimitKind::Velocity),
+                (cut.acceleration, LimitKind::Acceleration),
+                (cut.jerk, LimitKind::Jerk),
+                (cut.not_finite, LimitKind::NonFinite),
+            ];
+            for (bits, kind) in kinds {
+                (0..AXES).filter(|i| bits & (1 << i) != 0).for_each(|i| record.limits.set(kind, i));
+            }
+        }
+    }
+
+    /// The rest of the record.
+    fn note(&mut self, orders: &Orders) {
+        let progress = self.computer.progress();
+        let used = self.limits_used();
+        for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
+            record.computed = match order {
+                Some(Order::Move(axes) | Order::End(axes)) => *axes,
+                _ => Logged::BLANK,
+            };
+            record.limit_used = used[i];
+        }
+        let r = &mut self.record;
+        if r.emulated_1.present() {
+            r.robot_1.tell(Some(&Order::Hold));
+            r.robot_2.tell(Some(&Order::Hold));
+            (r.robot_1.computed, r.robot_2.computed) = (r.emulated_1.computed, r.emulated_2.computed);
+        }
+        r.phase = phase(&self.state, &progress);
+        r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
+        (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
+        r.fed_back = progress.fed_back;
+        r.contact_energy = progress.created_energy;
+    }
+
+    /// Share of the range that each axis has used up, from its middle.
+    fn limits_used(&self) -> [[f64; AXES]; 2] {
+        let Some(limiters) = &self.limiters else {
+            return [Logged::BLANK; 2];
+        };
+        std::array::from_fn(|r| {
+            let at = limiters[r].position();
+            std::array::from_fn(|i| {
+                let limit = &self.limits[i];
+                let half = 0.5 * (limit.upper - limit.lower);
+                if half > 0.0 { (at[i] - limit.lower - half).abs() / half } else { 0.0 }
+            })
+        })
+    }
+}
+
+fn resting(now: Nanos) -> State {
+    State::Taring { begun: now, sum: Wrench::zero(), least: f64::INFINITY, most: 0.0, samples: 0 }
+}
+
+fn pose(motion: &Motion<f64>) -> Pose<f64> {
+    Pose { position: motion.position, attitude: motion.attitude }
+}
+
+fn phase(state: &State, progress: &Progress) -> Phase {
+    match state {
+        State::StartUp(_) => Phase::StartUp,
+        State::ToStart { .. } => Phase::ToStart,
+        State::Taring { .. } => Phase::Taring,
+        State::RunIn { .. } => Phase::Approach,
+        State::Running if progress.captured => Phase::Captured,
+        State::Running if progress.touching => Phase::Contact,
+        State::Running if progress.touched => Phase::Free,
+        State::Running => Phase::Approach,
+        State::Stopping => Phase::Stopping,
+        State::Ending { .. } | State::Over => Phase::Stopped,
+    }
+}

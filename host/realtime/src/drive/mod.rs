@@ -1,0 +1,10 @@
+//! A drive: one run on real or emulated robots, cycle by cycle.
+//!
+//! [`core`] decides, from what the links have brought, what the robots are told: no link, no clock and no surprise, so
+//! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
+
+pub mod core;
+pub mod guard;
+pub mod motion;
+pub mod session;
+pub mod start;

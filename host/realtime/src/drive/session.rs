@@ -1,0 +1,226 @@
+//! The session around the decisions: links and clock of a drive.
+//!
+//! Robot 1 gives the beat, by its packets or by its timer. While the session waits for it, robot 2 is answered in its
+//! own cycle from the last command. Nothing here allocates, prints or locks once the session runs.
+
+use super::core::{Arrived, Core, Inputs, Orders, Task, Unprepared};
+use crate::clock::Clock;
+use crate::limiter::Limiter;
+use crate::log::codes::{OrderKind, StopCause, cycle_flags};
+use crate::log::record::{CycleRecord, RobotRecord};
+use crate::signals::{AXES, ForceSensor, Order, Robot};
+use crate::time::Nanos;
+use softdock_campaign::station::AxisLimits;
+use std::rc::Rc;
+
+/// A wait for robot 1 looks after robot 2 this often.
+const SLICE: Nanos = Nanos::from_micros(200);
+/// A time that never comes.
+const NEVER: Nanos = Nanos(i64::MAX / 4);
+
+/// Both robots and the sensor.
+pub struct Links {
+    /// Robots 1 and 2.
+    pub robots: [Box<dyn Robot>; 2],
+    /// The sensor.
+    pub sensor: Box<dyn ForceSensor>,
+}
+
+/// A drive under way.
+pub struct Session {
+    core: Core,
+    /// Those who take the commands.
+    moved: Links,
+    /// The real ones of a dry run: the protocols run, nothing is asked of them.
+    exercised: Option<Links>,
+    clock: Rc<dyn Clock>,
+    start: Nanos,
+    /// When robot 1's next report is due.
+    due: Nanos,
+    cycle: Nanos,
+    last: Orders,
+    /// Robot 2's report came with the beat and wants the command of this cycle.
+    pending: bool,
+    /// What has gone to the robots since the last beat.
+    wire: [Option<Order>; 2],
+    /// The last word on what goes onto the wire, in each robot's own cycle.
+    outgoing: [Option<Limiter>; 2],
+    limits: [AxisLimits; AXES],
+    overruns: u64,
+}
+
+impl Session {
+    /// Opens a session; the links are open, nothing has been sent yet.
+    ///
+    /// # Errors
+    /// If the run cannot be driven on these robots.
+    pub fn new(task: Task, moved: Links, exercised: Option<Links>, clock: Rc<dyn Clock>) -> Result<Self, Unprepared> {
+        let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
+        let core = Core::new(task, capabilities)?;
+        let (start, cycle) = (clock.now(), capabilities[0].cycle);
+        let last = Orders { moved: [Some(Order::Hold); 2], over: false };
+        let limits = core.limits();
+        Ok(Self {
+            core,
+            moved,
+            exercised,
+            clock,
+            start,
+            due: start + cycle,
+            cycle,
+            last,
+            pending: false,
+            wire: [None; 2],
+            outgoing: [None, None],
+            limits,
+            overruns: 0,
+        })
+    }
+
+    /// The decisions so far.
+    pub fn core(&self) -> &Core {
+        &self.core
+    }
+
+    /// One cycle; whether the session is over. `request` stops it.
+    pub fn cycle(&mut self, request: Option<StopCause>) -> bool {
+        let mut real = self.wait();
+        let begun = self.clock.now();
+        let beat = real.robots[0].map_or(self.due, |report| report.received);
+        let lateness = begun - beat;
+        self.due = beat.max(self.due - self.cycle) + self.cycle;
+        let dry = self.exercised.is_some();
+        let mut moved = if dry { self.shadows(begun) } else { real };
+        localise(&mut real, self.start);
+        localise(&mut moved, self.start);
+        let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request };
+        self.last = self.core.step(&inputs);
+        self.answer(&inputs);
+        self.finish(&inputs, begun, lateness);
+        self.last.over
+    }
+
+    /// Waits for robot 1; gives what has arrived by then.
+    fn wait(&mut self) -> Arrived {
+        let deadline = self.due + Nanos(self.cycle.0 / 2);
+        let mut arrived = Arrived::default();
+        let order = if self.exercised.is_some() { Some(Order::Hold) } else { self.last.moved[1] };
+        let links = self.exercised.as_mut().unwrap_or(&mut self.moved);
+        loop {
+            let until = (self.clock.now() + SLICE).min(deadline);
+            match links.robots[0].receive(until) {
+                Ok(report) => arrived.robots[0] = report,
+                Err(_) => {
+                    arrived.broken[0] = true;
+                    self.clock.sleep_until(until);
+                }
+            }
+            match links.robots[1].receive(Nanos(0)) {
+                Ok(report) => {
+                    arrived.robots[1] = report.or(arrived.robots[1]);
+                    self.pending = report.is_some();
+                }
+                Err(_) => arrived.broken[1] = true,
+            }
+            if arrived.robots[0].is_some() || self.clock.now() >= deadline {
+                break;
+            }
+            // Robot 2 does not wait for robot 1: it gets the last command.
+            if let (true, Some(order)) = (self.pending, order) {
+                let order = outgoing(&mut self.outgoing[1], &self.limits, self.cycle, order);
+                arrived.broken[1] |= links.robots[1].send(&order).is_err();
+                self.wire[1] = Some(order);
+            }
+        }
+        match links.sensor.latest() {
+            Ok(sample) => arrived.sample = sample,
+            Err(_) => arrived.broken[2] = true,
+        }
+        arrived.links = [links.robots[0].counters(), links.robots[1].counters(), links.sensor.counters()];
+        arrived
+    }
+
+    /// The emulated robots of a dry run make one cycle in virtual time.
+    fn shadows(&mut self, now: Nanos) -> Arrived {
+        let mut arrived = Arrived::default();
+        for (robot, report) in self.moved.robots.iter_mut().zip(&mut arrived.robots) {
+            *report = robot.receive(NEVER).ok().flatten();
+            if let Some(report) = report {
+                report.received = now;
+            }
+        }
+        arrived.sample = self.moved.sensor.latest().ok().flatten();
+        if let Some(sample) = &mut arrived.sample {
+            sample.received = now;
+        }
+        arrived
+    }
+
+    /// Sends the orders to those whose report has come with the beat, and notes what went out.
+    fn answer(&mut self, inputs: &Inputs) {
+        if let (Some(links), Some(reported)) = (&mut self.exercised, &inputs.exercised) {
+            for (r, robot) in links.robots.iter_mut().enumerate() {
+                if reported.robots[r].is_some() && (r == 0 || self.pending) {
+                    // In a dry run a dead link shows in its counters.
+                    let _ = robot.send(&Order::Hold);
+                }
+            }
+        }
+        for (r, order) in self.last.moved.into_iter().enumerate() {
+            let answers = inputs.moved.robots[r].is_some() && (r == 0 || self.pending || self.exercised.is_some());
+            let sent = order.filter(|_| answers).and_then(|order| {
+                let order = outgoing(&mut self.outgoing[r], &self.limits, self.cycle, order);
+                self.moved.robots[r].send(&order).is_ok().then_some(order)
+            });
+            self.core.sent(r, sent.or(self.wire[r].take()).as_ref());
+        }
+    }
+
+    /// What only the session knows of a cycle.
+    fn finish(&mut self, inputs: &Inputs, begun: Nanos, lateness: Nanos) {
+        let (now, start) = (self.clock.now(), self.start);
+        let busy = now - begun;
+        self.overruns += u64::from(busy > self.cycle);
+        let overrun = if busy > self.cycle { cycle_flags::OVERRUN } else { 0 };
+        let record = self.core.record_mut();
+        (record.busy, record.overruns) = (busy, self.overruns);
+        record.flags |= overrun;
+        let reports = inputs.exercised.unwrap_or(inputs.moved).robots;
+        for (robot, report) in [&mut record.robot_1, &mut record.robot_2].into_iter().zip(reports) {
+            robot.lateness = lateness;
+            if let (Some(report), true) = (report, robot.order != OrderKind::None) {
+                robot.round_trip = now - start - report.received;
+            }
+        }
+    }
+
+    /// The record of the last cycle.
+    pub fn record(&self) -> &CycleRecord {
+        self.core.record()
+    }
+
+    /// The record of the robot that gives the beat.
+    pub fn master(&self) -> &RobotRecord {
+        &self.core.record().robot_1
+    }
+}
+
+/// Times since the start of the drive.
+fn localise(arrived: &mut Arrived, start: Nanos) {
+    arrived.robots.iter_mut().flatten().for_each(|report| report.received = report.received - start);
+    if let Some(sample) = &mut arrived.sample {
+        sample.received = sample.received - start;
+    }
+}
+
+/// An order as it may go onto the wire now: after lost cycles the robot is led back, not thrown.
+fn outgoing(limiter: &mut Option<Limiter>, limits: &[AxisLimits; AXES], cycle: Nanos, order: Order) -> Order {
+    let limited = |limiter: &mut Option<Limiter>, axes: [f64; AXES]| {
+        limiter.get_or_insert_with(|| Limiter::new(*limits, cycle.seconds(), axes)).approach(&axes).0
+    };
+    match order {
+        Order::Hold => order,
+        Order::Move(axes) => Order::Move(limited(limiter, axes)),
+        Order::End(axes) => Order::End(limited(limiter, axes)),
+    }
+}

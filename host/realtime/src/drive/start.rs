@@ -1,0 +1,209 @@
+//! What is checked before anything moves: links whole, rates as configured, poses as computed, sensor quiet.
+
+use crate::arms::Arms;
+use crate::log::codes::robot_flags;
+use crate::log::record::CycleRecord;
+use crate::signals::{AXES, Capabilities};
+use softdock_campaign::station::AxisLimits;
+use softdock_kernels::vector::Pose;
+use std::fmt;
+
+/// Cycles in a row that must come without loss.
+pub const GOOD_CYCLES: u32 = 100;
+/// Cycles after which the links have had their chance.
+pub const LAST_CYCLE: u64 = 2500;
+/// Our forward kinematics and the robot's agree this well \[m\], \[rad\].
+pub const POSE_TOLERANCE: [f64; 2] = [1e-3, 0.2 * std::f64::consts::PI / 180.0];
+/// A run begins this near to its start pose \[m\], \[rad\].
+pub const START_TOLERANCE: [f64; 2] = POSE_TOLERANCE;
+/// The measured rate is the configured one to this share.
+const RATE_TOLERANCE: f64 = 0.05;
+
+/// Why a drive does not begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// No reports of robot 1 or 2.
+    NoRobot(usize),
+    /// No samples of the sensor.
+    NoSensor,
+    /// Packets of robot 1 or 2 keep getting lost.
+    Lossy(usize),
+    /// A robot's cycle is not the configured one: robot, measured and configured \[s\].
+    Rate(usize, f64, f64),
+    /// A robot is not ready to follow.
+    NotReady(usize),
+    /// The robot's own pose of its tool differs from ours: robot, distance \[m\], angle \[rad\].
+    Pose(usize, f64, f64),
+    /// An axis stands outside its limits: robot, axis, position.
+    Outside(usize, usize, f64),
+    /// The parts are not at the start of the run: robot, distance \[m\], angle \[rad\].
+    NotAtStart(usize, f64, f64),
+    /// The start of the run is beyond a robot's reach or limits: robot.
+    Unreachable(usize),
+    /// The sensor's samples are invalid or saturated.
+    BadSensor,
+    /// At rest without contact the sensor's force spreads more than this \[N\].
+    Restless(f64),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (mm, deg) = (|v: &f64| v * 1e3, |v: &f64| v.to_degrees());
+        match self {
+            Self::NoRobot(r) => {
+                write!(f, "robot {r} sends nothing: is its program running, and is this the address that it sends to?")
+            }
+            Self::NoSensor => {
+                write!(f, "the sensor sends nothing: check its address, and that no other computer has its stream")
+            }
+            Self::Lossy(r) => write!(
+                f,
+                "packets of robot {r} get lost: {GOOD_CYCLES} cycles in a row never came whole; check cable, switch and load"
+            ),
+            Self::Rate(r, measured, wanted) => {
+                let (measured, wanted) = (measured * 1e3, wanted * 1e3);
+                write!(f, "robot {r} has a cycle of {measured:.3} ms, {wanted:.3} ms is configured")
+            }
+            Self::NotReady(r) => write!(f, "robot {r} does not follow commands: drives off, a fault, or a stop"),
+            Self::Pose(r, d, a) => write!(
+                f,
+                "robot {r} reports its tool {:.2} mm and {:.3} deg from where its joints put it by our model (1 mm and 0.2 deg \
+                 are allowed): check robot model, [joints] zero, and tool_position and tool_rotation of the facility file",
+                mm(d),
+                deg(a)
+            ),
+            Self::Outside(r, axis, at) => {
+                let name = if *axis == AXES - 1 { "rail".to_owned() } else { format!("axis {}", axis + 1) };
+                write!(f, "{name} of robot {r} stands at {at:.4}, outside its limits: move it by hand")
+            }
+            Self::NotAtStart(r, d, a) => write!(
+                f,
+                "robot {r} holds its part {:.2} mm and {:.3} deg from the start of the run (1 mm and 0.2 deg are allowed): \
+                 move it there with --to-start --arm",
+                mm(d),
+                deg(a)
+            ),
+            Self::Unreachable(r) => write!(
+                f,
+                "robot {r} cannot reach the start of this run within its limits: move its base, or take another run"
+            ),
+            Self::BadSensor => write!(f, "the sensor's samples are invalid or saturated: see its status"),
+            Self::Restless(n) => {
+                write!(f, "at rest the measured force spreads by {n:.1} N: something touches or vibrates")
+            }
+        }
+    }
+}
+
+/// Distance \[m\] and angle \[rad\] between two poses.
+pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
+    let turn = one.attitude.compose(two.attitude.conjugate());
+    ((one.position - two.position).norm(), 2.0 * turn.v.norm().atan2(turn.w.abs()))
+}
+
+/// What the start-up has seen of one robot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    good: u32,
+    first: Option<(u64, i64)>,
+    last: (u64, i64),
+}
+
+/// The checks at start-up, cycle by cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StartUp {
+    robots: [Seen; 2],
+    samples: u32,
+    cycles: u64,
+}
+
+impl StartUp {
+    /// One more cycle; an answer once all checks have passed, or one has failed.
+    pub fn check(
+        &mut self,
+        record: &CycleRecord,
+        arms: &Arms,
+        limits: &[AxisLimits; AXES],
+        robots: &[Capabilities; 2],
+    ) -> Option<Result<(), Refusal>> {
+        self.cycles += 1;
+        for (seen, robot) in self.robots.iter_mut().zip(moved(record)) {
+            let fresh = robot.flags & robot_flags::FRESH != 0;
+            if fresh {
+                seen.first.get_or_insert((self.cycles, robot.received.0));
+                seen.last = (self.cycles, robot.received.0);
+            }
+            seen.good = if fresh { seen.good + 1 } else { 0 };
+        }
+        self.samples += u32::from(moved_sensor(record).flags & crate::log::codes::force_flags::FRESH != 0);
+        let slower = robots.map(|robot| robot.cycle.0 as f64 / robots[0].cycle.0 as f64);
+        // A robot slower than the master is not fresh in every cycle of it.
+        let whole =
+            (0..2).all(|r| self.robots[r].good >= GOOD_CYCLES || slower[r] > 1.01 && self.robots[r].first.is_some());
+        if whole && self.samples > 0 && self.cycles >= u64::from(GOOD_CYCLES) {
+            return Some(self.verdict(record, arms, limits, robots));
+        }
+        (self.cycles >= LAST_CYCLE).then(|| Err(self.missing()))
+    }
+
+    fn missing(&self) -> Refusal {
+        match (0..2).find(|r| self.robots[*r].first.is_none()) {
+            Some(r) => Refusal::NoRobot(r + 1),
+            None if self.samples == 0 => Refusal::NoSensor,
+            None => Refusal::Lossy(if self.robots[0].good < GOOD_CYCLES { 1 } else { 2 }),
+        }
+    }
+
+    fn verdict(
+        &self,
+        record: &CycleRecord,
+        arms: &Arms,
+        limits: &[AxisLimits; AXES],
+        capabilities: &[Capabilities; 2],
+    ) -> Result<(), Refusal> {
+        for (r, robot) in moved(record).into_iter().enumerate() {
+            let (seen, wanted) = (&self.robots[r], capabilities[r].cycle.seconds());
+            let (first, last) = (seen.first.unwrap_or_default(), seen.last);
+            let measured = (last.1 - first.1) as f64 * 1e-9 / (last.0.max(first.0 + 1) - first.0) as f64;
+            let beat = capabilities[0].cycle.seconds().max(wanted);
+            if (measured - beat).abs() > RATE_TOLERANCE * beat && r == 0 {
+                return Err(Refusal::Rate(1, measured, wanted));
+            }
+            if robot.flags & robot_flags::READY == 0 {
+                return Err(Refusal::NotReady(r + 1));
+            }
+            let axes = (0..AXES).find(|i| {
+                let at = robot.position[*i];
+                !(limits[*i].lower - 1e-9..=limits[*i].upper + 1e-9).contains(&at) && (*i < AXES - 1 || r == 0)
+            });
+            if let Some(i) = axes {
+                return Err(Refusal::Outside(r + 1, i, robot.position[i]));
+            }
+            if robot.flags & robot_flags::POSE != 0 {
+                let (distance, angle) = apart(&robot.tool, &arms.tool_pose(r, &robot.position));
+                if !(distance <= POSE_TOLERANCE[0] && angle <= POSE_TOLERANCE[1]) {
+                    return Err(Refusal::Pose(r + 1, distance, angle));
+                }
+            }
+        }
+        let bad = crate::log::codes::force_flags::SATURATED | crate::log::codes::force_flags::INVALID;
+        if moved_sensor(record).flags & bad != 0 {
+            return Err(Refusal::BadSensor);
+        }
+        Ok(())
+    }
+}
+
+/// The robots that take the commands: the emulated ones of a dry run, else the real ones.
+pub fn moved(record: &CycleRecord) -> [&crate::log::record::RobotRecord; 2] {
+    if record.emulated_1.present() {
+        [&record.emulated_1, &record.emulated_2]
+    } else {
+        [&record.robot_1, &record.robot_2]
+    }
+}
+
+/// The sensor beside the robots that take the commands.
+pub fn moved_sensor(record: &CycleRecord) -> &crate::log::record::ForceRecord {
+    if record.emulated_ft.flags != 0 { &record.emulated_ft } else { &record.ft }
+}

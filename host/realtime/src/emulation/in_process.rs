@@ -1,0 +1,178 @@
+//! Emulated robots and sensor without a protocol between: one physics clock, links in the same thread.
+
+use super::world::World;
+use crate::clock::Clock;
+use crate::drive::session::Links;
+use crate::signals::{AXES, Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::time::Nanos;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// A robot's interpolator: straight from where it was asked to be to the new target, within its cycle.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    from: [f64; AXES],
+    to: [f64; AXES],
+    begun: Nanos,
+    ended: bool,
+}
+
+impl Course {
+    fn at(&self, time: Nanos, cycle: Nanos) -> [f64; AXES] {
+        let share = ((time - self.begun).seconds() / cycle.seconds()).clamp(0.0, 1.0);
+        if share >= 1.0 {
+            return self.to;
+        }
+        std::array::from_fn(|i| (self.to[i] - self.from[i]).mul_add(share, self.from[i]))
+    }
+}
+
+/// The emulated facility in the drive's own thread.
+pub struct Bench {
+    world: World,
+    clock: Rc<dyn Clock>,
+    cycle: Nanos,
+    tick: Nanos,
+    /// The physics has come so far.
+    time: Nanos,
+    courses: [Course; 2],
+    sequence: u32,
+}
+
+impl Bench {
+    /// A facility whose robots take commands every `cycle`, standing where they are.
+    pub fn new(world: World, clock: Rc<dyn Clock>, cycle: Nanos) -> Rc<RefCell<Self>> {
+        let time = clock.now();
+        let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Course {
+            from: at,
+            to: at,
+            begun: time,
+            ended: false,
+        });
+        let tick = Nanos::from_seconds(world.tick_seconds());
+        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, sequence: 0 }))
+    }
+
+    /// The facility itself.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Steps the physics up to a time.
+    fn advance(&mut self, to: Nanos) {
+        while self.time + self.tick <= to {
+            self.time += self.tick;
+            let targets = self.courses.map(|course| course.at(self.time, self.cycle));
+            self.world.tick(&targets);
+            self.sequence = self.sequence.wrapping_add(1);
+        }
+    }
+}
+
+/// Links to both robots and the sensor of a bench.
+pub fn links(bench: &Rc<RefCell<Bench>>) -> Links {
+    Links {
+        robots: [Box::new(EmulatedRobot::new(bench, 0)), Box::new(EmulatedRobot::new(bench, 1))],
+        sensor: Box::new(EmulatedSensor::new(bench)),
+    }
+}
+
+/// One of the two robots.
+pub struct EmulatedRobot {
+    bench: Rc<RefCell<Bench>>,
+    index: usize,
+    due: Nanos,
+    counters: LinkCounters,
+}
+
+impl EmulatedRobot {
+    /// Robot 1 or 2 (0 or 1 here) of an emulated facility.
+    pub fn new(bench: &Rc<RefCell<Bench>>, index: usize) -> Self {
+        let due = bench.borrow().time + bench.borrow().cycle;
+        Self { bench: Rc::clone(bench), index, due, counters: LinkCounters::default() }
+    }
+}
+
+impl Robot for EmulatedRobot {
+    fn capabilities(&self) -> Capabilities {
+        let bench = self.bench.borrow();
+        Capabilities { cycle: bench.cycle, master: true, rail: true, torque: false, pose: true }
+    }
+
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
+        let mut bench = self.bench.borrow_mut();
+        if self.due > deadline && self.due > bench.clock.now() {
+            bench.clock.sleep_until(deadline);
+            return Ok(None);
+        }
+        bench.clock.sleep_until(self.due);
+        let stamp = self.due;
+        bench.advance(stamp);
+        self.due += bench.cycle;
+        self.counters.received += 1;
+        let reading = bench.world.robot(self.index);
+        Ok(Some(RobotState {
+            stamp,
+            received: stamp,
+            position: reading.position,
+            asked: Some(bench.courses[self.index].at(bench.time, bench.cycle)),
+            torque: reading.torque,
+            pose: Some(reading.pose),
+            late_answers: 0,
+            ready: !bench.courses[self.index].ended,
+        }))
+    }
+
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
+        let mut bench = self.bench.borrow_mut();
+        let (time, cycle) = (bench.time, bench.cycle);
+        let course = &mut bench.courses[self.index];
+        let from = course.at(time, cycle);
+        let ended = course.ended || matches!(order, Order::End(_));
+        if let (Order::Move(to) | Order::End(to), false) = (order, course.ended) {
+            *course = Course { from, to: *to, begun: time, ended };
+        }
+        Ok(())
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}
+
+/// The sensor between robot 1 and part A.
+pub struct EmulatedSensor {
+    bench: Rc<RefCell<Bench>>,
+    seen: u32,
+    counters: LinkCounters,
+}
+
+impl EmulatedSensor {
+    /// The sensor of an emulated facility.
+    pub fn new(bench: &Rc<RefCell<Bench>>) -> Self {
+        Self { bench: Rc::clone(bench), seen: 0, counters: LinkCounters::default() }
+    }
+}
+
+impl ForceSensor for EmulatedSensor {
+    fn period(&self) -> Nanos {
+        self.bench.borrow().tick
+    }
+
+    fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault> {
+        let mut bench = self.bench.borrow_mut();
+        let now = bench.clock.now();
+        bench.advance(now);
+        if bench.sequence == self.seen {
+            return Ok(None);
+        }
+        self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
+        self.seen = bench.sequence;
+        let wrench = bench.world.reading();
+        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, saturated: false, invalid: false }))
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}

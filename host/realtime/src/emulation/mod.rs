@@ -1,0 +1,4 @@
+//! A facility that stands in for a real one: the farm's robots, contact and sensor behind the same links.
+
+pub mod in_process;
+pub mod world;

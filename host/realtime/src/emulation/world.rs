@@ -1,0 +1,114 @@
+//! The emulated facility's one physics clock: both robots, the contact between their parts, and the sensor.
+
+use crate::arms::Arms;
+use crate::sensing::Sensing;
+use crate::signals::AXES;
+use softdock_campaign::Station;
+use softdock_kernels::frame::single::{EmulatedFacility, Measured, emulated_facility};
+use softdock_kernels::manipulator::cell::Misplaced;
+use softdock_kernels::monitor::Watch;
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::{Parts, Wrench};
+use softdock_kernels::vector::Pose;
+use std::sync::Arc;
+
+/// What one emulated robot measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Axes as its controller counts them: joints \[rad\], rail \[m\].
+    pub position: [f64; AXES],
+    /// Torques of the drives \[N m\], \[N\]; only robots with joints have them.
+    pub torque: Option<[f64; AXES]>,
+    /// Pose of its tool in its base.
+    pub pose: Pose<f64>,
+}
+
+/// Both emulated robots, contact and sensor.
+pub struct World {
+    plant: Arc<Plant>,
+    arms: Arms,
+    sensing: Sensing,
+    facility: Box<dyn EmulatedFacility>,
+    /// Targets of the last ticks, newest first.
+    past: [[[f64; AXES]; 2]; 3],
+    measured: Measured,
+}
+
+impl World {
+    /// A facility with the errors and delays of a draw; both robots stand where the scenario begins.
+    ///
+    /// `bias` is what the sensor reads without weight and contact. `key` and `run` make its noise.
+    ///
+    /// # Errors
+    /// The robot (1 or 2) that cannot hold its part at the scenario's start.
+    pub fn new(
+        plant: &Arc<Plant>,
+        station: &Station,
+        key: [u32; 2],
+        run: u64,
+        params: &Params<f64>,
+        bias: Wrench<f64>,
+    ) -> Result<Self, (usize, Misplaced)> {
+        let arms = Arms::new(plant, station)?;
+        let facility = emulated_facility(plant, key, run, params);
+        let mut sensing = Sensing::new(station);
+        sensing.tare = bias;
+        let start = plant.start();
+        let (home, _) = arms.positions_for(&start);
+        let measured = Measured { parts: start, wrench: Wrench::zero() };
+        let mut world = Self { plant: Arc::clone(plant), arms, sensing, facility, past: [home; 3], measured };
+        world.stand(&home);
+        Ok(world)
+    }
+
+    /// Period of its clock \[s\].
+    pub fn tick_seconds(&self) -> f64 {
+        self.plant.timing.tick()
+    }
+
+    /// Puts both robots at rest, axes as their controllers count them.
+    pub fn stand(&mut self, position: &[[f64; AXES]; 2]) {
+        self.past = [*position; 3];
+        let parts = self.arms.parts_on(position, &[[0.0; AXES]; 2]);
+        self.facility.stand(&parts);
+        self.measured = Measured { parts, wrench: Wrench::zero() };
+    }
+
+    /// One tick in which the controllers ask their robots to come to these axes.
+    pub fn tick(&mut self, targets: &[[f64; AXES]; 2]) {
+        self.past = [*targets, self.past[0], self.past[1]];
+        let told = self.arms.parts_on(targets, &self.rates());
+        self.measured = self.facility.tick(&told);
+    }
+
+    /// Rates of the targets by the three-point backward difference, exact for constant acceleration.
+    fn rates(&self) -> [[f64; AXES]; 2] {
+        let [new, old, older] = &self.past;
+        let scale = 0.5 / self.plant.timing.tick();
+        std::array::from_fn(|r| std::array::from_fn(|i| (3.0 * new[r][i] - 4.0 * old[r][i] + older[r][i]) * scale))
+    }
+
+    /// What robot 1 or 2 (0 or 1 here) measures.
+    pub fn robot(&self, robot: usize) -> Reading {
+        let motion = if robot == 0 { &self.measured.parts.a } else { &self.measured.parts.b };
+        let position = self.arms.axes_for(robot, motion).0.position;
+        let torque = self.facility.drives().map(|drives| drives[robot].axis.map(|axis| axis.torque));
+        Reading { position, torque, pose: self.arms.tool_pose(robot, &position) }
+    }
+
+    /// What the sensor reads, its own axes and origin.
+    pub fn reading(&self) -> Wrench<f64> {
+        self.sensing.reading(self.measured.wrench, &self.measured.parts.a) + self.sensing.tare
+    }
+
+    /// Where the parts really are.
+    pub fn parts(&self) -> &Parts<f64> {
+        &self.measured.parts
+    }
+
+    /// What the contact really did so far.
+    pub fn watch(&self) -> Watch<f64> {
+        self.facility.watch()
+    }
+}

@@ -1,0 +1,299 @@
+//! The last word on a command: position, speed, acceleration and jerk of every axis, cycle by cycle.
+//!
+//! An axis is let go where it is asked to be only if it could still be stopped from there, within its jerk and its
+//! acceleration, before its range ends. Else it makes one step of that stop, which the cycle before has left open. So
+//! no command ever leaves the limits, whatever is asked; differences of sent positions obey them too.
+
+use crate::signals::AXES;
+use softdock_campaign::station::AxisLimits;
+
+/// Relative slack for rounding.
+const SLACK: f64 = 1e-9;
+/// More cycles than any stop takes.
+const LONGEST_STOP: usize = 20_000;
+
+/// Limits that a request met, one bit per axis in each word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cut {
+    /// The request was beyond the range, or could not have been stopped before its end.
+    pub position: u8,
+    /// It was too fast.
+    pub speed: u8,
+    /// It sped up or slowed down too much.
+    pub acceleration: u8,
+    /// It jerked.
+    pub jerk: u8,
+    /// It was no number.
+    pub not_finite: u8,
+}
+
+impl Cut {
+    /// Whether any limit was met.
+    pub fn any(&self) -> bool {
+        *self != Self::default()
+    }
+}
+
+/// One axis as it has been sent: position, and the last differences \[1/s, 1/s^2\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sent {
+    position: f64,
+    speed: f64,
+    acceleration: f64,
+}
+
+impl Sent {
+    /// After one more cycle with an acceleration.
+    fn after(self, acceleration: f64, cycle: f64) -> Self {
+        let speed = acceleration.mul_add(cycle, self.speed);
+        Self { position: speed.mul_add(cycle, self.position), speed, acceleration }
+    }
+
+    fn at_rest(&self) -> bool {
+        self.speed == 0.0 && self.acceleration == 0.0
+    }
+}
+
+/// The limiter of one robot's commands.
+#[derive(Clone, Debug)]
+pub struct Limiter {
+    limits: [AxisLimits; AXES],
+    cycle: f64,
+    sent: [Sent; AXES],
+}
+
+impl Limiter {
+    /// Begins at rest where the robot is; `cycle` \[s\]. An axis that stands outside its range may only come back.
+    pub fn new(limits: [AxisLimits; AXES], cycle: f64, position: [f64; AXES]) -> Self {
+        let sent = position.map(|position| Sent { position, speed: 0.0, acceleration: 0.0 });
+        let limits = std::array::from_fn(|i| {
+            let (lower, upper) = (limits[i].lower.min(position[i]), limits[i].upper.max(position[i]));
+            AxisLimits { lower, upper, ..limits[i] }
+        });
+        Self { limits, cycle, sent }
+    }
+
+    /// Where the axes were sent last.
+    pub fn position(&self) -> [f64; AXES] {
+        self.sent.map(|sent| sent.position)
+    }
+
+    /// Whether the last commands stand still.
+    pub fn at_rest(&self) -> bool {
+        self.sent.iter().all(Sent::at_rest)
+    }
+
+    /// The next command towards a request, and what had to be cut from it.
+    pub fn approach(&mut self, wanted: &[f64; AXES]) -> ([f64; AXES], Cut) {
+        let mut cut = Cut::default();
+        for (i, wanted) in wanted.iter().enumerate() {
+            let (next, met) = toward(&self.limits[i], self.cycle, self.sent[i], *wanted);
+            self.sent[i] = next;
+            let bit = 1 << i;
+            let marks = [&mut cut.position, &mut cut.speed, &mut cut.acceleration, &mut cut.jerk, &mut cut.not_finite];
+            marks.into_iter().zip(met).filter(|(_, met)| *met).for_each(|(mark, _)| *mark |= bit);
+        }
+        (self.position(), cut)
+    }
+
+    /// The next command of a controlled stop: every axis to rest within its own limits.
+    pub fn stop(&mut self) -> [f64; AXES] {
+        for (sent, limits) in self.sent.iter_mut().zip(&self.limits) {
+            *sent = sent.after(braking(limits, self.cycle, *sent), self.cycle);
+            settle(sent, limits, self.cycle);
+        }
+        self.position()
+    }
+}
+
+/// The limits met: position, speed, acceleration, jerk, not a number.
+type Met = [bool; 5];
+
+/// One axis towards a request.
+fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Met) {
+    if !wanted.is_finite() {
+        return (stopped(limits, cycle, sent), [false, false, false, false, true]);
+    }
+    let speed = (wanted - sent.position) / cycle;
+    let allowed = speed.clamp(-limits.speed, limits.speed);
+    let asked = (allowed - sent.speed) / cycle;
+    let within = asked.clamp(-limits.acceleration, limits.acceleration);
+    let change = limits.jerk * cycle;
+    let acceleration = within.clamp(sent.acceleration - change, sent.acceleration + change);
+    let beyond = |one: f64, two: f64, limit: f64| (one - two).abs() > SLACK * limit;
+    let mut met = [
+        false,
+        beyond(speed, allowed, limits.speed),
+        beyond(asked, within, limits.acceleration),
+        beyond(within, acceleration, change),
+        false,
+    ];
+    let mut next = sent.after(acceleration, cycle);
+    if met == [false; 5] {
+        // Unlimited, the request is met to the bit.
+        next.position = wanted;
+    }
+    if can_stop(limits, cycle, next) {
+        return (next, met);
+    }
+    met[0] = true;
+    (stopped(limits, cycle, sent), met)
+}
+
+/// One step of a stop.
+fn stopped(limits: &AxisLimits, cycle: f64, sent: Sent) -> Sent {
+    let mut next = sent.after(braking(limits, cycle, sent), cycle);
+    settle(&mut next, limits, cycle);
+    next
+}
+
+/// Rounding's rest of a speed is none.
+fn settle(sent: &mut Sent, limits: &AxisLimits, cycle: f64) {
+    let quantum = limits.jerk * cycle * cycle;
+    if sent.speed.abs() <= 1e-6 * quantum && sent.acceleration.abs() <= 1e-3 * limits.jerk * cycle {
+        (sent.speed, sent.acceleration) = (0.0, 0.0);
+    }
+}
+
+/// Acceleration of the next cycle of the fastest stop: brake as hard as the jerk lets go of in time.
+///
+/// Braking with b now and easing off by q = jerk * cycle in every cycle after takes
+/// `cycle ((n + 1) b - q n (n + 1) / 2)` off the speed, n = floor(b / q); solved for b.
+fn braking(limits: &AxisLimits, cycle: f64, sent: Sent) -> f64 {
+    let change = limits.jerk * cycle;
+    let side = if sent.speed < 0.0 || (sent.speed == 0.0 && sent.acceleration < 0.0) { -1.0 } else { 1.0 };
+    let need = side * sent.speed / cycle;
+    let whole = (0.5 * ((1.0 + 8.0 * need / change).sqrt() - 1.0)).floor().max(0.0);
+    let brake = (need + 0.5 * change * whole * (whole + 1.0)) / (whole + 1.0);
+    let wanted = -side * brake.min(limits.acceleration);
+    wanted.clamp(sent.acceleration - change, sent.acceleration + change)
+}
+
+/// Whether a stop from here stays inside range and speed.
+fn can_stop(limits: &AxisLimits, cycle: f64, from: Sent) -> bool {
+    let inside = |sent: &Sent| {
+        let reach = SLACK * (limits.upper - limits.lower).max(1e-3);
+        sent.position >= limits.lower - reach
+            && sent.position <= limits.upper + reach
+            && sent.speed.abs() <= limits.speed * (1.0 + SLACK)
+    };
+    if !inside(&from) {
+        return false;
+    }
+    // Far from every end a bound does: the way of a stop with all its ramps twice over.
+    let top =
+        from.speed.abs() + 0.5 * from.acceleration * from.acceleration / limits.jerk + limits.jerk * cycle * cycle;
+    let ramp = limits.acceleration / limits.jerk + 4.0 * cycle;
+    let way = top * (top / limits.acceleration + 3.0 * ramp);
+    if top <= limits.speed && from.position - way >= limits.lower && from.position + way <= limits.upper {
+        return true;
+    }
+    let mut at = from;
+    for _ in 0..LONGEST_STOP {
+        if at.at_rest() {
+            return true;
+        }
+        at = stopped(limits, cycle, at);
+        if !inside(&at) {
+            return false;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: AxisLimits = AxisLimits { lower: -1.0, upper: 1.0, speed: 1.0, acceleration: 2.0, jerk: 20.0 };
+
+    /// Numbers that look random enough.
+    struct Dice(u64);
+    impl Dice {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    /// Sends requests and checks every sent position against the limits by its own differences.
+    fn check(cycle: f64, requests: impl Iterator<Item = f64>) {
+        let mut limiter = Limiter::new([LIMITS; AXES], cycle, [0.0; AXES]);
+        let mut past = [0.0f64; 4];
+        for wanted in requests {
+            let (sent, _) = limiter.approach(&[wanted; AXES]);
+            past = [sent[0], past[0], past[1], past[2]];
+            let speed = (past[0] - past[1]) / cycle;
+            let acceleration = (past[0] - 2.0 * past[1] + past[2]) / (cycle * cycle);
+            let jerk = (past[0] - 3.0 * past[1] + 3.0 * past[2] - past[3]) / cycle.powi(3);
+            assert!(past[0].abs() <= LIMITS.upper + 1e-8, "position {}", past[0]);
+            assert!(speed.abs() <= LIMITS.speed + 1e-7, "speed {speed}");
+            assert!(acceleration.abs() <= LIMITS.acceleration + 1e-5, "acceleration {acceleration}");
+            assert!(jerk.abs() <= LIMITS.jerk + 2e-2, "jerk {jerk}");
+        }
+    }
+
+    #[test]
+    fn nothing_asked_for_leaves_the_limits() {
+        for (seed, cycle) in [(1, 1e-3), (2, 4e-3), (3, 8e-3), (4, 12e-3)] {
+            let mut dice = Dice(seed);
+            let (mut target, mut wanders) = (0.0, 0.0);
+            let requests = (0..20_000).map(|i| {
+                if i % 40 == 0 {
+                    target = 6.0 * dice.unit() - 3.0;
+                    wanders = 0.02 * dice.unit();
+                }
+                match dice.unit() {
+                    u if u < 0.02 => f64::NAN,
+                    u if u < 0.04 => 1e300 * (u - 0.03),
+                    u => target + wanders * (u - 0.5),
+                }
+            });
+            check(cycle, requests);
+        }
+    }
+
+    #[test]
+    fn what_is_within_the_limits_passes_to_the_bit() {
+        let cycle = 4e-3;
+        let mut limiter = Limiter::new([LIMITS; AXES], cycle, [0.0; AXES]);
+        for k in 1..5000 {
+            // A sine that grows from rest: speed 0.63, acceleration 0.8 at most.
+            let t = f64::from(k) * cycle;
+            let wanted = 0.5 * (1.0 - (-t * t * 0.2).exp()) * (1.26 * t).sin();
+            let (sent, cut) = limiter.approach(&[wanted; AXES]);
+            assert!(!cut.any(), "{cut:?} at {t} s");
+            assert_eq!(sent, [wanted; AXES]);
+        }
+    }
+
+    #[test]
+    fn a_stop_comes_to_rest_as_fast_as_its_limits_let_it() {
+        for cycle in [1e-3, 4e-3, 12e-3] {
+            let mut limiter = Limiter::new([LIMITS; AXES], cycle, [-0.9; AXES]);
+            while limiter.sent[0].speed < 0.5 {
+                limiter.approach(&[1.0; AXES]);
+            }
+            let mut cycles = 0;
+            while !limiter.at_rest() {
+                limiter.stop();
+                cycles += 1;
+            }
+            // From full acceleration: ease off (0.1 s, to 0.6 1/s), then 0.1 s of ramps beyond v/a.
+            let least = 0.1 + (0.6 / 2.0 + 0.1);
+            let took = f64::from(cycles) * cycle;
+            assert!((took - least).abs() < 6.0 * cycle, "{took} s, {least} s");
+        }
+    }
+
+    #[test]
+    fn what_is_cut_is_named() {
+        let mut limiter = Limiter::new([LIMITS; AXES], 4e-3, [0.0; AXES]);
+        let mut wanted = [0.0; AXES];
+        wanted[2] = f64::NAN;
+        wanted[4] = 0.5;
+        let (sent, cut) = limiter.approach(&wanted);
+        assert_eq!((cut.not_finite, cut.speed), (1 << 2, 1 << 4));
+        assert_eq!(sent[2], 0.0);
+    }
+}

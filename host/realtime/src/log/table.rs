@@ -1,0 +1,291 @@
+//! The table behind the log: what a record holds is declared once, and seen as columns of named values.
+
+use crate::signals::{AXES, LinkCounters, RAIL};
+use crate::time::Nanos;
+use softdock_kernels::fields::{self, Field, join, unit_suffix};
+use softdock_kernels::space::{Motion, Wrench};
+use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+
+/// Type of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// A real number; the quiet NaN of `f64::NAN` says that there is none.
+    Real,
+    /// A whole number with a sign: times.
+    Signed,
+    /// A whole number: counts, wide flags.
+    Whole,
+    /// A short whole number: flags, counts of a protocol.
+    Word,
+    /// A number of a vocabulary.
+    Code(&'static [&'static str]),
+}
+
+/// One value of a record.
+#[derive(Clone, Copy, Debug)]
+pub enum Value {
+    /// Of [`Type::Real`].
+    Real(f64),
+    /// Of [`Type::Signed`].
+    Signed(i64),
+    /// Of [`Type::Whole`].
+    Whole(u64),
+    /// Of [`Type::Word`] and [`Type::Code`].
+    Word(u32),
+}
+
+impl Value {
+    /// No value: what a column holds that nothing was written to.
+    pub const fn blank(column: Type) -> Self {
+        match column {
+            Type::Real => Self::Real(f64::NAN),
+            Type::Signed => Self::Signed(0),
+            Type::Whole => Self::Whole(0),
+            Type::Word | Type::Code(_) => Self::Word(0),
+        }
+    }
+
+    /// The bits of the value, whatever its type.
+    pub const fn bits(self) -> u64 {
+        match self {
+            Self::Real(value) => value.to_bits(),
+            Self::Signed(value) => value as u64,
+            Self::Whole(value) => value,
+            Self::Word(value) => value as u64,
+        }
+    }
+
+    /// The real number; NaN for another type.
+    pub const fn real(self) -> f64 {
+        match self {
+            Self::Real(value) => value,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The whole number with a sign; 0 for a real number.
+    pub const fn signed(self) -> i64 {
+        match self {
+            Self::Real(_) => 0,
+            other => other.bits() as i64,
+        }
+    }
+}
+
+/// Bit by bit: a NaN equals itself, and 0 differs from -0.
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other) && self.bits() == other.bits()
+    }
+}
+
+/// One column of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// snake_case, with the unit as a suffix (`robot_1_position_1_rad`).
+    pub name: String,
+    /// SI unit, `ns` for times that must be exact, `1` for a pure number.
+    pub unit: &'static str,
+    /// What the value means, with its frame.
+    pub meaning: String,
+    /// Its type.
+    pub kind: Type,
+}
+
+/// A value that stands in the log: a scalar, or a fixed list of them in a fixed order.
+pub trait Logged: Copy {
+    /// Nothing known: reals are NaN, whole numbers 0.
+    const BLANK: Self;
+    /// Appends one [`Column`] per scalar.
+    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>);
+    /// Gives out the scalars.
+    fn write(&self, sink: &mut impl FnMut(Value));
+    /// Builds the value from its scalars.
+    fn read(source: &mut impl FnMut() -> Value) -> Self;
+}
+
+/// The columns of a logged value.
+pub fn columns<L: Logged>() -> Vec<Column> {
+    let mut out = Vec::new();
+    L::describe("", "1", "", &mut out);
+    out
+}
+
+/// Puts a logged value into a buffer that is as long as its table; allocates nothing.
+pub fn store<L: Logged>(value: &L, buffer: &mut [Value]) {
+    let mut places = buffer.iter_mut();
+    value.write(&mut |value| *places.next().expect("a buffer as long as the table") = value);
+}
+
+/// The logged value whose scalars stand in a buffer.
+pub fn load<L: Logged>(buffer: &[Value]) -> L {
+    let mut values = buffer.iter();
+    L::read(&mut || *values.next().expect("a buffer as long as the table"))
+}
+
+/// The column of one scalar.
+pub(crate) fn scalar(name: &str, unit: &'static str, meaning: &str, kind: Type) -> Column {
+    let suffix = unit_suffix(unit);
+    let name = if suffix.is_empty() { name.to_owned() } else { format!("{name}_{suffix}") };
+    Column { name, unit, meaning: meaning.to_owned(), kind }
+}
+
+/// What a part means inside a whole.
+pub(crate) fn within(whole: &str, part: &str) -> String {
+    match (whole, part) {
+        ("", alone) | (alone, "") => alone.to_owned(),
+        _ => format!("{whole}: {part}"),
+    }
+}
+
+/// Declares a scalar of the log: type, column type, blank value, to and from [`Value`].
+macro_rules! scalar {
+    ($ty:ty, $kind:expr, $blank:expr, $value:ident => $to:expr, $variant:ident($inner:ident) => $from:expr) => {
+        impl Logged for $ty {
+            const BLANK: Self = $blank;
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+                out.push(scalar(name, unit, meaning, $kind));
+            }
+            fn write(&self, sink: &mut impl FnMut(Value)) {
+                let $value = *self;
+                sink(Value::$variant($to));
+            }
+            fn read(source: &mut impl FnMut() -> Value) -> Self {
+                match source() {
+                    Value::$variant($inner) => $from,
+                    _ => Self::BLANK,
+                }
+            }
+        }
+    };
+}
+
+scalar!(f64, Type::Real, f64::NAN, value => value, Real(real) => real);
+scalar!(u64, Type::Whole, 0, value => value, Whole(whole) => whole);
+scalar!(u32, Type::Word, 0, value => value, Word(word) => word);
+scalar!(Nanos, Type::Signed, Nanos(0), value => value.0, Signed(time) => Nanos(time));
+
+macro_rules! code {
+    ($($ty:ident),*) => {$(
+        impl Logged for super::codes::$ty {
+            const BLANK: Self = Self::ALL[0];
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+                let words = Self::WORDS.iter().enumerate().map(|(code, word)| format!("{code} {word}"));
+                let meaning = format!("{meaning}: {}", words.collect::<Vec<_>>().join(", "));
+                out.push(scalar(name, unit, &meaning, Type::Code(Self::WORDS)));
+            }
+            fn write(&self, sink: &mut impl FnMut(Value)) {
+                sink(Value::Word(self.code()));
+            }
+            fn read(source: &mut impl FnMut() -> Value) -> Self {
+                match source() {
+                    Value::Word(code) => Self::from_code(code),
+                    _ => Self::BLANK,
+                }
+            }
+        }
+    )*};
+}
+
+code!(Phase, StopCause, OrderKind);
+
+/// Axes count from 1; the rail stands last, in the unit of a straight axis.
+impl Logged for [f64; AXES] {
+    const BLANK: Self = [f64::NAN; AXES];
+    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+        for axis in 0..RAIL {
+            f64::describe(&join(name, &(axis + 1).to_string()), unit, &within(meaning, "joint"), out);
+        }
+        let straight = match unit {
+            "rad" => "m",
+            "N m" => "N",
+            other => other,
+        };
+        f64::describe(&join(name, "rail"), straight, &within(meaning, "rail"), out);
+    }
+    fn write(&self, sink: &mut impl FnMut(Value)) {
+        self.iter().for_each(|value| sink(Value::Real(*value)));
+    }
+    fn read(source: &mut impl FnMut() -> Value) -> Self {
+        std::array::from_fn(|_| f64::read(source))
+    }
+}
+
+/// What the kernels declare stands in the log as it stands there.
+macro_rules! bundled {
+    ($ty:ty, $blank:expr) => {
+        impl Logged for $ty {
+            const BLANK: Self = $blank;
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+                let mut parts: Vec<Field> = Vec::new();
+                <$ty as fields::Bundle<f64>>::describe(name, unit, "", &mut parts);
+                for field in parts {
+                    out.push(scalar(&field.name, field.unit, &within(meaning, field.meaning), Type::Real));
+                }
+            }
+            fn write(&self, sink: &mut impl FnMut(Value)) {
+                fields::Bundle::<f64>::write(self, &mut |value| sink(Value::Real(value)));
+            }
+            fn read(source: &mut impl FnMut() -> Value) -> Self {
+                <$ty as fields::Bundle<f64>>::read(&mut || f64::read(source))
+            }
+        }
+    };
+}
+
+const NO_VECTOR: Vec3<f64> = vec3(f64::NAN, f64::NAN, f64::NAN);
+const NO_ATTITUDE: Quat<f64> = Quat { w: f64::NAN, v: NO_VECTOR };
+
+bundled!(Vec3<f64>, NO_VECTOR);
+bundled!(Quat<f64>, NO_ATTITUDE);
+bundled!(Wrench<f64>, Wrench { force: NO_VECTOR, moment: NO_VECTOR });
+bundled!(Motion<f64>, Motion { position: NO_VECTOR, attitude: NO_ATTITUDE, velocity: NO_VECTOR, omega: NO_VECTOR });
+
+/// How a struct of logged fields stands in the log: `name: type, unit, meaning;` per field.
+macro_rules! logged {
+    ($name:ty { $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)* }) => {
+        impl $crate::log::table::Logged for $name {
+            const BLANK: Self = Self { $($field: <$ty as $crate::log::table::Logged>::BLANK,)* };
+            fn describe(name: &str, _unit: &'static str, meaning: &str, out: &mut Vec<$crate::log::table::Column>) {
+                $(<$ty as $crate::log::table::Logged>::describe(
+                    &softdock_kernels::fields::join(name, stringify!($field)),
+                    $unit,
+                    &$crate::log::table::within(meaning, $meaning),
+                    out,
+                );)*
+            }
+            fn write(&self, sink: &mut impl FnMut($crate::log::table::Value)) {
+                $($crate::log::table::Logged::write(&self.$field, sink);)*
+            }
+            fn read(source: &mut impl FnMut() -> $crate::log::table::Value) -> Self {
+                Self { $($field: <$ty as $crate::log::table::Logged>::read(source),)* }
+            }
+        }
+    };
+}
+
+/// Declares a struct and how it stands in the log.
+macro_rules! record {
+    ($(#[$doc:meta])* $name:ident { $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            $(#[doc = concat!($meaning, " \\[", $unit, "\\]")] pub $field: $ty,)*
+        }
+        logged!($name { $($field: $ty, $unit, $meaning;)* });
+    };
+}
+
+logged!(Pose<f64> {
+    position: Vec3<f64>, "m", "origin";
+    attitude: Quat<f64>, "1", "rotation from its axes";
+});
+
+logged!(LinkCounters {
+    received: u64, "1", "datagrams taken";
+    lost: u64, "1", "datagrams that never came, by the sender's own count";
+    stale: u64, "1", "datagrams that came after a newer one, or twice";
+    malformed: u64, "1", "datagrams that could not be read";
+    foreign: u64, "1", "datagrams of somebody else";
+    unsent: u64, "1", "answers not sent, because their cycle was over";
+});

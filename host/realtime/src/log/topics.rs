@@ -1,0 +1,352 @@
+//! Which topic carries which columns of the log, and how a record becomes messages and comes back.
+//!
+//! Standard messages come first, so that every ROS 2 tool shows them as they are; `/hil/cycle` carries all other
+//! columns and closes the record. A part that is blank throughout is left out of a standard message, and a message
+//! without parts is left out; the reader finds it blank again.
+
+use super::cdr::{Decoder, Encoder};
+use super::record::CycleRecord;
+use super::schemas::{self, Schema};
+use super::table::{Column, Logged, Type, Value, columns};
+use crate::signals::AXES;
+
+/// Topic of the columns that no standard message carries; its message closes a record.
+pub const CYCLE_TOPIC: &str = "/hil/cycle";
+/// Topic of the robots' description.
+pub const DESCRIPTION_TOPIC: &str = "/robot_description";
+
+/// The frame in which the parts' poses are given.
+pub const CONTACT_FRAME: &str = "contact_frame";
+
+/// Scalars of a wrench.
+const WRENCH: usize = 6;
+/// Scalars of a pose: position, then attitude with its scalar part first.
+const POSE: usize = 7;
+
+/// What a topic carries: positions among the record's columns.
+#[derive(Clone, Debug)]
+enum Carried {
+    /// A JointState of the given robot: axes, and torques if it has any.
+    Joints { robot: usize, position: usize, effort: Option<usize> },
+    /// A WrenchStamped.
+    Wrench { frame: &'static str, at: usize },
+    /// A TFMessage: child frames and their poses.
+    Frames(Vec<(&'static str, usize)>),
+    /// Our own message: each field's type and, if this version has it, its column.
+    Cycle(Vec<(Type, Option<usize>)>),
+}
+
+/// A topic.
+#[derive(Clone, Debug)]
+pub struct Topic {
+    /// Its name.
+    pub name: &'static str,
+    /// Column of its time stamp \[ns\] since the start.
+    stamp: usize,
+    carried: Carried,
+}
+
+/// The topics of a record, in the order in which they are written.
+#[derive(Clone, Debug)]
+pub struct Topics {
+    /// All columns of a record.
+    pub columns: Vec<Column>,
+    topics: Vec<Topic>,
+    /// Names of the axes of robots 1 and 2, rail last, as the robots' description has them.
+    names: [[String; AXES]; 2],
+    wall_offset: usize,
+}
+
+/// `robot_1_joint_1` to `robot_1_joint_6` and `robot_1_rail`; likewise for robot 2.
+pub fn default_names() -> [[String; AXES]; 2] {
+    [1, 2].map(|robot| {
+        std::array::from_fn(|axis| match axis {
+            crate::signals::RAIL => format!("robot_{robot}_rail"),
+            joint => format!("robot_{robot}_joint_{}", joint + 1),
+        })
+    })
+}
+
+impl Topics {
+    /// The topics, with these names of the axes.
+    pub fn new(names: [[String; AXES]; 2]) -> Self {
+        let columns = columns::<CycleRecord>();
+        let at = |name: &str| {
+            let found = columns.iter().position(|column| column.name == name);
+            found.unwrap_or_else(|| panic!("the record has no column `{name}`"))
+        };
+        let mut topics = standard(&at);
+        let mut taken = vec![false; columns.len()];
+        for place in topics.iter().flat_map(Topic::places) {
+            taken[place] = true;
+        }
+        let rest = (0..columns.len()).filter(|place| !taken[*place]);
+        let rest = rest.map(|place| (columns[place].kind, Some(place))).collect();
+        topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), carried: Carried::Cycle(rest) });
+        let wall_offset = at("wall_offset_ns");
+        Self { columns, topics, names, wall_offset }
+    }
+
+    /// Name, schema and position of each topic.
+    pub(crate) fn list(&self) -> impl Iterator<Item = (&'static str, Schema)> {
+        self.topics.iter().map(|topic| (topic.name, self.schema(topic)))
+    }
+
+    fn schema(&self, topic: &Topic) -> Schema {
+        match &topic.carried {
+            Carried::Joints { .. } => schemas::joint_state(),
+            Carried::Wrench { .. } => schemas::wrench_stamped(),
+            Carried::Frames(_) => schemas::tf_message(),
+            Carried::Cycle(_) => schemas::cycle(topic.places().map(|place| &self.columns[place])),
+        }
+    }
+
+    /// Position of a topic by its name.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.topics.iter().position(|topic| topic.name == name)
+    }
+
+    /// Takes over the fields of `/hil/cycle` as a file has them: what this version lacks is passed over, what the
+    /// file lacks stays blank. False if a field has another type than its column.
+    #[must_use]
+    pub(crate) fn adapt(&mut self, schema: &str) -> bool {
+        let mut fields = Vec::new();
+        for (primitive, name) in schemas::cycle_fields(schema) {
+            let own = self.columns.iter().position(|column| column.name == name);
+            let kind = match (own, primitive) {
+                (Some(own), _) => self.columns[own].kind,
+                (None, "float64") => Type::Real,
+                (None, "int64") => Type::Signed,
+                (None, "uint64") => Type::Whole,
+                (None, _) => Type::Word,
+            };
+            if schemas::primitive(kind) != primitive {
+                return false;
+            }
+            fields.push((kind, own));
+        }
+        let last = self.topics.last_mut().expect("the cycle's topic");
+        last.carried = Carried::Cycle(fields);
+        true
+    }
+
+    /// Writes the message of a topic; false if there is nothing to say.
+    pub(crate) fn encode(&self, topic: usize, values: &[Value], out: &mut Encoder) -> bool {
+        let topic = &self.topics[topic];
+        let stamp = values[topic.stamp].signed().wrapping_add(values[self.wall_offset].signed());
+        out.start();
+        match &topic.carried {
+            Carried::Joints { robot, position, effort } => {
+                let (position, effort) = (told(values, *position, AXES), effort.map(|at| told(values, at, AXES)));
+                let effort = effort.unwrap_or_default();
+                header(out, stamp, "");
+                strings(out, &self.names[*robot]);
+                reals(out, position);
+                reals(out, &[]);
+                reals(out, effort);
+                !position.is_empty() || !effort.is_empty()
+            }
+            Carried::Wrench { frame, at } => {
+                let wrench = told(values, *at, WRENCH);
+                header(out, stamp, frame);
+                wrench.iter().for_each(|value| out.f64(value.real()));
+                !wrench.is_empty()
+            }
+            Carried::Frames(frames) => transforms(out, stamp, frames, values),
+            Carried::Cycle(fields) => {
+                header(out, stamp, "");
+                fields.iter().filter_map(|(_, place)| *place).for_each(|place| scalar(out, values[place]));
+                true
+            }
+        }
+    }
+
+    /// Puts what a message says into its places; `None` if it is not a message of this topic.
+    pub(crate) fn decode(&self, topic: usize, message: &[u8], values: &mut [Value]) -> Option<()> {
+        let mut read = Decoder::new(message)?;
+        match &self.topics[topic].carried {
+            Carried::Joints { position, effort, .. } => {
+                skip_header(&mut read)?;
+                let names = read.u32()?;
+                (0..names).try_for_each(|_| read.string().map(|_| ()))?;
+                take_reals(&mut read, Some(*position), values)?;
+                take_reals(&mut read, None, values)?;
+                take_reals(&mut read, *effort, values)
+            }
+            Carried::Wrench { at, .. } => {
+                skip_header(&mut read)?;
+                values[*at..*at + WRENCH].iter_mut().try_for_each(|value| {
+                    *value = Value::Real(read.f64()?);
+                    Some(())
+                })
+            }
+            Carried::Frames(frames) => take_transforms(&mut read, frames, values),
+            Carried::Cycle(fields) => {
+                skip_header(&mut read)?;
+                fields.iter().try_for_each(|(kind, place)| {
+                    let value = take_scalar(&mut read, *kind)?;
+                    if let Some(place) = place {
+                        values[*place] = value;
+                    }
+                    Some(())
+                })
+            }
+        }
+    }
+
+    /// A record's values before anything is known.
+    pub(crate) fn blank(&self) -> Vec<Value> {
+        self.columns.iter().map(|column| Value::blank(column.kind)).collect()
+    }
+}
+
+impl Topic {
+    /// Positions of the columns that this topic carries.
+    fn places(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        match &self.carried {
+            Carried::Joints { position, effort, .. } => {
+                Box::new((*position..position + AXES).chain(effort.iter().flat_map(|at| *at..at + AXES)))
+            }
+            Carried::Wrench { at, .. } => Box::new(*at..at + WRENCH),
+            Carried::Frames(frames) => Box::new(frames.iter().flat_map(|(_, at)| *at..at + POSE)),
+            Carried::Cycle(fields) => Box::new(fields.iter().filter_map(|(_, place)| *place)),
+        }
+    }
+}
+
+/// The topics of standard messages; `at` gives the position of a column.
+fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
+    let states = |name, robot, prefix: &str| Topic {
+        name,
+        stamp: at(&format!("{prefix}_received_ns")),
+        carried: Carried::Joints {
+            robot,
+            position: at(&format!("{prefix}_position_1_rad")),
+            effort: Some(at(&format!("{prefix}_torque_1_n_m"))),
+        },
+    };
+    let commands = |name, robot, prefix: &str| Topic {
+        name,
+        stamp: at("time_ns"),
+        carried: Carried::Joints { robot, position: at(&format!("{prefix}_command_1_rad")), effort: None },
+    };
+    let wrench = |name, frame, prefix: &str, kind: &str| Topic {
+        name,
+        stamp: at(&format!("{prefix}_received_ns")),
+        carried: Carried::Wrench { frame, at: at(&format!("{prefix}_{kind}_force_x_n")) },
+    };
+    let frame = |name| (name, at(&format!("{name}_position_x_m")));
+    let frames = ["part_a", "part_b", "simulated_part_a", "simulated_part_b"].map(frame).to_vec();
+    vec![
+        states("/robot_1/joint_states", 0, "robot_1"),
+        commands("/robot_1/joint_commands", 0, "robot_1"),
+        states("/robot_2/joint_states", 1, "robot_2"),
+        commands("/robot_2/joint_commands", 1, "robot_2"),
+        states("/emulated_1/joint_states", 0, "emulated_1"),
+        commands("/emulated_1/joint_commands", 0, "emulated_1"),
+        states("/emulated_2/joint_states", 1, "emulated_2"),
+        commands("/emulated_2/joint_commands", 1, "emulated_2"),
+        wrench("/ft/wrench", "part_a", "ft", "compensated"),
+        wrench("/ft/wrench_raw", "ft_sensor", "ft", "raw"),
+        wrench("/emulated_ft/wrench", "part_a", "emulated_ft", "compensated"),
+        wrench("/emulated_ft/wrench_raw", "ft_sensor", "emulated_ft", "raw"),
+        Topic { name: "/tf", stamp: at("time_ns"), carried: Carried::Frames(frames) },
+    ]
+}
+
+/// A run of columns, or nothing if all of it is blank.
+fn told(values: &[Value], at: usize, count: usize) -> &[Value] {
+    let part = &values[at..at + count];
+    let blank = part.iter().all(|value| *value == Value::Real(f64::BLANK));
+    if blank { &[] } else { part }
+}
+
+/// std_msgs/Header; `stamp` in nanoseconds since the Unix epoch.
+fn header(out: &mut Encoder, stamp: i64, frame: &str) {
+    out.i32(stamp.div_euclid(1_000_000_000) as i32);
+    out.u32(stamp.rem_euclid(1_000_000_000) as u32);
+    out.string(frame);
+}
+
+fn skip_header(read: &mut Decoder) -> Option<()> {
+    read.i32()?;
+    read.u32()?;
+    read.string().map(|_| ())
+}
+
+fn strings(out: &mut Encoder, texts: &[String]) {
+    out.u32(texts.len() as u32);
+    texts.iter().for_each(|text| out.string(text));
+}
+
+fn reals(out: &mut Encoder, values: &[Value]) {
+    out.u32(values.len() as u32);
+    values.iter().for_each(|value| out.f64(value.real()));
+}
+
+/// Reads a sequence of axes into its places; an empty one, or one that nobody wants, changes nothing.
+fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [Value]) -> Option<()> {
+    let count = read.u32()? as usize;
+    if count > AXES {
+        return None;
+    }
+    for axis in 0..count {
+        let value = read.f64()?;
+        if let Some(place) = place {
+            values[place + axis] = Value::Real(value);
+        }
+    }
+    Some(())
+}
+
+/// The poses that are known as transforms; false without any.
+fn transforms(out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[Value]) -> bool {
+    let known = || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
+    let count = known().count();
+    out.u32(count as u32);
+    for (name, pose) in known() {
+        header(out, stamp, CONTACT_FRAME);
+        out.string(name);
+        // ROS puts the scalar part of a quaternion last.
+        for place in [0, 1, 2, 4, 5, 6, 3] {
+            out.f64(pose[place].real());
+        }
+    }
+    count > 0
+}
+
+fn take_transforms(read: &mut Decoder, frames: &[(&str, usize)], values: &mut [Value]) -> Option<()> {
+    for _ in 0..read.u32()? {
+        skip_header(read)?;
+        let child = read.string()?;
+        let at = frames.iter().find(|(name, _)| *name == child).map(|(_, at)| *at);
+        for place in [0, 1, 2, 4, 5, 6, 3] {
+            let value = read.f64()?;
+            if let Some(at) = at {
+                values[at + place] = Value::Real(value);
+            }
+        }
+    }
+    Some(())
+}
+
+fn scalar(out: &mut Encoder, value: Value) {
+    match value {
+        Value::Real(value) => out.f64(value),
+        Value::Signed(value) => out.i64(value),
+        Value::Whole(value) => out.u64(value),
+        Value::Word(value) => out.u32(value),
+    }
+}
+
+fn take_scalar(read: &mut Decoder, kind: Type) -> Option<Value> {
+    Some(match kind {
+        Type::Real => Value::Real(read.f64()?),
+        Type::Signed => Value::Signed(read.i64()?),
+        Type::Whole => Value::Whole(read.u64()?),
+        Type::Word | Type::Code(_) => Value::Word(read.u32()?),
+    })
+}
+
+#[cfg(test)]
+mod tests;

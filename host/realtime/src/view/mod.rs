@@ -1,0 +1,162 @@
+//! What the operator sees of a drive: phase, force, tracking, energy, timing, limits; and the stop key.
+//!
+//! The cycle hands a small [`Sample`] to a ring and never waits; the view reads all of them, so that percentiles count
+//! every cycle. On a terminal it is a full [`screen`], elsewhere one of [`lines`] each second.
+
+pub mod lines;
+pub mod model;
+pub mod screen;
+
+use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use model::{Budgets, Feed, Sample, View};
+use ratatui::crossterm;
+use rtrb::{Consumer, RingBuffer};
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Time between two pictures.
+const PICTURE: Duration = Duration::from_millis(100);
+/// Time between two lines where there is no terminal.
+const LINE: Duration = Duration::from_secs(1);
+/// Samples that wait for the view: four seconds at 1 kHz.
+const RING_SAMPLES: usize = 4096;
+
+/// What view and drive tell each other.
+#[derive(Debug, Default)]
+pub struct Controls {
+    stops: AtomicU32,
+    ended: AtomicBool,
+}
+
+impl Controls {
+    /// The operator (or a signal) wants a stop: the first time a controlled one, the second time at once.
+    pub fn request_stop(&self) {
+        self.stops.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// How often a stop was asked for; for the cycle, which neither waits nor locks here.
+    pub fn stops(&self) -> u32 {
+        self.stops.load(Ordering::SeqCst)
+    }
+
+    /// The drive is over: nothing moves any more.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the drive is over.
+    pub fn ended(&self) -> bool {
+        self.ended.load(Ordering::SeqCst)
+    }
+}
+
+/// The cycle's end and the view's end of a ring of samples, its memory touched.
+pub fn feed() -> (Feed, Consumer<Sample>) {
+    let (mut ring, mut samples) = RingBuffer::new(RING_SAMPLES);
+    while ring.push(Sample::default()).is_ok() {}
+    while samples.pop().is_ok() {}
+    (Feed::new(ring), samples)
+}
+
+/// Shows a drive until it is over and, on a terminal, the operator has seen how it ended; gives what was shown last.
+///
+/// Run it on a thread of normal priority. A view that fails (the terminal is gone) asks for no stop; the caller
+/// decides.
+///
+/// # Errors
+/// If standard output cannot be written.
+pub fn show(mut samples: Consumer<Sample>, budgets: Budgets, controls: &Controls) -> io::Result<View> {
+    let mut view = View::new(budgets);
+    if io::stdout().is_terminal() && io::stdin().is_terminal() {
+        show_screen(&mut view, &mut samples, controls)?;
+    } else {
+        show_lines(&mut view, &mut samples, controls, &mut io::stdout())?;
+    }
+    Ok(view)
+}
+
+/// Gives the terminal back however the view ends.
+struct Restore;
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+fn show_screen(view: &mut View, samples: &mut Consumer<Sample>, controls: &Controls) -> io::Result<()> {
+    // The terminal's raw mode turns Ctrl+C into a key: no signal comes from it.
+    let mut terminal = ratatui::try_init()?;
+    let _restore = Restore;
+    loop {
+        let over = take(view, samples, controls);
+        terminal.draw(|frame| screen::draw(frame, view))?;
+        if !event::poll(PICTURE)? {
+            continue;
+        }
+        if let Event::Key(key) = event::read()? {
+            match meaning(key, over) {
+                Some(Key::Stop) => controls.request_stop(),
+                Some(Key::Leave) => return Ok(()),
+                None => {}
+            }
+        }
+    }
+}
+
+/// What a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Key {
+    Stop,
+    Leave,
+}
+
+/// `s`, space and Ctrl+C stop; `q` and Ctrl+C leave once the drive is over, and never before.
+fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
+    if key.kind != KeyEventKind::Press {
+        return None;
+    }
+    let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+    match key.code {
+        KeyCode::Char('q' | 'Q') if over => Some(Key::Leave),
+        _ if control_c => Some(if over { Key::Leave } else { Key::Stop }),
+        KeyCode::Char('s' | 'S' | ' ') if !over => Some(Key::Stop),
+        _ => None,
+    }
+}
+
+fn show_lines(
+    view: &mut View,
+    samples: &mut Consumer<Sample>,
+    controls: &Controls,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let mut last = Instant::now();
+    loop {
+        let over = take(view, samples, controls);
+        if over || last.elapsed() >= LINE {
+            writeln!(out, "{}", lines::line(view))?;
+            out.flush()?;
+            last = Instant::now();
+        }
+        if over {
+            return Ok(());
+        }
+        thread::sleep(PICTURE);
+    }
+}
+
+/// Takes what has come; true once the drive is over and all of it is seen.
+fn take(view: &mut View, samples: &mut Consumer<Sample>, controls: &Controls) -> bool {
+    let over = controls.ended() || samples.is_abandoned();
+    while let Ok(sample) = samples.pop() {
+        view.take(&sample);
+    }
+    view.told(controls.stops(), over);
+    over
+}
+
+#[cfg(test)]
+mod tests;

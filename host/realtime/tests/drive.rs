@@ -1,0 +1,111 @@
+//! A drive of emulated robots in virtual time: the same loop as the farm's.
+
+use softdock_campaign::{Campaign, Station};
+use softdock_kernels::frame::single::{emulated_facility, simulation_computer};
+use softdock_kernels::frame::{Batch, Loops, Tile};
+use softdock_kernels::outcome::Finished;
+use softdock_kernels::params::Params;
+use softdock_kernels::philox;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::Wrench;
+use softdock_kernels::vector::vec3;
+use softdock_kernels::with_joints;
+use softdock_realtime::clock::Virtual;
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::session::Session;
+use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::world::World;
+use softdock_realtime::log::codes::{Phase, StopCause};
+use softdock_realtime::time::Nanos;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+
+fn shipped(file: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
+}
+
+fn campaign(file: &str) -> Campaign {
+    softdock_campaign::load(&shipped(file)).expect("a shipped campaign")
+}
+
+/// The farm's own run of a draw.
+fn farm_run(plant: &Plant, seed: u64, run: u64, params: Params<f64>) -> Finished {
+    fn step<const N: usize>(plant: &Plant, seed: u64, run: u64, params: Params<f64>) -> Finished {
+        let batch = Batch { key: philox::key(seed), noisy: true, loops: Loops::Both };
+        let mut tile = Tile::<f64, N>::new(plant, batch);
+        tile.load(plant, &[(0, run, params)]);
+        let mut out = Vec::new();
+        while out.is_empty() {
+            tile.step(plant);
+            tile.take_finished(plant, &mut out);
+        }
+        out[0]
+    }
+    with_joints!(plant.joints(), step(plant, seed, run, params))
+}
+
+#[test]
+fn the_two_halves_of_a_run_give_the_farms_bits() {
+    for (file, runs) in [("smoke.toml", 0..6), ("smoke_joint.toml", 0..2), ("probe_drogue.toml", 0..3)] {
+        let campaign = campaign(file);
+        let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+        for run in runs {
+            let params = campaign.draw(run).params;
+            let farm = farm_run(&plant, campaign.seed, run, params);
+            let mut computer = simulation_computer(&plant, run, &params, 1e-9);
+            let mut facility = emulated_facility(&plant, philox::key(campaign.seed), run, &params);
+            while !computer.progress().over && facility.watch().end_time == 0.0 {
+                let told = computer.told();
+                let measured = facility.tick(&told);
+                computer.tick(&measured);
+            }
+            let watch = facility.watch();
+            assert_eq!(watch.peak_force.to_bits(), farm.hil.peak_force.to_bits(), "{file} run {run}: peak force");
+            assert_eq!(watch.capture_time.to_bits(), farm.hil.capture_time.to_bits(), "{file} run {run}: capture");
+            let end = computer.metrics();
+            assert_eq!(
+                end.linear_momentum_error.to_bits(),
+                farm.hil.linear_momentum_error.to_bits(),
+                "{file} run {run}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_drive_in_virtual_time_docks_as_the_farm_does() {
+    let campaign = campaign("probe_drogue.toml");
+    let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+    let station = Arc::new(Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility"));
+    // A draw of wide margin: captured in both loops, at a short delay.
+    let (run, params, farm) = (0..200)
+        .map(|run| (run, campaign.draw(run).params))
+        .filter(|(_, params)| params.loop_delay < 4e-3)
+        .map(|(run, params)| (run, params, farm_run(&plant, campaign.seed, run, params)))
+        .find(|(_, _, farm)| farm.hil.success == 1.0 && farm.space.success == 1.0)
+        .expect("one draw in 200 docks at a short delay");
+    let clock = Rc::new(Virtual::default());
+    let bias = Wrench { force: vec3(12.0, -7.0, 30.0), moment: vec3(0.5, 0.2, -0.4) };
+    let world = World::new(&plant, &station, philox::key(campaign.seed), run, &params, bias).expect("in reach");
+    let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
+    let task = Task { plant, station, run, params, armed: false, to_start: true };
+    let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
+    let mut phases = Vec::new();
+    while !session.cycle(None) {
+        let record = session.record();
+        if phases.last() != Some(&record.phase) {
+            phases.push(record.phase);
+        }
+        assert!(!record.robot_1.limits.any() && !record.robot_2.limits.any(), "{:?}", record.time);
+    }
+    assert_eq!(session.record().cause, StopCause::Completed);
+    assert_eq!(phases.first(), Some(&Phase::StartUp));
+    assert!(phases.ends_with(&[Phase::Contact, Phase::Stopping, Phase::Stopped]), "{phases:?}");
+    // The farm's robots begin in motion, these from rest: the start's transient is the difference.
+    let metrics = session.core().metrics();
+    assert_eq!(metrics.success, farm.hil.success);
+    assert!((metrics.touch_time - farm.hil.touch_time).abs() < 0.1, "{}", metrics.touch_time);
+    assert!((metrics.capture_time - farm.hil.capture_time).abs() < 0.2, "{}", metrics.capture_time);
+    assert!(metrics.created_energy < 0.5, "{}", metrics.created_energy);
+}

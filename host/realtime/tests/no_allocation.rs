@@ -1,0 +1,43 @@
+//! What the cycle hands to log, evidence and view takes no memory from the heap.
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use softdock_realtime::log::codes::StopCause;
+use softdock_realtime::log::evidence::Evidence;
+use softdock_realtime::log::mcap::Setup;
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::log::table::Logged;
+use softdock_realtime::log::writer::{Handed, LogWriter};
+use softdock_realtime::time::Nanos;
+use softdock_realtime::view;
+
+/// Ends the test at an allocation where none may be.
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+#[test]
+fn handing_on_a_record_allocates_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut log = LogWriter::create(&folder.path().join("drive.mcap"), &Setup::default()).expect("a log");
+    let mut evidence = Evidence::new(Nanos::from_millis(2_000), Nanos::from_millis(1));
+    let (mut feed, samples) = view::feed();
+    let mut over = 0;
+    for cycle in 0..20_000 {
+        assert_no_alloc(|| {
+            let mut record = CycleRecord { cycle, ..CycleRecord::BLANK };
+            record.robot_1.tell(None);
+            record.robot_1.take(None, Nanos(0));
+            if cycle > 19_000 {
+                record.cause = StopCause::Operator;
+            }
+            // Rings that are full count here too: at this pace they must overflow.
+            over += u64::from(log.push(record) == Handed::Over);
+            evidence.push(&record);
+            feed.push(&record);
+        });
+    }
+    assert_eq!(evidence.stop().map(|(cause, cycle, _)| (cause, cycle)), Some((StopCause::Operator, 19_001)));
+    assert_eq!(over + log.dropped(), 20_000);
+    drop(samples);
+    let logging = log.finish().expect("a log");
+    assert_eq!((logging.written.records, logging.written.records + logging.dropped), (over, 20_000));
+}

@@ -1,0 +1,64 @@
+//! A robot in its place as the drive path needs it: axes in the robot's own angles, and the part that they hold.
+
+use super::controller::course;
+use super::reach::{Reach, tool_pose};
+use super::{AXES, Cell, JOINTS, RAIL, joints};
+use crate::manipulator::link_frames;
+use crate::space::Motion;
+use crate::vector::{Pose, Vec3};
+
+/// Positions and rates of the axes: the joints in the model's own angles \[rad, rad/s\], then the rail \[m, m/s\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes {
+    /// Positions.
+    pub position: [f64; AXES],
+    /// Rates.
+    pub rate: [f64; AXES],
+}
+
+impl Cell {
+    /// The axes that hold the part in a motion (laboratory), and whether that is within reach and ranges.
+    pub fn axes_for(&self, told: &Motion<f64>) -> (Axes, bool) {
+        let course = course(self, told);
+        let mut position = course.angle;
+        position.iter_mut().zip(self.start).for_each(|(angle, start)| *angle += start);
+        (Axes { position, rate: course.rate }, course.limited <= 0.0)
+    }
+
+    /// Motion of the part that the axes hold, laboratory, the rail's included.
+    pub fn part_on(&self, axes: &Axes) -> Motion<f64> {
+        let angle = self.angles_from_start(&axes.position);
+        let pose = tool_pose(self, angle);
+        let (velocity, omega) = Reach::at(self, angle).twist(joints(axes.rate));
+        let along = self.rail.as_ref().map_or(Vec3::zero(), |(rail, _)| rail.axis);
+        Motion {
+            position: along.scale_add(axes.position[RAIL], pose.position),
+            attitude: pose.attitude,
+            velocity: along.scale_add(axes.rate[RAIL], self.base.attitude.rotate(velocity)),
+            omega: self.base.attitude.rotate(omega),
+        }
+    }
+
+    /// Pose of the flange in the robot's base, whatever the rail does.
+    pub fn flange(&self, position: &[f64; AXES]) -> Pose<f64> {
+        let frames = link_frames(&self.robot, self.angles_from_start(position));
+        frames[JOINTS - 1].compose(self.robot.flange)
+    }
+
+    /// Limits of an axis in the robot's own angles; the rail's if there is one.
+    pub fn limits(&self, index: usize) -> Option<crate::manipulator::Limits> {
+        (index < self.axes()).then(|| self.axis(index).0.limits)
+    }
+
+    /// The axes at the start of an undispersed run.
+    pub fn home(&self) -> [f64; AXES] {
+        let mut home = [0.0; AXES];
+        home[..JOINTS].copy_from_slice(&self.start);
+        home
+    }
+
+    /// Joint angles counted from the start posture.
+    fn angles_from_start(&self, position: &[f64; AXES]) -> [f64; JOINTS] {
+        std::array::from_fn(|i| position[i] - self.start[i])
+    }
+}
