@@ -78,7 +78,7 @@ fn run_cycle(
     let heard = robot.receive(soon(port)).unwrap();
     if let Some(state) = &heard {
         let target = state.position.map(|axis| axis + 1e-6);
-        let order = if cycle % 2 == 0 { Order::Hold } else { Order::Move(target) };
+        let order = if cycle.is_multiple_of(2) { Order::Hold } else { Order::Move(target) };
         // A late cycle may refuse: that must not allocate either.
         let _ = robot.send(&order);
     }
