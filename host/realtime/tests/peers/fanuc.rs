@@ -1,12 +1,16 @@
-//! FANUC Stream Motion: our driver against airo-fanuc's strict fake controller.
+//! FANUC Stream Motion: our driver against airo-fanuc's strict fake controller, and its client against our emulated one.
 
-use super::{PythonPeer, alone, assert_near, loopback, now, numbers};
+use super::{PythonPeer, Served, alone, assert_near, at_rest, loopback, now, numbers, serve_controller};
+use softdock_realtime::protocol::fanuc::controller::FanucController;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::fanuc::rmi::RmiSession;
+use softdock_realtime::protocol::fanuc::rmi_server::RmiServer;
+use softdock_realtime::protocol::{Controller, Outbox};
 use softdock_realtime::signals::{AXES, Order, RAIL, Robot, RobotState};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
 use std::f64::consts::TAU;
+use std::net::SocketAddr;
 use std::time::Duration;
 
 const CYCLE: Nanos = Nanos::from_millis(8);
@@ -92,4 +96,53 @@ fn our_driver_moves_the_strict_controller_without_a_violation() {
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
 fn our_driver_speaks_the_older_version_too() {
     drive("3", 1.0);
+}
+
+/// The emulated controller with its Remote Motion Interface.
+struct Armed {
+    controller: FanucController,
+    rmi: RmiServer,
+}
+
+impl Controller for Armed {
+    fn cycle(&self) -> Nanos {
+        self.controller.cycle()
+    }
+
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
+        self.controller.take(now, from, datagram, out);
+    }
+
+    fn target(&mut self, now: Nanos) -> [f64; AXES] {
+        self.controller.target(now)
+    }
+
+    fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
+        self.controller.run_program(self.rmi.program_runs());
+        self.controller.report(now, state, out);
+    }
+
+    fn fault(&self) -> Option<&'static str> {
+        self.controller.fault()
+    }
+}
+
+#[test]
+#[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
+fn airo_fanuc_moves_our_controller() {
+    let _alone = alone();
+    let rmi = RmiServer::start(loopback(0)).unwrap();
+    let port = UdpPort::bind(loopback(0)).unwrap();
+    let stream = port.local_address().unwrap().port().to_string();
+    let arming = rmi.local_address().port().to_string();
+    let armed = Armed { controller: FanucController::new(CYCLE, 3), rmi };
+    let start = std::array::from_fn(|axis| START.get(axis).map_or(0.0, |angle| angle.to_radians()));
+    let served = Served::start(move |over| serve_controller(port, armed, at_rest(start), over));
+    let told = PythonPeer::start("fanuc_client.py", &[&stream, &arming]).told();
+    let end = served.end();
+    assert_eq!(told["result"], "done", "{told}");
+    let there: Vec<_> = START.iter().map(|angle| angle + 5.0).collect();
+    assert_near(&numbers(&told["joints"]), &there, 0.01);
+    let joints: Vec<_> = end.position[..RAIL].iter().map(|angle| angle.to_degrees()).collect();
+    assert_near(&joints, &there, 0.01);
 }

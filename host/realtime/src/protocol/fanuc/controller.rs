@@ -22,6 +22,8 @@ pub struct FanucController {
     streaming: Option<u32>,
     /// The program that follows the stream runs.
     program: bool,
+    /// The client has sent its last command.
+    ended: bool,
     commanded: Option<u32>,
     /// What it is asked to follow.
     asked: Option<[f64; AXES]>,
@@ -41,6 +43,7 @@ impl FanucController {
             sequence: 0,
             streaming: None,
             program: true,
+            ended: false,
             commanded: None,
             asked: None,
             line: None,
@@ -54,12 +57,17 @@ impl FanucController {
         self.program = runs;
     }
 
+    /// It waits for commands and follows them.
+    fn follows(&self) -> bool {
+        self.program && !self.ended && self.fault.is_none()
+    }
+
     fn start(&mut self, version: u32) {
         if version != self.version {
             self.fault = Some("Stream Motion was started in a version that was not agreed upon");
         }
         self.streaming = Some(version);
-        (self.sequence, self.commanded, self.asked, self.silent) = (0, None, None, 0);
+        (self.sequence, self.commanded, self.asked, self.silent, self.ended) = (0, None, None, 0, false);
     }
 
     fn command(&mut self, sequence: u32, joints: &[f64; WIRE_AXES], last: bool) {
@@ -81,9 +89,7 @@ impl FanucController {
         self.commanded = Some(sequence);
         self.asked = Some(target);
         self.silent = 0;
-        if last {
-            self.program = false;
-        }
+        self.ended = last;
     }
 }
 
@@ -104,15 +110,13 @@ impl Controller for FanucController {
                 self.start(version);
             }
             Some(Request::Stop) if self.client == Some(from) => self.streaming = None,
-            Some(Request::Command(command)) if self.client == Some(from) && self.fault.is_none() && self.program => {
-                match self.streaming {
-                    Some(version) if version == command.version => {
-                        self.command(command.sequence, &command.joints, command.last);
-                    }
-                    Some(_) => self.fault = Some("a command of a version that was not agreed upon"),
-                    None => {}
+            Some(Request::Command(command)) if self.client == Some(from) && self.follows() => match self.streaming {
+                Some(version) if version == command.version => {
+                    self.command(command.sequence, &command.joints, command.last);
                 }
-            }
+                Some(_) => self.fault = Some("a command of a version that was not agreed upon"),
+                None => {}
+            },
             _ => {}
         }
     }
@@ -128,13 +132,12 @@ impl Controller for FanucController {
         let (Some(version), Some(client)) = (self.streaming, self.client) else {
             return;
         };
-        self.silent += u32::from(self.asked.is_some() && self.program);
+        self.silent += u32::from(self.asked.is_some() && self.follows());
         if self.silent > MAX_SILENT {
             self.fault = Some("commands have ceased");
         }
         self.sequence = self.sequence.wrapping_add(1);
-        let waits = self.program && self.fault.is_none();
-        let status = report(version, self.sequence, waits, self.fault.is_some(), now, state);
+        let status = report(version, self.sequence, self.follows(), self.fault.is_some(), now, state);
         out(client, Reply::Status(status).packet().as_bytes());
     }
 

@@ -121,16 +121,29 @@ impl Controller {
                 self.program.store(false, Ordering::Release);
             }
             "FRC_Abort" => self.program.store(false, Ordering::Release),
-            "FRC_GetStatus" => {
-                let runs = self.program.load(Ordering::Acquire);
-                for (field, value) in [("ServoReady", 1), ("TPMode", 0), ("ProgramStatus", i64::from(runs))] {
-                    reply[field] = value.into();
-                }
-                reply["NextSequenceID"] = self.next_sequence.into();
+            "FRC_GetStatus" => self.tell_status(&mut reply),
+            "FRC_GetExtStatus" => {
+                let fields =
+                    [("DrivesPowered", json!(1)), ("GenOverride", json!(100)), ("SpeedClampLimit", json!(100))];
+                fields.into_iter().for_each(|(field, value)| reply[field] = value);
             }
+            "FRC_ReadError" => (reply["Count"], reply["ErrorData"]) = (json!(0), json!("")),
             _ => {}
         }
         Some(reply)
+    }
+
+    fn tell_status(&self, reply: &mut Value) {
+        let runs = u64::from(self.program.load(Ordering::Acquire));
+        let fields = [
+            ("ServoReady", 1),
+            ("TPMode", 0),
+            ("RMIMotionStatus", 0),
+            ("ProgramStatus", runs),
+            ("Override", 100),
+            ("NextSequenceID", self.next_sequence),
+        ];
+        fields.into_iter().for_each(|(field, value)| reply[field] = value.into());
     }
 
     /// Starts a program; a call with an old number is dropped without a word, as by the real one.

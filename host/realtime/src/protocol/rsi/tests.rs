@@ -162,6 +162,27 @@ fn silence_of_a_hundred_cycles_is_a_fault() {
 }
 
 #[test]
+fn a_lost_answer_keeps_or_drops_the_correction_as_configured() {
+    for hold_on in [true, false] {
+        let mut bench = Bench::new(rail_tags(Correction::Absolute), |settings| {
+            (settings.hold_on, settings.accumulate, settings.timeout) = (hold_on, true, 3);
+        });
+        for _ in 0..3 {
+            bench.cycle(&Order::Move(moved(0.01)));
+        }
+        for lost in 1..=3 {
+            bench.begin_cycle();
+            bench.begin_cycle();
+            let expected = if hold_on { 0.01_f64.to_degrees() } else { 0.0 };
+            assert!((bench.krc.correction()[0] - expected).abs() < 1e-6);
+            // Each of these answers the newest of two: every second one is missing, which adds up.
+            bench.cycle(&Order::Move(moved(0.01)));
+            assert_eq!(bench.krc.fault().is_some(), 2 * lost >= 3);
+        }
+    }
+}
+
+#[test]
 fn corrections_are_clamped_and_monitored() {
     let mut bench = Bench::new(rail_tags(Correction::Absolute), |settings| {
         settings.upper[0] = 1.0;
