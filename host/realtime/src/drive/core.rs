@@ -282,7 +282,8 @@ impl Core {
         if let Some(cause) = inputs.request {
             return Some(Alarm { cause, dead: None });
         }
-        if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken) {
+        let started = !matches!(self.state, State::StartUp(_));
+        if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken && started) {
             return Some(Alarm { cause: StopCause::LinkFault, dead: (link < 2).then_some(link) });
         }
         let running = matches!(self.state, State::Running);

@@ -33,6 +33,8 @@ pub struct Facility {
     tick: Nanos,
     /// Next physics tick, reports of robots 1 and 2, sample.
     due: [Nanos; 4],
+    /// Before its first report a controller has no session, and its robot stands.
+    begun: [bool; 2],
     sequence: u32,
     last: Option<ForceSample>,
     ailment: Ailment,
@@ -50,7 +52,17 @@ impl Facility {
         let tick = Nanos::from_seconds(world.tick_seconds());
         let first = begin + tick;
         let due = [first, first, first + phase, first];
-        Self { world, controllers, sensor, tick, due, sequence: 0, last: None, ailment: Ailment::None }
+        Self {
+            world,
+            controllers,
+            sensor,
+            tick,
+            due,
+            begun: [false; 2],
+            sequence: 0,
+            last: None,
+            ailment: Ailment::None,
+        }
     }
 
     /// When it has something to do next.
@@ -76,7 +88,10 @@ impl Facility {
     }
 
     fn step(&mut self, at: Nanos) {
-        let targets = [self.controllers[0].target(at), self.controllers[1].target(at)];
+        let targets = [0, 1].map(|robot| match self.begun[robot] {
+            true => self.controllers[robot].target(at),
+            false => self.world.robot(robot).position,
+        });
         self.world.tick(&targets);
         self.due[0] = at + self.tick;
     }
@@ -94,6 +109,7 @@ impl Facility {
             ready: true,
         };
         let endpoint = if robot == 0 { Endpoint::Robot1 } else { Endpoint::Robot2 };
+        self.begun[robot] = true;
         let controller = &mut self.controllers[robot];
         controller.report(at, &state, &mut |to, datagram| out(endpoint, to, datagram));
         self.due[1 + robot] = at + controller.cycle();

@@ -142,7 +142,7 @@ impl Rig {
 
     /// To its end; a session that never ends is an error.
     pub fn finish(&mut self) -> &CycleRecord {
-        for _ in 0..10_000 {
+        for _ in 0..40_000 {
             if self.cycle() {
                 return self.session.record();
             }

@@ -53,9 +53,11 @@ fn assert_within(rig: &Rig, limits: &[AxisLimits; AXES]) {
                     let most = bounds[order] * (1.0 + 1e-9) + slack[order] / h.powi(order as i32 + 1);
                     assert!(
                         found[order].abs() <= most,
-                        "axis {i}, derivative {}: {} > {most}",
+                        "{endpoint:?} answer {k} of {}, axis {i}, derivative {}: {} > {most}: {:?}",
+                        sent.len(),
                         order + 1,
-                        found[order]
+                        found[order],
+                        [a, b, c, d]
                     );
                 }
             }
@@ -92,7 +94,8 @@ fn behaviour_1_a_dry_run_asks_the_real_robots_for_nothing() {
     assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
     let moved = rig.records.iter().filter(|record| record.emulated_1.order == OrderKind::Move).count();
     assert!(moved > 500, "the emulated robots move: {moved} cycles");
-    assert!(last.robot_1.computed.iter().all(|axis| axis.is_finite()), "what would have been sent is logged");
+    let told = rig.records.iter().filter(|record| record.robot_1.computed.iter().all(|axis| axis.is_finite())).count();
+    assert!(told > 500, "what would have been sent is logged: {told} cycles");
 }
 
 /// A drive that must not begin, and why it did not.
@@ -146,8 +149,8 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     // Slower than the run needs: everything is clamped, and in the end the drive stops.
     let mut setting = Setting::docking();
     setting.station.limits.iter_mut().for_each(|limit| {
-        limit.speed *= 0.01;
-        limit.acceleration *= 0.01;
+        limit.speed *= 0.02;
+        limit.acceleration *= 0.02;
     });
     let mut rig = Rig::new(&setting, Relay::default());
     let cause = rig.finish().cause;
