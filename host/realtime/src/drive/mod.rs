@@ -6,5 +6,7 @@
 pub mod core;
 pub mod guard;
 pub mod motion;
+pub mod prediction;
+pub mod runner;
 pub mod session;
 pub mod start;

@@ -3,4 +3,5 @@
 pub mod facility;
 pub mod in_process;
 pub mod network;
+pub mod server;
 pub mod world;
