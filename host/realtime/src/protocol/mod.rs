@@ -1,5 +1,7 @@
 //! The protocols of robots and sensors: each with its codec, our driver, and the other side for the emulated facility.
 
+pub mod ethercat;
+
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
