@@ -9,10 +9,10 @@ use crate::clock::{Clock, Monotonic};
 use crate::signals::AXES;
 use crate::time::Nanos;
 use ethercrab::error::{Error, MailboxError};
-use ethercrab::subdevice_group::{DcConfiguration, HasDc, NoDc, Op, PreOp, PreOpPdi};
+use ethercrab::subdevice_group::{DcConfiguration, HasDc, HasPdi, NoDc, Op, PreOp, PreOpPdi};
 use ethercrab::{
     DcSync, DefaultLock, EtherCrabWireWrite, MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, SubDevice,
-    SubDeviceGroup, SubDeviceRef, Timeouts, TxRxResponse,
+    SubDeviceGroup, SubDeviceRef, Timeouts,
 };
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -34,7 +34,6 @@ const SYNC_START: Duration = Duration::from_millis(100);
 const ALIGNING_FRAMES: u32 = 4000;
 
 type Group<S, D> = SubDeviceGroup<DEVICES, IMAGE, DefaultLock, S, D>;
-type Response = Result<TxRxResponse<DEVICES, Option<u64>>, Error>;
 
 /// A group in OP, with or without SYNC0.
 enum Operating {
@@ -135,12 +134,12 @@ impl Bus {
     /// If the interface fails.
     pub(super) fn exchange(&mut self, deadline: Nanos) -> io::Result<Option<Exchange>> {
         let Some(operating) = &self.operating else { return Ok(None) };
-        let response = either!(operating, group => self.pump.run(group.tx_rx_sync_system_time(self.main), deadline))?;
         let synced = self.synced();
-        Ok(response.and_then(Response::ok).map(|response| Exchange {
-            whole: response.working_counter == self.expected,
-            operational: response.all_op(),
-            clock: response.extra.filter(|_| synced).map(|time| Nanos(time as i64)),
+        let transfer = either!(operating, group => self.pump.run(transfer(group, self.main, synced), deadline))?;
+        Ok(transfer.and_then(Result::ok).map(|transfer| Exchange {
+            whole: transfer.working_counter == self.expected,
+            operational: transfer.operational,
+            clock: transfer.clock.map(|time| Nanos(time as i64)),
         }))
     }
 
@@ -168,9 +167,32 @@ fn timeouts() -> Timeouts {
     }
 }
 
+/// What came back from a transfer of process data.
+#[derive(Clone, Copy, Debug)]
+struct Transfer {
+    working_counter: u16,
+    operational: bool,
+    clock: Option<u64>,
+}
+
+/// One transfer of process data and AL states, with the distribution of the reference clock if there is one.
+async fn transfer<S, D>(group: &Group<S, D>, main: &MainDevice<'_>, clocked: bool) -> Result<Transfer, Error>
+where
+    S: HasPdi,
+{
+    // `tx_rx_sync_system_time` waits for its own lock where there is no reference clock (ethercrab 0.7.1).
+    if clocked {
+        let response = group.tx_rx_sync_system_time(main).await?;
+        let (working_counter, operational) = (response.working_counter, response.all_op());
+        return Ok(Transfer { working_counter, operational, clock: response.extra });
+    }
+    let response = group.tx_rx(main).await?;
+    Ok(Transfer { working_counter: response.working_counter, operational: response.all_op(), clock: None })
+}
+
 fn write_group<S, D>(group: &Group<S, D>, main: &MainDevice<'_>, places: &[Place], commands: &[Command; AXES])
 where
-    S: ethercrab::subdevice_group::HasPdi,
+    S: HasPdi,
 {
     for (place, command) in places.iter().zip(commands) {
         if let Ok(device) = group.subdevice(main, place.station) {
@@ -182,7 +204,7 @@ where
 
 fn read_group<S, D>(group: &Group<S, D>, main: &MainDevice<'_>, places: &[Place], reports: &mut [Report; AXES])
 where
-    S: ethercrab::subdevice_group::HasPdi,
+    S: HasPdi,
 {
     for (place, report) in places.iter().zip(reports) {
         let device = group.subdevice(main, place.station).ok();
@@ -308,25 +330,25 @@ impl Opening<'_> {
         places: &[Place],
         expected: u16,
     ) -> Result<Group<Op, D>, OpenError> {
-        let (main, cycle) = (self.main, self.config.cycle);
+        let (main, cycle, clocked) = (self.main, self.config.cycle, self.clocked);
         let group = self.step("the change to SAFE-OP", STATE_SECONDS, group.into_safe_op(main))?;
         let mut reports = [Report::default(); AXES];
         for _ in 0..3 {
-            self.step("reading the first inputs", STATE_SECONDS, group.tx_rx_sync_system_time(main))?;
+            self.step("reading the first inputs", STATE_SECONDS, transfer(&group, main, clocked))?;
         }
         read_group(&group, main, places, &mut reports);
         write_group(&group, main, places, &reports.map(at_rest));
         let group = self.step("asking for OP", STATE_SECONDS, group.request_into_op(main))?;
         let (mut due, until) = (Monotonic.now(), Monotonic.now() + Nanos::from_millis(1000 * STATE_SECONDS));
         loop {
-            let response = self.step("the change to OP", STATE_SECONDS, group.tx_rx_sync_system_time(main))?;
-            if response.all_op() && response.working_counter == expected {
+            let passed = self.step("the change to OP", STATE_SECONDS, transfer(&group, main, clocked))?;
+            if passed.operational && passed.working_counter == expected {
                 return Ok(group);
             }
             if Monotonic.now() >= until {
                 let states = format!(
-                    "the devices are in {:?}, the working counter is {} instead of {expected}",
-                    response.subdevice_states, response.working_counter
+                    "all devices in OP: {}, working counter {} instead of {expected}",
+                    passed.operational, passed.working_counter
                 );
                 return Err(OpenError::Bus("the change to OP", states));
             }
