@@ -240,7 +240,7 @@ fn optional(entries: &[Entry], index: u16, bits: u8) -> Result<Option<usize>, Un
     let before: usize = entries[..place].iter().map(|entry| usize::from(entry.bits)).sum();
     if entries[place].bits != bits {
         Err(Unusable::Length(index, entries[place].bits, bits))
-    } else if before % 8 != 0 {
+    } else if !before.is_multiple_of(8) {
         Err(Unusable::Unaligned(index))
     } else {
         Ok(Some(before / 8))

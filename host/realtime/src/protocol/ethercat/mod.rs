@@ -9,6 +9,7 @@ pub mod cia402;
 pub mod config;
 pub mod drives;
 pub mod mapping;
+mod opening;
 mod pump;
 pub mod raw;
 mod robot;

@@ -44,6 +44,8 @@ pub struct DriveModel {
     pub window: i32,
     /// Without torque it sags so far in a frame \[counts\].
     pub sag: f64,
+    /// Its next mailbox message is an emergency that nobody has asked for.
+    pub emergency: bool,
     /// Every enabling so far.
     pub enablings: Vec<Enabling>,
     /// Largest step between two targets while enabled \[counts\].
@@ -68,6 +70,7 @@ impl DriveModel {
             share: 0.3,
             window: 20_000,
             sag: 0.0,
+            emergency: false,
             enablings: Vec::new(),
             largest_step: 0,
             objects: Dictionary::new(),

@@ -11,6 +11,7 @@ pub(super) const LENGTH: usize = 0x80;
 /// Type of the mailbox protocol.
 const COE: u8 = 3;
 /// Services of CoE, in the upper bits of its header.
+const EMERGENCY: u8 = 1;
 const SDO_REQUEST: u8 = 2;
 const SDO_RESPONSE: u8 = 3;
 
@@ -19,6 +20,13 @@ pub(super) fn answer(request: &[u8; LENGTH], drive: &mut DriveModel) -> Option<[
     let [_, _, _, _, _, kind, _, service, command, low, high, subindex, data @ ..] = *request;
     if kind & 0x0F != COE || service >> 4 != SDO_REQUEST {
         return None;
+    }
+    if std::mem::take(&mut drive.emergency) {
+        let mut message = [0; LENGTH];
+        // Error code 2340: short circuit.
+        (message[0], message[5], message[7]) = (10, kind, EMERGENCY << 4);
+        message[8..10].copy_from_slice(&0x2340u16.to_le_bytes());
+        return Some(message);
     }
     let index = u16::from_le_bytes([low, high]);
     let value = u32::from_le_bytes([data[0], data[1], data[2], data[3]]);

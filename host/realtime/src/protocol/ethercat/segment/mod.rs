@@ -29,6 +29,8 @@ pub struct Segment {
     pub devices: Vec<Device>,
     /// Frames with process data that have passed.
     pub exchanges: u64,
+    /// Not 0: one frame in eight comes back with a wrong byte; the state of the generator of random numbers.
+    pub garble: u64,
 }
 
 /// Header of a datagram.
@@ -62,7 +64,7 @@ impl Segment {
     pub fn new(drives: Vec<DriveModel>) -> Self {
         let last = drives.len().saturating_sub(1);
         let devices = drives.into_iter().enumerate().map(|(i, drive)| Device::new(drive, i as u32, i == last));
-        Self { devices: devices.collect(), exchanges: 0 }
+        Self { devices: devices.collect(), exchanges: 0, garble: 0 }
     }
 
     /// Lets a frame pass through all devices; whether it comes back (a frame of another kind does not).
@@ -84,7 +86,24 @@ impl Segment {
         }
         // The first device of a segment sets the locally-administered bit of the source address.
         headers[6] |= 0x02;
+        self.spoil(frame);
         true
+    }
+
+    /// Changes one byte behind the Ethernet header of some frames, where that is asked for.
+    fn spoil(&mut self, frame: &mut [u8]) {
+        if self.garble == 0 {
+            return;
+        }
+        // xorshift64 (Marsaglia): never 0 again.
+        self.garble ^= self.garble << 13;
+        self.garble ^= self.garble >> 7;
+        self.garble ^= self.garble << 17;
+        let (chance, place, byte) = (self.garble & 7, self.garble >> 16, (self.garble >> 8) as u8);
+        if chance == 0 {
+            let place = 14 + place as usize % (frame.len() - 14);
+            frame[place] ^= byte;
+        }
     }
 
     /// Lets time pass without frames: outputs that are not refreshed stop their drives.
@@ -115,3 +134,6 @@ impl Segment {
         counter.copy_from_slice(&count.to_le_bytes());
     }
 }
+
+#[cfg(test)]
+mod tests;
