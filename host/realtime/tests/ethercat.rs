@@ -63,6 +63,13 @@ fn ip(arguments: &[&str]) -> bool {
     Command::new("ip").args(arguments).output().is_ok_and(|done| done.status.success())
 }
 
+/// As a drive does with its cycle, where that is permitted; whether it is.
+fn raise_priority() -> bool {
+    let parameters = libc::sched_param { sched_priority: 50 };
+    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal leaves it as it is.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
+}
+
 /// A robot of as many axes as there are drives, and its other side.
 struct Rig {
     robot: Option<EtherCatRobot>,
@@ -91,6 +98,7 @@ fn models(count: usize) -> Vec<DriveModel> {
 impl Rig {
     fn open(test: &str, drives: Vec<DriveModel>, config: &EtherCatConfig) -> Option<Result<Self, OpenError>> {
         let veth = Veth::new(test)?;
+        raise_priority();
         let responder = Responder::start(&veth.theirs, Segment::new(drives)).expect("responder");
         let robot = EtherCatRobot::open(&veth.ours, config);
         Some(robot.map(|robot| Self { robot: Some(robot), responder: Some(responder), _veth: veth }))
@@ -167,18 +175,19 @@ fn seven_drives_are_brought_to_op_enabled_and_led_for_two_seconds() {
     });
     assert!(largest(&first.position, &places) < 1e-9);
     let start = rig.enable();
-    let (mut error, mut lost) = (0.0f64, rig.robot().counters().lost);
+    let (mut error, before) = (0.0f64, rig.robot().counters());
     for cycle in 0..2000 {
         let state = rig.report();
         assert!(state.ready);
         error = error.max(largest(&state.position, &swing(&start, cycle)));
         rig.send(Order::Move(swing(&start, cycle + 1)));
     }
-    lost = rig.robot().counters().lost - lost;
-    println!("motion: 2000 cycles, {lost} lost, largest following error {:.2} mrad", error * 1e3);
-    // The emulated drives lag by three cycles at 0.31 rad/s; a busy machine may delay frames, which then are lost.
-    assert!(error < 0.003 + 4e-4 * lost as f64, "{error}");
-    assert!(lost < 200, "{lost} cycles lost");
+    let after = rig.robot().counters();
+    let (lost, unsent) = (after.lost - before.lost, after.unsent - before.unsent);
+    println!("motion: 2000 cycles, {lost} lost, {unsent} not begun, following error up to {:.2} mrad", error * 1e3);
+    // The emulated drives lag by three cycles at 0.31 rad/s. A busy machine may hold up frames: not gated tightly.
+    assert!(error < 0.003, "{error}");
+    assert!(lost <= 200, "{lost} cycles lost");
     let segment = rig.segment();
     assert!(segment.devices.iter().all(|device| device.drive.enabled() && !device.drive.faulted()));
     assert!(segment.devices.iter().all(|device| device.drive.largest_step <= 201));
@@ -260,9 +269,9 @@ fn a_drive_that_takes_no_part_makes_lost_cycles() {
     }
     let counted = rig.robot().counters().lost - before.lost;
     println!("working-counter fault of 5 cycles: {lost} cycles seen as lost, {counted} counted");
-    // Others may be lost on a busy machine, the five always are; skipped cycles are counted without being seen.
-    assert!(lost >= 5 && counted >= lost, "{lost} {counted}");
-    assert!(lost < 60);
+    // Others may be lost on a busy machine, the five always are.
+    assert!(lost >= 5 && counted == lost, "{lost} {counted}");
+    assert!(lost <= 60);
     assert!(rig.segment().devices.iter().all(|device| device.drive.enabled()));
 }
 
@@ -394,7 +403,7 @@ fn a_dead_link_is_lost_cycles() {
     }
     let lost = rig.robot().counters().lost - before;
     println!("dead link: {lost} cycles lost, the interface reports it: {failed}");
-    assert!(failed || lost >= 200);
+    assert!(failed || lost >= 150);
 }
 
 #[test]
@@ -470,27 +479,29 @@ fn measure(rig: &mut Rig, cycles: u32) {
             rig.send(Order::Move(swing(&start, cycle)));
         }
     }
-    let lost = rig.robot().counters().lost - before.lost;
+    let after = rig.robot().counters();
+    let (lost, unsent) = (after.lost - before.lost, after.unsent - before.unsent);
     for (name, values) in [("round trip", &mut trips), ("lateness", &mut lateness)] {
         values.sort_unstable();
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize] as f64 * 1e-3;
         let [p50, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(at);
         println!("{name}: p50 {p50:.1} us, p99 {p99:.1} us, p99.9 {p999:.1} us, max {max:.1} us");
     }
-    println!("{cycles} cycles, working counter {}, {lost} lost", rig.robot().working_counter());
+    let counter = rig.robot().working_counter();
+    println!("{cycles} cycles, working counter {counter}, {lost} lost, {unsent} not begun in time");
 }
 
 #[test]
 #[ignore = "a measurement of 15 s"]
 fn round_trips_over_fifteen_thousand_cycles() {
-    let Some(mut rig) = Rig::usual("the measurement") else { return };
-    measure(&mut rig, 15_000);
-    let parameters = libc::sched_param { sched_priority: 50 };
-    // SAFETY: the parameters outlive the call; 0 is the calling thread.
-    if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) } == 0 {
-        println!("with SCHED_FIFO 50:");
-        drop(rig);
-        let Some(mut rig) = Rig::usual("the measurement with SCHED_FIFO") else { return };
+    for fifo in [false, true] {
+        let Some(mut rig) = Rig::usual("the measurement") else { return };
+        if !fifo {
+            let parameters = libc::sched_param { sched_priority: 0 };
+            // SAFETY: the parameters outlive the call; 0 is the calling thread.
+            unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const parameters) };
+        }
+        println!("{}", if fifo { "with SCHED_FIFO" } else { "with the ordinary scheduler" });
         measure(&mut rig, 15_000);
     }
 }

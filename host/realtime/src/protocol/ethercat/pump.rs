@@ -90,20 +90,24 @@ impl Pump {
         let mut future = pin!(future);
         let waker = self.waker.clone();
         let mut context = Context::from_waker(&waker);
+        let mut over = false;
         loop {
             self.flag.0.store(false, Ordering::Relaxed);
             if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
                 return Ok(Some(output));
             }
-            self.transmit()?;
-            let now = Monotonic.now();
-            if now >= deadline {
+            if over {
                 return Ok(None);
             }
-            if !self.flag.0.load(Ordering::Relaxed) {
-                self.socket.wait(deadline.min(now + TIMERS))?;
-            }
+            self.transmit()?;
+            // What has come while this thread was held up is looked at once more, deadline or not.
+            let now = Monotonic.now();
+            over = now >= deadline;
             self.take()?;
+            if !over && !self.flag.0.load(Ordering::Relaxed) {
+                self.socket.wait(deadline.min(now + TIMERS))?;
+                self.take()?;
+            }
         }
     }
 

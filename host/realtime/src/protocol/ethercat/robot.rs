@@ -27,8 +27,9 @@ struct Axis {
 ///
 /// The cycle is ours: [`Robot::receive`] waits for an absolute time, exchanges the process data with the targets last
 /// given, and reports what has come back. An answer to a report thus leaves with the next cycle's frame. A frame that
-/// is not back in time, or whose working counter shows that a drive has not taken part, makes a lost cycle: counted,
-/// not reported, the targets stay. [`Order::Hold`] never enables a drive. The first [`Order::Move`] begins to enable
+/// is not back in time, or whose working counter shows that a drive has not taken part, makes a lost cycle: counted
+/// in `lost`, not reported, the targets stay. Cycles for which nobody asked in time count in `unsent`; cycles that
+/// repeat their targets for want of an answer, in `late_answers` of the reports. [`Order::Hold`] never enables a drive. The first [`Order::Move`] begins to enable
 /// them; while they come up, and at the first cycle in which they follow, their targets are where they stand.
 ///
 /// When it is dropped with drives on, these are brought to a quick stop first.
@@ -134,7 +135,6 @@ impl EtherCatRobot {
     /// Puts the commands of the cycle into the outputs; after a lost cycle the last ones stay.
     fn command(&mut self) {
         if !self.answered {
-            self.counters.unsent += 1;
             self.late_answers = self.late_answers.wrapping_add(1);
             self.answered = true;
         }
@@ -166,12 +166,12 @@ impl EtherCatRobot {
         Ok(whole)
     }
 
-    /// The next cycle: a period on, steered so that frames pass in the middle between two SYNC0. Cycles that went by
-    /// without anybody asking are lost.
+    /// The next cycle: a period on, steered so that frames pass in the middle between two SYNC0. In cycles that went by
+    /// without anybody asking no frame was sent.
     fn pace(&mut self, begun: Nanos, clock: Option<Nanos>) {
         let cycle = self.config.cycle.0;
         let missed = (begun - self.due).0.max(0) / cycle;
-        self.counters.lost += missed as u64;
+        self.counters.unsent += missed as u64;
         let from_middle = clock.map_or(0, |clock| clock.0.rem_euclid(cycle) - cycle / 2);
         let steering = (from_middle / STEERING_SHARE).clamp(-STEERING_MAX.0, STEERING_MAX.0);
         self.due += Nanos(cycle * (missed + 1) - steering);
