@@ -8,8 +8,8 @@ use softdock_realtime::protocol::ethercat::cia402::{control, mode};
 use softdock_realtime::protocol::ethercat::drives::Phase;
 use softdock_realtime::protocol::ethercat::mapping::object;
 use softdock_realtime::protocol::ethercat::segment::{DriveModel, Responder, Segment};
-use softdock_realtime::protocol::ethercat::{AxisScale, EtherCatConfig, EtherCatRobot, OpenError};
-use softdock_realtime::signals::{AXES, LinkFault, Order, Robot, RobotState};
+use softdock_realtime::protocol::ethercat::{AxisConfig, AxisScale, EtherCatConfig, EtherCatRobot, OpenError};
+use softdock_realtime::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
 use softdock_realtime::time::Nanos;
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -224,6 +224,35 @@ fn the_mapping_is_read_and_followed_whatever_its_order() {
     let (state, end) = (rig.report(), swing(&start, 500));
     assert!((state.position[0] - end[0]).abs() < 1e-3);
     assert_eq!(state.position[3..], [0.0; 4]);
+}
+
+#[test]
+fn clocks_are_left_alone_where_a_drive_has_none() {
+    let mut drives = models(3);
+    drives[0].clocks = true;
+    drives[2].clocks = true;
+    let Some(mut rig) = Rig::new("clocks of some", drives, &EtherCatConfig { clocks: true, ..config(3) }) else {
+        return;
+    };
+    assert!(!rig.robot().synced());
+    rig.enable();
+    assert!(rig.segment().devices.iter().all(|device| device.sync0().is_none()));
+}
+
+#[test]
+fn axes_have_their_drives_at_any_place_and_other_devices_stay_off() {
+    let mut config = config(2);
+    let place = |station, ratio| Some(AxisConfig { station, scale: AxisScale::new(ratio) });
+    (config.axes[0], config.axes[1], config.axes[RAIL]) = (place(3, 1e4), None, place(1, 1e6));
+    let Some(mut rig) = Rig::new("drives at any place", models(4), &config) else { return };
+    // The devices that drive no axis take part in the exchange all the same.
+    assert_eq!(rig.robot().working_counter(), 12);
+    let position = rig.report().position;
+    assert!((position[0] - 1.9).abs() < 1e-9 && (position[RAIL] - 0.013).abs() < 1e-9, "{position:?}");
+    assert_eq!(position[1..RAIL], [0.0; 5]);
+    rig.enable();
+    let on: Vec<_> = rig.segment().devices.iter().map(|device| device.drive.enabled()).collect();
+    assert_eq!(on, [false, true, false, true]);
 }
 
 #[test]
@@ -453,6 +482,7 @@ fn with_distributed_clocks_frames_pass_between_two_sync_pulses() {
     let config = EtherCatConfig { clocks: true, ..config(7) };
     let Some(mut rig) = Rig::new("distributed clocks", drives, &config) else { return };
     assert!(rig.robot().synced());
+    assert!(rig.segment().devices.iter().all(|device| device.sync0() == Some(Nanos::from_millis(1))));
     rig.enable();
     let mut offsets: Vec<i64> = (0..1500).map(|_| rig.report().stamp.0.rem_euclid(1_000_000) - 500_000).collect();
     offsets.drain(..1000);

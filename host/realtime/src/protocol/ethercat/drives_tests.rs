@@ -88,6 +88,20 @@ fn at_rest_nothing_is_enabled_and_targets_are_where_the_axes_are() {
 }
 
 #[test]
+fn holding_after_motion_is_a_quick_stop_and_may_be_followed_by_another_enabling() {
+    let mut rig = Rig::new(7);
+    rig.enable();
+    let before = rig.drives.targets();
+    let commands = rig.cycle(Aim::Rest);
+    assert!(commands.iter().all(|command| command.controlword == control::QUICK_STOP));
+    assert_eq!(commands.map(|command| command.target), before);
+    let commands = rig.cycle(Aim::Rest);
+    assert!(commands.iter().all(|command| command.controlword == control::DISABLE_VOLTAGE));
+    assert!(rig.drives.ready(&rig.reports));
+    rig.enable();
+}
+
+#[test]
 fn one_fault_stops_all_for_good() {
     let mut rig = Rig::new(7);
     rig.enable();

@@ -21,6 +21,8 @@ mod register {
     pub(super) const SYSTEM_TIME: usize = 0x0910;
     pub(super) const RECEIVE_TIME: usize = 0x0918;
     pub(super) const TIME_OFFSET: usize = 0x0920;
+    pub(super) const SYNC_ACTIVE: usize = 0x0981;
+    pub(super) const SYNC0_PERIOD: usize = 0x09A0;
 }
 
 /// AL states.
@@ -83,6 +85,13 @@ impl Device {
     /// It is in OP: its outputs count.
     pub fn operational(&self) -> bool {
         self.state() == al::OP
+    }
+
+    /// Period of SYNC0, if it has been made to give it.
+    pub fn sync0(&self) -> Option<Nanos> {
+        let period: [u8; 4] = std::array::from_fn(|i| self.memory[register::SYNC0_PERIOD + i]);
+        // Cyclic operation and SYNC0.
+        (self.memory[register::SYNC_ACTIVE] & 3 == 3).then_some(Nanos(i64::from(u32::from_le_bytes(period))))
     }
 
     /// A command that addresses devices; gives what it adds to the working counter.
