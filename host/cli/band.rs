@@ -19,8 +19,9 @@ use softdock_results::drive_log::{signal, write_drive_log};
 use std::path::Path;
 
 /// Metrics that a facility does not measure, or that say nothing of a single run.
-const UNSEEN: [&str; 9] = [
+const UNSEEN: [&str; 10] = [
     "success",
+    "end_time",
     "peak_depth",
     "linear_momentum_error",
     "angular_momentum_error",

@@ -308,7 +308,11 @@ fn report(
     if args.json {
         say(crate::words::json(&json));
     } else {
-        let verdict = if metrics.success > 0.5 { "PASS" } else { "FAIL" };
+        let verdict = match (cause, metrics.success > 0.5) {
+            (StopCause::Completed, true) => "PASS",
+            (StopCause::Completed, false) => "FAIL",
+            _ => "NOT COMPLETED, no verdict",
+        };
         say(format!(
             "\nthe run    {verdict}; the model passes {} of {} drives of this draw",
             percent(band.success),

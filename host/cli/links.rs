@@ -21,8 +21,8 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Silence of a sensor is at least this long, in ms: a machine without real-time priority wakes late.
-const LEAST_SILENCE: i64 = 20;
+/// Silence after which the link counts as dead, in ms; the age of its samples stops a run long before.
+const LEAST_SILENCE: i64 = 100;
 /// Time for a Net Box to tell its calibration.
 const CALIBRATION_LIMIT: Duration = Duration::from_secs(5);
 /// Port that RSI controllers send to unless told otherwise (49152 is Net F/T's).
