@@ -65,6 +65,7 @@ Addresses:
   rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
   egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
   fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
+  ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
   netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
   emulated://[?cycle_ms=1]                in process
 

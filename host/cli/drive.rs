@@ -204,8 +204,7 @@ fn cycle_thread(
         World::new(&task.plant, &task.station, key, task.run, &task.params, Wrench::zero())
             .map_err(|(robot, why)| refuse(format!("robot {robot} cannot stand there: {why:?}"), "move its base"))
     };
-    let rail = task.station.rail;
-    let (moved, exercised) = links::open(&plan.addresses, task.armed, rail, world, Rc::clone(&clock))?;
+    let (moved, exercised) = links::open(&plan.addresses, task.armed, &task.station, world, Rc::clone(&clock))?;
     let cycle = moved.robots[0].capabilities().cycle;
     let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
     let mut session = Session::new(task.clone(), moved, exercised, clock).into_diagnostic()?;
