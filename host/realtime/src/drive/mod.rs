@@ -6,5 +6,6 @@
 pub mod core;
 pub mod guard;
 pub mod motion;
+pub mod replay;
 pub mod session;
 pub mod start;

@@ -3,4 +3,5 @@
 mod fixture;
 mod in_process;
 mod over_rsi;
+mod replay;
 mod safety;
