@@ -4,6 +4,7 @@
 //! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
 
 pub mod core;
+pub mod delay;
 pub mod guard;
 pub mod motion;
 pub mod replay;

@@ -97,7 +97,9 @@ impl Facility {
     }
 
     fn report(&mut self, robot: usize, at: Nanos, out: Wires) {
-        let reading = self.world.robot(robot);
+        // The next tick is due later: the last one was this long ago, but none has been before the first.
+        let since = (at - (self.due[0] - self.tick)).seconds();
+        let reading = self.world.robot_after(robot, since.max(0.0));
         let state = RobotState {
             stamp: at,
             received: at,

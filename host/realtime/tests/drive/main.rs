@@ -1,5 +1,6 @@
 //! Whole drives in virtual time: in process, over the protocols, and with everything that can go wrong on the way.
 
+mod delay;
 mod fixture;
 mod in_process;
 mod over_rsi;
