@@ -11,6 +11,7 @@ pub mod drive;
 pub mod emulation;
 pub mod limiter;
 pub mod log;
+pub mod process;
 pub mod protocol;
 pub mod sensing;
 pub mod signals;
