@@ -9,6 +9,8 @@ pub mod arms;
 pub mod clock;
 pub mod drive;
 pub mod emulation;
+pub mod histogram;
+pub mod latency;
 pub mod limiter;
 pub mod log;
 pub mod process;

@@ -65,6 +65,12 @@ impl Facility {
         }
     }
 
+    /// Begins at another time than was said, before anything was due.
+    pub fn begin(&mut self, at: Nanos) {
+        let shift = at + self.tick - self.due[0];
+        self.due = self.due.map(|due| due + shift);
+    }
+
     /// When it has something to do next.
     pub fn next(&self) -> Nanos {
         self.due.into_iter().min().unwrap_or_default()

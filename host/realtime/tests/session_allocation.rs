@@ -1,0 +1,81 @@
+//! A whole docking takes no memory from the heap in its cycles, in process and over real sockets; nor does the facility.
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use softdock_campaign::{Campaign, Station};
+use softdock_kernels::philox;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::Wrench;
+use softdock_realtime::clock::{Monotonic, Virtual};
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::session::Session;
+use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::loopback;
+use softdock_realtime::emulation::world::World;
+use softdock_realtime::log::codes::{Phase, StopCause};
+use softdock_realtime::time::Nanos;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Ends the test at an allocation where none may be.
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+fn shipped(file: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
+}
+
+/// Run 1244 of `probe_drogue`, which docks, and its facility.
+fn docking() -> (Task, World) {
+    let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
+    let mut station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
+    // A busy machine is late; that may end a drive, but not this test.
+    let safety = &mut station.safety;
+    (safety.hold_cycles, safety.stop_cycles, safety.sensor_age) = (1_000, 2_000, 1.0);
+    (safety.contact_energy, safety.force_rate, safety.following_error) = (1e3, 1e9, [1.0; 2]);
+    safety.clamp_time = 10.0;
+    let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+    let (run, key) = (1244, philox::key(campaign.seed));
+    let params = campaign.draw(run).params;
+    let world = World::new(&plant, &station, key, run, &params, Wrench::zero()).expect("in reach");
+    (Task { plant, station: Arc::new(station), run, params, armed: true, to_start: true }, world)
+}
+
+/// Cycles of a session to its end, every one of them without the heap.
+fn drive(session: &mut Session) {
+    let mut met = [false; Phase::ALL.len()];
+    while !assert_no_alloc(|| session.cycle(None)) {
+        met[session.record().phase.code() as usize] = true;
+    }
+    let refusal = session.core().refusal();
+    assert_eq!(session.record().cause, StopCause::Completed, "{refusal:?}");
+    for phase in [Phase::StartUp, Phase::Taring, Phase::Approach, Phase::Contact, Phase::Stopping, Phase::Stopped] {
+        assert!(met[phase.code() as usize], "{phase:?} was not met");
+    }
+    println!("{} cycles in {:.1} s", session.record().cycle, session.record().time.seconds());
+}
+
+#[test]
+fn in_process() {
+    let (task, world) = docking();
+    let clock = Rc::new(Virtual::default());
+    let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
+    let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
+    drive(&mut session);
+}
+
+#[test]
+fn over_rsi_and_net_ft_on_sockets() {
+    let (task, world) = docking();
+    let (mut server, links) = loopback::rsi(world, Nanos::from_millis(4)).expect("sockets");
+    let stop = Arc::new(AtomicBool::new(false));
+    let facility = {
+        let stop = Arc::clone(&stop);
+        std::thread::spawn(move || assert_no_alloc(|| server.run(&stop)))
+    };
+    let mut session = Session::new(task, links, None, Rc::new(Monotonic)).expect("prepared");
+    drive(&mut session);
+    stop.store(true, Ordering::Relaxed);
+    facility.join().expect("no panic").expect("no failure of the sockets");
+}
