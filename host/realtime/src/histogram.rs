@@ -44,6 +44,14 @@ impl Histogram {
         self.total
     }
 
+    /// How many there are per doubling, from the first to the last that has any: below which time, and how many.
+    pub fn doublings(&self) -> impl Iterator<Item = (Nanos, u64)> {
+        let counts = |doubling: usize| self.counts[doubling * STEPS as usize..][..STEPS as usize].iter().sum::<u64>();
+        let any = |doubling: &usize| counts(*doubling) > 0;
+        let (first, last) = ((0..=DOUBLINGS).find(any).unwrap_or(0), (0..=DOUBLINGS).rfind(any).unwrap_or(0));
+        (first..=last).map(move |doubling| (Nanos((STEPS << doubling) as i64), counts(doubling)))
+    }
+
     /// The longest.
     pub fn max(&self) -> Nanos {
         self.max
@@ -121,6 +129,10 @@ mod tests {
             assert!((f64::from(micros) - 1.0..=f64::from(micros) * 1.04).contains(&found), "{share}: {found} us");
         }
         assert_eq!((histogram.total(), histogram.max()), (1001, Nanos::from_millis(1)));
+        let doublings: Vec<_> = histogram.doublings().collect();
+        assert_eq!(doublings.iter().map(|(_, count)| count).sum::<u64>(), 1001);
+        // The one before its due instant is the first; the last doubling holds 525 us to 1 ms.
+        assert_eq!((doublings[0], doublings.last()), ((Nanos(32), 1), Some(&(Nanos(1 << 20), 476))));
         let mut twice = histogram.clone();
         twice.merge(&histogram);
         assert_eq!((twice.total(), twice.quantile(0.5)), (2002, histogram.quantile(0.5)));

@@ -191,6 +191,13 @@ impl fmt::Display for Latency {
         if facility.total() > 0 {
             writeln!(f, "facility    {facility} late itself")?;
         }
+        for (name, histogram) in [("lateness", lateness), ("round trip", round_trip)] {
+            write!(f, "{name}, cycles below")?;
+            histogram
+                .doublings()
+                .try_for_each(|(time, count)| write!(f, " {:.0} us: {count}", time.0 as f64 * 1e-3))?;
+            writeln!(f)?;
+        }
         self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
 }

@@ -76,12 +76,12 @@ impl Course {
         let States { a, b, c } = lag.states();
         let mut x = [self.place.first().copied().unwrap_or(0.0), 0.0];
         let (mut place, mut rate) = (Vec::with_capacity(self.time.len()), Vec::with_capacity(self.time.len()));
-        let (mut last, mut cached) = (None, (f64::NAN, [[0.0; 4]; 4]));
+        let (mut last, mut cached) = (None, (f64::INFINITY, [[0.0; 4]; 4]));
         for (time, u) in self.time.iter().zip(&self.place) {
             if let Some((before, was)) = last {
                 let step: f64 = time - before;
                 // Cycles that differ by rounding are one.
-                if !((step - cached.0).abs() < 1e-9) {
+                if (step - cached.0).abs() > 1e-9 {
                     cached = (step, transition(a, b, step));
                 }
                 let (e, slope) = (&cached.1, (u - was) / step);
