@@ -1,15 +1,20 @@
 //! The `softdock` command: from a campaign file to a verdict.
 
+mod address;
 mod args;
+mod band;
 mod bench;
 mod check;
 mod devices;
+mod drive;
+mod emulate;
 mod farm;
 mod finish;
 mod folder;
 mod half_step;
 mod identify;
 mod kernel;
+mod links;
 mod map;
 mod merge;
 mod page;
@@ -46,6 +51,8 @@ fn main() -> ExitCode {
         Command::Map(args) => map::map(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Identify(args) => identify::identify(&args),
+        Command::Drive(args) => drive::drive(&args),
+        Command::Emulate(args) => emulate::emulate(&args),
         Command::Devices => devices::devices(),
     };
     words::leave(answer)

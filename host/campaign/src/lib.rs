@@ -7,6 +7,7 @@ pub mod compare;
 pub mod derived;
 pub mod dispersion;
 pub mod distribution;
+mod effects;
 mod expression;
 mod histogram;
 mod idle;

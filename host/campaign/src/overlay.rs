@@ -13,15 +13,20 @@ use toml::de::{DeTable, DeValue};
 pub(crate) struct Overlay {
     /// The campaign file.
     source: Source,
-    /// Which variant of it, from 0.
-    variant: usize,
+    /// Which variant of it, from 0; none of an effects file, which is one itself.
+    variant: Option<usize>,
     /// The dotted keys, of the scenario.
     keys: Vec<String>,
 }
 
 impl Overlay {
     pub(crate) fn new(source: &Source, variant: usize, keys: Vec<String>) -> Self {
-        Self { source: source.clone(), variant, keys }
+        Self { source: source.clone(), variant: Some(variant), keys }
+    }
+
+    /// The table [set] of an effects file.
+    pub(crate) fn of_effects(source: &Source, keys: Vec<String>) -> Self {
+        Self { source: source.clone(), variant: None, keys }
     }
 
     /// The campaign's text, to be parsed: behind a scenario of so many bytes.
@@ -40,7 +45,8 @@ impl Overlay {
         let replaced =
             |own: &&String| key.strip_prefix(own.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         self.keys.iter().find(replaced)?;
-        let span = self.source.span_of(&format!("variant[{}].set.{key}", self.variant + 1));
+        let table = self.variant.map_or_else(String::new, |variant| format!("variant[{}].", variant + 1));
+        let span = self.source.span_of(&format!("{table}set.{key}"));
         Some(span.start + length + 1..span.end + length + 1)
     }
 
@@ -49,15 +55,24 @@ impl Overlay {
     /// A key whose table is missing gets one; a key inside something that is no table replaces it, for the reader to
     /// refuse.
     pub(crate) fn lay_over<'a>(&self, scenario: &mut DeTable<'a>, mut campaign: DeTable<'a>) {
-        let variants = campaign.get_mut("variant").map(Spanned::get_mut);
-        let Some(DeValue::Array(variants)) = variants else { return };
-        let Some(DeValue::Table(variant)) = variants.get_mut(self.variant).map(Spanned::get_mut) else { return };
-        let Some(DeValue::Table(set)) = variant.get_mut("set").map(Spanned::get_mut) else { return };
+        let Some(DeValue::Table(set)) = self.table(&mut campaign) else { return };
         for (key, value) in std::mem::take(set) {
             let span = key.span();
             let path: Vec<String> = key.get_ref().split('.').map(str::to_owned).collect();
             place(scenario, &path, span, value);
         }
+    }
+}
+
+impl Overlay {
+    /// The table with the replacements.
+    fn table<'a, 'b>(&self, file: &'b mut DeTable<'a>) -> Option<&'b mut DeValue<'a>> {
+        let Some(variant) = self.variant else {
+            return file.get_mut("set").map(Spanned::get_mut);
+        };
+        let Some(DeValue::Array(variants)) = file.get_mut("variant").map(Spanned::get_mut) else { return None };
+        let Some(DeValue::Table(variant)) = variants.get_mut(variant).map(Spanned::get_mut) else { return None };
+        variant.get_mut("set").map(Spanned::get_mut)
     }
 }
 

@@ -3,9 +3,10 @@
 use crate::clock::{Clock, Monotonic};
 use crate::drive::core::{Task, Unprepared};
 use crate::drive::session::Session;
+use crate::emulation::facility::Facility;
 use crate::emulation::in_process::{Bench, links};
 use crate::emulation::loopback;
-use crate::emulation::server::Server;
+use crate::emulation::server::{self, Sockets};
 use crate::emulation::world::World;
 use crate::histogram::Histogram;
 use crate::log::codes::robot_flags;
@@ -28,6 +29,9 @@ const CYCLE: Nanos = Nanos::from_millis(1);
 const LATE: Nanos = Nanos::from_millis(1);
 /// Cycles after which a session has found its beat.
 const SETTLED: u64 = 100;
+
+/// A time that never comes.
+const FOREVER: Nanos = Nanos(i64::MAX);
 
 /// What stands between the session and its robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,9 +132,9 @@ fn session(
         let bench = Bench::new(world, Rc::clone(&clock), CYCLE);
         return cycles(Session::new(task.clone(), links(&bench), None, clock)?, end, latency);
     }
-    let (server, links) = loopback::rsi(world, CYCLE)?;
+    let (facility, sockets, links) = loopback::rsi(world, CYCLE)?;
     let stop = Arc::new(AtomicBool::new(false));
-    let facility = serve(server, realtime, Arc::clone(&stop))?;
+    let facility = serve(facility, sockets, realtime, Arc::clone(&stop))?;
     let done = Session::new(task.clone(), links, None, clock).map_err(Unmeasured::from);
     let done = done.and_then(|session| cycles(session, end, latency));
     stop.store(true, Ordering::Relaxed);
@@ -140,15 +144,17 @@ fn session(
 
 /// The facility in a thread of the same rights; gives its lateness.
 fn serve(
-    mut server: Server,
+    mut facility: Facility,
+    mut sockets: Sockets,
     realtime: Realtime,
     stop: Arc<AtomicBool>,
 ) -> io::Result<thread::JoinHandle<io::Result<Histogram>>> {
     thread::Builder::new().name("facility".to_owned()).spawn(move || {
         // It stands for another machine: refused is refused, and told by the cycle's thread already.
         let _ = Realtime { core: None, strict: false, ..realtime }.apply();
-        server.run(&stop)?;
-        Ok(server.lateness().clone())
+        let mut lateness = Histogram::default();
+        server::serve(&mut facility, &mut sockets, &stop, FOREVER, &mut lateness)?;
+        Ok(lateness)
     })
 }
 

@@ -11,7 +11,9 @@ use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::session::Session;
 use softdock_realtime::emulation::in_process::{Bench, links};
 use softdock_realtime::emulation::loopback;
+use softdock_realtime::emulation::server::serve;
 use softdock_realtime::emulation::world::World;
+use softdock_realtime::histogram::Histogram;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::process::{Realtime, Warning};
 use softdock_realtime::time::Nanos;
@@ -76,20 +78,21 @@ fn in_process() {
 /// A session over sockets, the facility in a thread of its own; whether it had the rights to be on time.
 fn over_sockets() -> (Session, Vec<Phase>, bool) {
     let (task, world) = docking();
-    let (mut server, links) = loopback::rsi(world, Nanos::from_millis(4)).expect("sockets");
+    let (mut facility, mut sockets, links) = loopback::rsi(world, Nanos::from_millis(4)).expect("sockets");
     let mut session = Session::new(task, links, None, Rc::new(Monotonic)).expect("prepared");
     let stop = Arc::new(AtomicBool::new(false));
-    let facility = {
+    let served = {
         let stop = Arc::clone(&stop);
         std::thread::spawn(move || {
             let _ = Realtime::default().apply();
-            assert_no_alloc(|| server.run(&stop))
+            let (until, mut lateness) = (Nanos(i64::MAX), Histogram::default());
+            assert_no_alloc(|| serve(&mut facility, &mut sockets, &stop, until, &mut lateness))
         })
     };
     let warnings = Realtime::default().apply().expect("not strict");
     let met = drive(&mut session);
     stop.store(true, Ordering::Relaxed);
-    facility.join().expect("no panic").expect("no failure of the sockets");
+    served.join().expect("no panic").expect("no failure of the sockets");
     (session, met, !warnings.iter().any(|warning| matches!(warning, Warning::Priority(..))))
 }
 

@@ -20,6 +20,7 @@ use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::command;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
@@ -271,7 +272,7 @@ impl Core {
         let rates =
             std::array::from_fn(|r| std::array::from_fn(|i| (self.axes[0][r][i] - self.axes[1][r][i]) * (1.0 / cycle)));
         let parts = self.arms.parts_on(&self.axes[0], &rates);
-        (self.record.part_a, self.record.part_b) = (pose(&parts.a), pose(&parts.b));
+        self.note_parts(&parts);
         let dry = inputs.exercised.is_some();
         let ft = if dry { &mut self.record.emulated_ft } else { &mut self.record.ft };
         ft.age = inputs.now - ft.received;
@@ -279,6 +280,19 @@ impl Core {
         ft.compensated = wrench;
         let tared = matches!(self.state, State::RunIn { .. } | State::Running | State::Stopping);
         tared.then_some(Measured { parts, wrench })
+    }
+
+    /// Where the robots hold the parts, carried from the laboratory to the contact frame: the share of the motion that
+    /// each robot makes is laid back onto the parts.
+    fn note_parts(&mut self, parts: &Parts<f64>) {
+        let simulated = self.computer.progress().parts;
+        let shared = command(&self.task.plant, &simulated);
+        let carried = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
+            position: held.position + (simulated.position - shared.position),
+            attitude: held.attitude,
+        };
+        self.record.part_a = carried(&parts.a, &simulated.a, &shared.a);
+        self.record.part_b = carried(&parts.b, &simulated.b, &shared.b);
     }
 
     /// The first reason to stop; none while nothing moves yet or any more.

@@ -67,6 +67,10 @@ pub fn replay(
     let names = columns::<CycleRecord>();
     let [mut before, mut after] = [(); 2].map(|()| vec![Value::Whole(0); names.len()]);
     for record in records {
+        if record.cycle == core.record().cycle {
+            // The session's own end, without decisions: a stop asked for twice, or a panic in them.
+            break;
+        }
         core.step(&inputs(&record));
         store(&decided(&record), &mut before);
         store(&decided(core.record()), &mut after);

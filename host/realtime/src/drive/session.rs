@@ -6,7 +6,7 @@
 use super::core::{Arrived, Core, Inputs, Orders, Task, Unprepared};
 use crate::clock::Clock;
 use crate::limiter::Limiter;
-use crate::log::codes::{OrderKind, StopCause, cycle_flags};
+use crate::log::codes::{OrderKind, Phase, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
 use crate::signals::{AXES, ForceSensor, Order, Robot};
 use crate::time::Nanos;
@@ -15,6 +15,10 @@ use std::rc::Rc;
 
 /// A wait for robot 1 looks after robot 2 this often.
 const SLICE: Nanos = Nanos::from_micros(200);
+/// Cycles over which the protocol's end is sent when there are no decisions any more.
+const END_CYCLES: u32 = 5;
+/// Longest ramp without decisions.
+const BLIND_TIME: Nanos = Nanos::from_millis(10_000);
 /// A time that never comes.
 const NEVER: Nanos = Nanos(i64::MAX / 4);
 
@@ -193,6 +197,38 @@ impl Session {
                 robot.round_trip = now - start - report.received;
             }
         }
+    }
+
+    /// The protocols' own end, without a ramp: somebody has asked twice.
+    pub fn end_at_once(&mut self, cause: StopCause) {
+        let links = &mut self.moved;
+        for _ in 0..END_CYCLES {
+            for (robot, limiter) in links.robots.iter_mut().zip(&self.outgoing) {
+                let reported = robot.receive(self.clock.now() + self.cycle);
+                if let Ok(Some(report)) = reported {
+                    // A link that fails now cannot be helped.
+                    let _ = robot.send(&Order::End(limiter.as_ref().map_or(report.position, Limiter::position)));
+                }
+            }
+        }
+        self.core.record_mut().cause = cause;
+        self.core.record_mut().phase = Phase::Stopped;
+    }
+
+    /// A controlled stop by the limiters of the wire alone: the decisions have failed.
+    pub fn ramp_down_blind(&mut self) {
+        let record = self.core.record_mut();
+        (record.cause, record.phase) = (StopCause::Panic, Phase::Stopping);
+        let deadline = self.clock.now() + BLIND_TIME;
+        while self.clock.now() < deadline && !self.outgoing.iter().flatten().all(Limiter::at_rest) {
+            for (robot, limiter) in self.moved.robots.iter_mut().zip(&mut self.outgoing) {
+                let reported = robot.receive(self.clock.now() + self.cycle);
+                if let (Ok(Some(_)), Some(limiter)) = (reported, limiter.as_mut()) {
+                    let _ = robot.send(&Order::Move(limiter.stop()));
+                }
+            }
+        }
+        self.end_at_once(StopCause::Panic);
     }
 
     /// The record of the last cycle.

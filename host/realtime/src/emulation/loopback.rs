@@ -1,7 +1,7 @@
 //! An emulated facility and our drivers, joined by real sockets on the loopback interface: RSI twice, and Net F/T.
 
 use super::facility::Facility;
-use super::server::Server;
+use super::server::Sockets;
 use super::world::World;
 use crate::clock::{Clock, Monotonic};
 use crate::drive::session::Links;
@@ -27,11 +27,11 @@ const SILENCE: Nanos = Nanos::from_millis(1000);
 
 /// A facility on ports that are free, and our links to it; robot 2's cycles begin half a cycle after robot 1's.
 ///
-/// Start the server at once: the links wait for it. The cycle is a whole number of milliseconds, IPOC's unit.
+/// To be served ([`serve`](super::server::serve)) at once: the links wait for it. The cycle is a whole number of milliseconds, IPOC's unit.
 ///
 /// # Errors
 /// If the machine has no sockets for it.
-pub fn rsi(world: World, cycle: Nanos) -> Result<(Server, Links), LinkFault> {
+pub fn rsi(world: World, cycle: Nanos) -> Result<(Facility, Sockets, Links), LinkFault> {
     let tags = || TagMap { cycle, ..TagMap::im_free().with_rail() };
     let [theirs_1, theirs_2, theirs_3] = [bind()?, bind()?, bind()?];
     let [ours_1, ours_2, ours_3] = [bind()?, bind()?, bind()?];
@@ -48,7 +48,7 @@ pub fn rsi(world: World, cycle: Nanos) -> Result<(Server, Links), LinkFault> {
         robots: [Box::new(RsiRobot::new(ours_1, tags(), host_1)?), Box::new(RsiRobot::new(ours_2, tags(), host_2)?)],
         sensor: Box::new(NetFt::start(ours_3, settings)?),
     };
-    Ok((Server::new(facility, [theirs_1, theirs_2, theirs_3]), links))
+    Ok((facility, Sockets { ports: [theirs_1, theirs_2, theirs_3] }, links))
 }
 
 fn bind() -> io::Result<UdpPort> {

@@ -1,4 +1,4 @@
-//! The emulated facility on real sockets: one thread, one physics clock, paced by absolute times.
+//! The emulated facility on real sockets: one thread, three ports, one physics clock, paced by absolute times.
 
 use super::facility::Facility;
 use crate::clock::{Clock, Monotonic};
@@ -19,81 +19,60 @@ const MOST_QUEUED: usize = 64;
 
 const ENDPOINTS: [Endpoint; 3] = [Endpoint::Robot1, Endpoint::Robot2, Endpoint::Sensor];
 
-/// A facility and the sockets of its controllers and of its sensor.
-pub struct Server {
-    facility: Facility,
-    ports: [UdpPort; 3],
-    lateness: Histogram,
+/// The facility's ends of its three links.
+pub struct Sockets {
+    /// Robot 1, robot 2, sensor.
+    pub ports: [UdpPort; 3],
 }
 
-impl Server {
-    /// A facility behind the sockets of robots 1 and 2 and of the sensor.
-    pub fn new(facility: Facility, ports: [UdpPort; 3]) -> Self {
-        Self { facility, ports, lateness: Histogram::default() }
+impl Sockets {
+    fn send(&mut self, endpoint: Endpoint, to: SocketAddr, datagram: &[u8]) {
+        // Nobody there yet is no error of a controller's: it sends again in its next cycle.
+        let _ = self.ports[endpoint as usize].send(datagram, to);
     }
+}
 
-    /// Runs the facility from now on, until `stop` is set; allocates nothing.
-    ///
-    /// # Errors
-    /// If a network interface fails; a client that is not there is no failure.
-    pub fn run(&mut self, stop: &AtomicBool) -> io::Result<()> {
-        self.facility.begin(Monotonic.now());
-        while !stop.load(Ordering::Relaxed) {
-            self.turn()?;
-        }
-        Ok(())
-    }
-
-    /// Waits for what comes first, a datagram or the next instant of the facility, and does it.
-    fn turn(&mut self) -> io::Result<()> {
-        let due = self.facility.next();
-        wait_for_any(&self.ports, due.min(Monotonic.now() + LOOK))?;
-        // What has come was there before what is due now.
-        self.take()?;
+/// Serves the facility from now on, until told to stop or until a time; notes how late it was at its own instants.
+///
+/// It takes nothing from the heap. Datagrams are taken as they come, and those that are there at an instant of the
+/// facility have come before it.
+///
+/// # Errors
+/// If a socket fails.
+pub fn serve(
+    facility: &mut Facility,
+    sockets: &mut Sockets,
+    stop: &AtomicBool,
+    until: Nanos,
+    lateness: &mut Histogram,
+) -> io::Result<()> {
+    facility.begin(Monotonic.now());
+    while !stop.load(Ordering::Relaxed) && Monotonic.now() < until {
+        let due = facility.next();
+        wait_for_any(&sockets.ports, due.min(Monotonic.now() + LOOK))?;
+        take(facility, sockets)?;
         let now = Monotonic.now();
-        if due > now {
-            return Ok(());
+        if due <= now {
+            lateness.add(now - due);
+            facility.run_until(now, &mut |endpoint, to, datagram| sockets.send(endpoint, to, datagram));
         }
-        self.lateness.add(now - due);
-        let (ports, mut sent) = (&mut self.ports, Ok(()));
-        self.facility.run_until(now, &mut |endpoint, to, datagram| {
-            send(&mut ports[endpoint as usize], to, datagram, &mut sent);
-        });
-        sent
     }
-
-    /// Takes the datagrams that wait.
-    fn take(&mut self) -> io::Result<()> {
-        let mut buffer = [0; MAX_DATAGRAM];
-        for (port, endpoint) in self.ports.iter_mut().zip(ENDPOINTS) {
-            for _ in 0..MOST_QUEUED {
-                let Some((length, from)) = port.receive(&mut buffer, AT_ONCE)? else {
-                    break;
-                };
-                let mut sent = Ok(());
-                self.facility.take(endpoint, Monotonic.now(), from, &buffer[..length], &mut |_, to, datagram| {
-                    send(port, to, datagram, &mut sent);
-                });
-                sent?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The facility.
-    pub fn facility(&mut self) -> &mut Facility {
-        &mut self.facility
-    }
-
-    /// How late the facility itself was: start of its work after the due instant.
-    pub fn lateness(&self) -> &Histogram {
-        &self.lateness
-    }
+    Ok(())
 }
 
-/// Sends, and keeps the first failure.
-fn send(port: &mut UdpPort, to: SocketAddr, datagram: &[u8], sent: &mut io::Result<()>) {
-    if let (Err(failure), true) = (port.send(datagram, to), sent.is_ok()) {
-        *sent = Err(failure);
+/// Takes the datagrams that wait.
+fn take(facility: &mut Facility, sockets: &mut Sockets) -> io::Result<()> {
+    let mut buffer = [0; MAX_DATAGRAM];
+    for (index, endpoint) in ENDPOINTS.into_iter().enumerate() {
+        for _ in 0..MOST_QUEUED {
+            let Some((length, from)) = sockets.ports[index].receive(&mut buffer, AT_ONCE)? else {
+                break;
+            };
+            let arrived = sockets.ports[index].arrived();
+            facility.take(endpoint, arrived, from, &buffer[..length], &mut |endpoint, to, datagram| {
+                sockets.send(endpoint, to, datagram);
+            });
+        }
     }
+    Ok(())
 }

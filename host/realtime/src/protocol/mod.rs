@@ -2,6 +2,7 @@
 
 mod attitude;
 pub mod egm;
+pub mod ethercat;
 pub mod fanuc;
 pub(crate) mod link;
 pub mod netft;

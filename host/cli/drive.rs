@@ -1,0 +1,336 @@
+//! `softdock drive`: one run on real or emulated robots, and its metrics beside what the model expects.
+
+use crate::address::Address;
+use crate::args::DriveArgs;
+use crate::band::{self, Line};
+use crate::links::{self, Addresses};
+use crate::words::{Exit, explain, refuse, say, warn};
+use miette::IntoDiagnostic;
+use softdock_analysis::number::{percent, with_unit};
+use softdock_campaign::{Campaign, Station};
+use softdock_kernels::philox;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::Wrench;
+use softdock_realtime::clock::{Clock, Monotonic, Virtual};
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::runner::{Alarms, Keeping, run};
+use softdock_realtime::drive::session::Session;
+use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::emulation::world::World;
+use softdock_realtime::log::codes::StopCause;
+use softdock_realtime::log::evidence::{Circumstances, Evidence};
+use softdock_realtime::log::mcap::{Attachment, Setup};
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::log::writer::LogWriter;
+use softdock_realtime::time::Nanos;
+use softdock_realtime::view::{Controls, feed, model::Budgets, show};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// What the evidence keeps before a stop.
+const EVIDENCE_SPAN: Nanos = Nanos::from_millis(2000);
+
+/// Everything that a drive is made of before its links are open.
+struct Plan {
+    campaign: Campaign,
+    task: Task,
+    addresses: Addresses,
+    out: PathBuf,
+    in_virtual_time: bool,
+}
+
+/// How the cycle's thread ended.
+struct Ended {
+    last: CycleRecord,
+    refusal: Option<Refusal>,
+    metrics: softdock_kernels::metrics::Metrics<f64>,
+    evidence: Evidence,
+    log: LogWriter,
+}
+
+/// Drives a run.
+pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
+    let plan = plan(args)?;
+    tell(&plan);
+    fs::create_dir_all(&plan.out).into_diagnostic()?;
+    let ended = cycle_to_the_end(&plan)?;
+    leave_traces(&plan, ended, args)
+}
+
+fn plan(args: &DriveArgs) -> miette::Result<Plan> {
+    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
+    let station = Station::load(&args.facility).map_err(explain)?;
+    if args.run >= campaign.runs {
+        let message = format!("run {} of a campaign of {} runs", args.run, campaign.runs);
+        return Err(refuse(message, format!("take one of 0 to {}", campaign.runs - 1)));
+    }
+    let addresses = Addresses::parse(&args.robot1, &args.robot2, &args.ft)?;
+    refuse_unnamed(args.arm, &addresses, &station)?;
+    if args.virtual_time && addresses.any_real() {
+        let remedy = "leave --virtual away: real robots have the time of the clock on the wall";
+        return Err(refuse("virtual time is for emulated robots alone", remedy));
+    }
+    let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+    let emulated = !addresses.any_real();
+    let task = Task {
+        plant,
+        station: Arc::new(station),
+        run: args.run,
+        params: campaign.draw(args.run).params,
+        armed: args.arm,
+        // Emulated robots need nobody's leave to move to the start.
+        to_start: args.to_start || emulated || !args.arm,
+    };
+    let name = format!("drive_{}_{}", campaign.id, args.run);
+    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
+    if out.join("log.mcap").exists() {
+        let remedy = "give another folder with --out, or remove this one: a log is never written over";
+        return Err(refuse(format!("`{}` holds the log of a drive already", out.display()), remedy));
+    }
+    Ok(Plan { campaign, task, addresses, out, in_virtual_time: args.virtual_time })
+}
+
+/// Motion of a real robot needs its name and the address that it speaks from.
+fn refuse_unnamed(armed: bool, addresses: &Addresses, station: &Station) -> miette::Result<()> {
+    if !armed {
+        return Ok(());
+    }
+    if !addresses.any_real() {
+        return Err(refuse("nothing here can be armed: all links are emulated", "leave --arm away"));
+    }
+    for (index, (address, robot)) in addresses.all.iter().zip(&station.robots).enumerate() {
+        let listens = matches!(address.scheme.as_str(), "rsi" | "egm");
+        if listens && robot.address.is_none() && address.from()?.is_none() {
+            let message = format!("robot {} would take commands from whoever answers first", index + 1);
+            let remedy =
+                format!("write robot{}.address in the facility file, or ?from=IP behind its address", index + 1);
+            return Err(refuse(message, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// What will be done, and what stops it; printed before anything moves.
+fn tell(plan: &Plan) {
+    let (task, station) = (&plan.task, &plan.task.station);
+    let mode = match (task.armed, plan.addresses.any_real()) {
+        (true, _) => "ARMED: the robots will move",
+        (false, true) => "dry run: the real robots are asked for nothing, emulated ones move in their place",
+        (false, false) => "emulated robots in process",
+    };
+    say(format!("{}  run {}  {mode}", plan.campaign.id, task.run));
+    for (index, (robot, address)) in station.robots.iter().zip(&plan.addresses.all).enumerate() {
+        let Address { scheme, place, .. } = address;
+        say(format!("  robot {}   {}  {scheme}://{place}", index + 1, robot.name));
+    }
+    say(limits_in_words(station));
+}
+
+fn limits_in_words(station: &Station) -> String {
+    let safety = &station.safety;
+    let degrees = |pick: fn(&softdock_campaign::station::AxisLimits) -> f64| {
+        let joints = station.limits[..6].iter().map(|limit| format!("{:.0}", pick(limit).to_degrees()));
+        joints.collect::<Vec<_>>().join(" ")
+    };
+    format!(
+        "  limits    {} deg/s  {} deg/s^2  rail {:.2} m/s\n  stops     more than {} lost cycles ({}: the link is \
+         dead)  sensor older than {:.1} ms  {:.0} N  {:.0} N m  {:.2} J created\n            joint {:.1} deg from its \
+         command  this is no emergency stop: keep the button at hand",
+        degrees(|limit| limit.speed),
+        degrees(|limit| limit.acceleration),
+        station.limits[6].speed,
+        safety.hold_cycles,
+        safety.stop_cycles,
+        safety.sensor_age * 1e3,
+        safety.force,
+        safety.moment,
+        safety.contact_energy,
+        safety.following_error[0].to_degrees(),
+    )
+}
+
+/// The cycle in a thread of its own, the view in this one.
+fn cycle_to_the_end(plan: &Plan) -> miette::Result<Ended> {
+    let controls = Arc::new(Controls::default());
+    let alarms = Arc::new(Alarms { signals: AtomicU32::new(0), panicked: AtomicBool::new(false) });
+    listen(&alarms);
+    let (samples_in, samples) = feed();
+    // The log's thread first: it must not inherit the cycle's priority.
+    let log = LogWriter::create(&plan.out.join("log.mcap"), &setup(plan)?).into_diagnostic()?;
+    let budgets = budgets(plan);
+    std::thread::scope(|scope| {
+        let (for_cycle, for_alarms) = (Arc::clone(&controls), Arc::clone(&alarms));
+        let cycle = scope.spawn(move || {
+            let ended = cycle_thread(plan, log, samples_in, &for_cycle, &for_alarms);
+            for_cycle.end();
+            ended
+        });
+        if let Err(error) = show(samples, budgets, &controls) {
+            warn(format!("the view has failed ({error}); the run goes on, Ctrl-C stops it"));
+        }
+        cycle.join().map_err(|_| refuse("the cycle's thread has failed", "report this with the log"))?
+    })
+}
+
+/// SIGINT, SIGTERM and panics of any thread end in a controlled stop.
+fn listen(alarms: &Arc<Alarms>) {
+    let for_signals = Arc::clone(alarms);
+    // Without a handler the signal ends the process, and the controllers' own time-outs stop the robots.
+    let _ = ctrlc::set_handler(move || {
+        for_signals.signals.fetch_add(1, Ordering::Relaxed);
+    });
+    let (for_panics, before) = (Arc::clone(alarms), std::panic::take_hook());
+    std::panic::set_hook(Box::new(move |info| {
+        for_panics.panicked.store(true, Ordering::Relaxed);
+        before(info);
+    }));
+}
+
+fn cycle_thread(
+    plan: &Plan,
+    log: LogWriter,
+    samples: softdock_realtime::view::model::Feed,
+    controls: &Controls,
+    alarms: &Alarms,
+) -> miette::Result<Ended> {
+    let clock: Rc<dyn Clock> = if plan.in_virtual_time { Rc::new(Virtual::default()) } else { Rc::new(Monotonic) };
+    let task = &plan.task;
+    let key = philox::key(plan.campaign.seed);
+    let world = || {
+        World::new(&task.plant, &task.station, key, task.run, &task.params, Wrench::zero())
+            .map_err(|(robot, why)| refuse(format!("robot {robot} cannot stand there: {why:?}"), "move its base"))
+    };
+    let rail = task.station.rail;
+    let (moved, exercised) = links::open(&plan.addresses, task.armed, rail, world, Rc::clone(&clock))?;
+    let cycle = moved.robots[0].capabilities().cycle;
+    let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
+    let mut session = Session::new(task.clone(), moved, exercised, clock).into_diagnostic()?;
+    let mut keeping = Keeping { log: Some(log), evidence, feed: Some(samples) };
+    run(&mut session, &mut keeping, controls, alarms);
+    let Keeping { log, evidence, .. } = keeping;
+    Ok(Ended {
+        last: *session.record(),
+        refusal: session.core().refusal(),
+        metrics: session.core().metrics(),
+        evidence,
+        log: log.expect("the log was handed in"),
+    })
+}
+
+fn budgets(plan: &Plan) -> Budgets {
+    let safety = &plan.task.station.safety;
+    Budgets { force_n: safety.force, energy_j: safety.contact_energy }
+}
+
+fn setup(plan: &Plan) -> miette::Result<Setup> {
+    let started = SystemTime::now().duration_since(UNIX_EPOCH).into_diagnostic()?;
+    let draw = serde_json::json!({
+        "run": plan.task.run,
+        "seed": plan.campaign.seed,
+        "parameters": band::parameters(&plan.task.params),
+    });
+    let file =
+        |name: &str, data: Vec<u8>| Attachment { name: name.to_owned(), media_type: "text/plain".to_owned(), data };
+    let mut provenance = std::collections::BTreeMap::new();
+    for (key, value) in [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("campaign_id", plan.campaign.id.clone()),
+        ("campaign_hash", plan.campaign.hash.clone()),
+        ("seed", plan.campaign.seed.to_string()),
+        ("run", plan.task.run.to_string()),
+        ("armed", plan.task.armed.to_string()),
+        ("clock", clock_in_words(plan).to_owned()),
+    ] {
+        provenance.insert(key.to_owned(), value);
+    }
+    Ok(Setup {
+        started: Nanos(started.as_nanos() as i64),
+        attachments: vec![
+            file("scenario.toml", plan.campaign.scenario.text().as_bytes().to_vec()),
+            file("facility.toml", plan.task.station.text().as_bytes().to_vec()),
+            file("draw.json", crate::words::json(&draw).into_bytes()),
+        ],
+        provenance,
+        ..Setup::default()
+    })
+}
+
+fn clock_in_words(plan: &Plan) -> &'static str {
+    if plan.in_virtual_time { "virtual" } else { "CLOCK_MONOTONIC" }
+}
+
+/// Log, evidence, metrics beside their prediction.
+fn leave_traces(plan: &Plan, ended: Ended, args: &DriveArgs) -> miette::Result<Exit> {
+    let circumstances = Circumstances {
+        limits: limits_in_words(&plan.task.station),
+        clock: clock_in_words(plan).to_owned(),
+        remarks: ended.refusal.map(|refusal| refusal.to_string()).unwrap_or_default(),
+    };
+    let evidence = plan.out.join("evidence.csv");
+    let mut file = std::io::BufWriter::new(fs::File::create(&evidence).into_diagnostic()?);
+    ended.evidence.write(&mut file, &circumstances).into_diagnostic()?;
+    let totals = ended.log.finish().into_diagnostic()?;
+    let log = plan.out.join("log.mcap");
+    band::export(&log, &plan.out.join("log.parquet"))?;
+    let cause = ended.last.cause;
+    say(format!("stopped by {}: {}", cause.word(), cause.meaning()));
+    say(format!("log        {}  {} cycles, {} dropped", log.display(), totals.written.records, totals.dropped));
+    say(format!("evidence   {}", evidence.display()));
+    if let Some(refusal) = ended.refusal {
+        return Err(refuse("the drive did not begin", refusal));
+    }
+    if args.no_band {
+        return Ok(Exit::Done);
+    }
+    let cycle = plan.addresses.cycle()?;
+    let expected = band::compare(&plan.campaign, &plan.task, cycle, &ended.metrics, args.band_runs)?;
+    report(plan, cause, &ended.metrics, &expected, args)
+}
+
+fn report(
+    plan: &Plan,
+    cause: StopCause,
+    metrics: &softdock_kernels::metrics::Metrics<f64>,
+    band: &band::Band,
+    args: &DriveArgs,
+) -> miette::Result<Exit> {
+    let inside = band.lines.iter().filter(|line| line.inside()).count();
+    let json = serde_json::json!({
+        "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed, "cause": cause.word(),
+        "success": metrics.success > 0.5, "predicted_success": band.success, "predictions": band.runs,
+        "metrics": band.lines.iter().map(Line::json).collect::<Vec<_>>(),
+    });
+    fs::write(plan.out.join("drive.json"), crate::words::json(&json)).into_diagnostic()?;
+    if args.json {
+        say(crate::words::json(&json));
+    } else {
+        let verdict = match (cause, metrics.success > 0.5) {
+            (StopCause::Completed, true) => "PASS",
+            (StopCause::Completed, false) => "FAIL",
+            _ => "NOT COMPLETED, no verdict",
+        };
+        say(format!(
+            "\nthe run    {verdict}; the model passes {} of {} drives of this draw",
+            percent(band.success),
+            band.runs
+        ));
+        say(format!("{:<24} {:>14} {:>14} {:>14}", "metric", "this run", "95 % from", "to"));
+        for line in &band.lines {
+            let mark = if line.inside() { "" } else { "  OUTSIDE" };
+            let value = |v: f64| with_unit(v, line.unit);
+            say(format!(
+                "{:<24} {:>14} {:>14} {:>14}{mark}",
+                line.name,
+                value(line.value),
+                value(line.lo),
+                value(line.hi)
+            ));
+        }
+        say(format!("{inside} of {} metrics inside what the model expects", band.lines.len()));
+    }
+    Ok(if cause == StopCause::Completed { Exit::Done } else { Exit::NotVerified })
+}

@@ -1,0 +1,188 @@
+//! From typed addresses to open links: real robots and sensors, or emulated ones in process.
+
+use crate::address::Address;
+use crate::words::refuse;
+use miette::IntoDiagnostic;
+use softdock_realtime::clock::{Clock, Monotonic};
+use softdock_realtime::drive::session::Links;
+use softdock_realtime::emulation::in_process::{Bench, EmulatedRobot, EmulatedSensor};
+use softdock_realtime::emulation::world::World;
+use softdock_realtime::protocol::egm::driver::EgmRobot;
+use softdock_realtime::protocol::fanuc::driver::FanucRobot;
+use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
+use softdock_realtime::protocol::netft::http::fetch_calibration;
+use softdock_realtime::protocol::rsi::driver::RsiRobot;
+use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
+use softdock_realtime::signals::{ForceSensor, Robot};
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::udp::UdpPort;
+use std::cell::RefCell;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::rc::Rc;
+use std::time::Duration;
+
+/// Silence after which the link counts as dead, in ms; the age of its samples stops a run long before.
+const LEAST_SILENCE: i64 = 100;
+/// Time for a Net Box to tell its calibration.
+const CALIBRATION_LIMIT: Duration = Duration::from_secs(5);
+/// Port that RSI controllers send to unless told otherwise (49152 is Net F/T's).
+pub(crate) const RSI_PORT: u16 = 59152;
+/// RDT port of a Net Box.
+pub(crate) const RDT_PORT: u16 = 49152;
+/// Port of ABB's EGM.
+pub(crate) const EGM_PORT: u16 = 6510;
+/// Port of FANUC's Stream Motion.
+pub(crate) const FANUC_PORT: u16 = 60015;
+
+/// The three addresses of a facility.
+#[derive(Clone, Debug)]
+pub(crate) struct Addresses {
+    /// Robot 1, robot 2, sensor.
+    pub(crate) all: [Address; 3],
+}
+
+impl Addresses {
+    /// Reads them.
+    pub(crate) fn parse(robot1: &str, robot2: &str, ft: &str) -> miette::Result<Self> {
+        Ok(Self { all: [Address::parse(robot1)?, Address::parse(robot2)?, Address::parse(ft)?] })
+    }
+
+    /// Whether any of them is a real link.
+    pub(crate) fn any_real(&self) -> bool {
+        self.all.iter().any(|address| address.scheme != "emulated")
+    }
+
+    /// Cycle of robot 1, which gives the beat.
+    pub(crate) fn cycle(&self) -> miette::Result<Nanos> {
+        match self.all[0].scheme.as_str() {
+            "emulated" | "ethercat" => self.all[0].cycle(1.0),
+            "fanuc" => self.all[0].cycle(8.0),
+            _ => self.all[0].cycle(4.0),
+        }
+    }
+}
+
+/// The tag map that an address asks for.
+pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
+    let kind: String = address.option("type", "ImFree")?.unwrap_or_else(|| "ImFree".to_owned());
+    let tags = match kind.as_str() {
+        "ImFree" => TagMap::im_free(),
+        "KROSHU" => TagMap::kroshu(),
+        _ => return Err(refuse(format!("`type={kind}` is no known tag map"), "write type=ImFree or type=KROSHU")),
+    };
+    let mode: String = address.option("mode", "absolute")?.unwrap_or_else(|| "absolute".to_owned());
+    let mode = match mode.as_str() {
+        "absolute" => Correction::Absolute,
+        "relative" => Correction::Relative,
+        _ => {
+            return Err(refuse(
+                format!("`mode={mode}` is no kind of correction"),
+                "write mode=absolute or mode=relative",
+            ));
+        }
+    };
+    let tags = TagMap { mode, cycle: address.cycle(4.0)?, ..tags };
+    Ok(if rail { tags.with_rail() } else { tags })
+}
+
+fn bind(address: SocketAddr) -> miette::Result<UdpPort> {
+    UdpPort::bind(address).map_err(|error| {
+        let remedy = "another program has this port, or the address is not of this machine: `ss -lunp` shows who";
+        refuse(format!("cannot listen on {address}: {error}"), remedy)
+    })
+}
+
+fn anywhere() -> SocketAddr {
+    SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0))
+}
+
+/// Opens the link to robot 1 or 2 (0 or 1 here).
+fn robot(
+    address: &Address,
+    index: usize,
+    rail: bool,
+    bench: Option<&Rc<RefCell<Bench>>>,
+) -> miette::Result<Box<dyn Robot>> {
+    let rail = rail && index == 0;
+    match (address.scheme.as_str(), bench) {
+        ("emulated", Some(bench)) => Ok(Box::new(EmulatedRobot::new(bench, index))),
+        ("rsi", _) => {
+            address.only(&["from", "cycle_ms", "type", "mode"])?;
+            let port = bind(address.socket(RSI_PORT)?)?;
+            let robot = RsiRobot::new(port, tag_map(address, rail)?, address.from()?);
+            Ok(Box::new(robot.into_diagnostic()?))
+        }
+        ("egm", _) => {
+            address.only(&["from", "cycle_ms"])?;
+            let port = bind(address.socket(EGM_PORT)?)?;
+            Ok(Box::new(EgmRobot::new(port, address.cycle(4.0)?, rail, address.from()?)))
+        }
+        ("fanuc", _) => {
+            address.only(&["cycle_ms"])?;
+            let robot = FanucRobot::open(bind(anywhere())?, address.socket(FANUC_PORT)?, address.cycle(8.0)?);
+            Ok(Box::new(robot.into_diagnostic()?))
+        }
+        (other, _) => {
+            let remedy = "robots speak rsi://, egm://, fanuc://, ethercat:// or are emulated://";
+            Err(refuse(format!("`{other}://` is no robot's protocol"), remedy))
+        }
+    }
+}
+
+/// Opens the link to the sensor.
+fn sensor(address: &Address, armed: bool, bench: Option<&Rc<RefCell<Bench>>>) -> miette::Result<Box<dyn ForceSensor>> {
+    match (address.scheme.as_str(), bench) {
+        ("emulated", Some(bench)) => Ok(Box::new(EmulatedSensor::new(bench))),
+        ("netft", _) => {
+            address.only(&["http", "rate_hz"])?;
+            let place = address.socket(RDT_PORT)?;
+            let http: u16 = address.option("http", "80")?.unwrap_or(80);
+            let rate: f64 = address.option("rate_hz", "1000")?.unwrap_or(1000.0);
+            let calibration =
+                fetch_calibration(SocketAddr::new(place.ip(), http), CALIBRATION_LIMIT).map_err(|error| {
+                    refuse(
+                        format!("the Net Box at {} does not tell its calibration: {error}", place.ip()),
+                        "is it switched on, and is its HTTP port 80? otherwise write netft://HOST?http=PORT",
+                    )
+                })?;
+            let period = Nanos::from_seconds(1.0 / rate.clamp(1.0, 1e5));
+            let mut settings = NetFtSettings::new(place, calibration, period);
+            settings.silence = Nanos(settings.silence.0.max(Nanos::from_millis(LEAST_SILENCE).0));
+            settings.on_silence = if armed { OnSilence::Stop } else { OnSilence::Request };
+            Ok(Box::new(NetFt::start(bind(anywhere())?, settings).into_diagnostic()?))
+        }
+        (other, _) => {
+            Err(refuse(format!("`{other}://` is no sensor's protocol"), "sensors speak netft:// or are emulated://"))
+        }
+    }
+}
+
+/// Opens all links of a drive: those that take the commands, and the real ones that a dry run only exercises.
+///
+/// An emulated robot or sensor is a place in `world`, whose clock is `clock` (of its own in a dry run with real links).
+pub(crate) fn open(
+    addresses: &Addresses,
+    armed: bool,
+    rail: bool,
+    world: impl Fn() -> miette::Result<World>,
+    clock: Rc<dyn Clock>,
+) -> miette::Result<(Links, Option<Links>)> {
+    let cycle = addresses.cycle()?;
+    let [one, two, ft] = &addresses.all;
+    let linked = |bench: Option<&Rc<RefCell<Bench>>>| -> miette::Result<Links> {
+        let robots = [robot(one, 0, rail, bench)?, robot(two, 1, rail, bench)?];
+        Ok(Links { robots, sensor: sensor(ft, armed, bench)? })
+    };
+    let emulated = addresses.all.iter().any(|address| address.scheme == "emulated");
+    if !addresses.any_real() {
+        let bench = Bench::new(world()?, clock, cycle);
+        return Ok((linked(Some(&bench))?, None));
+    }
+    let bench = if emulated { Some(Bench::new(world()?, Rc::new(Monotonic), cycle)) } else { None };
+    let real = linked(bench.as_ref())?;
+    if armed {
+        return Ok((real, None));
+    }
+    let shadow = Bench::new(world()?, Rc::new(softdock_realtime::clock::Virtual::default()), cycle);
+    Ok((softdock_realtime::emulation::in_process::links(&shadow), Some(real)))
+}

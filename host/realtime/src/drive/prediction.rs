@@ -1,0 +1,43 @@
+//! What the model expects of a drive: the same drive on an emulated facility, in process and in virtual time.
+
+use super::core::{Task, Unprepared};
+use super::session::Session;
+use crate::clock::Virtual;
+use crate::emulation::in_process::{Bench, links};
+use crate::emulation::world::World;
+use crate::log::record::CycleRecord;
+use crate::time::Nanos;
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::params::Params;
+use softdock_kernels::space::Wrench;
+use std::rc::Rc;
+
+/// More cycles than any drive has.
+const MOST_CYCLES: u64 = 10_000_000;
+
+/// How an emulated drive ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// Metrics as that facility sees them.
+    pub metrics: Metrics<f64>,
+    /// The last cycle.
+    pub last: CycleRecord,
+}
+
+/// Drives a task on a facility with the parameters of another draw, robots with a cycle of so long.
+///
+/// # Errors
+/// If the run cannot be driven on these robots.
+pub fn expect(task: &Task, key: [u32; 2], facility: &Params<f64>, cycle: Nanos) -> Result<Expected, Unprepared> {
+    let world = World::new(&task.plant, &task.station, key, task.run, facility, Wrench::zero())?;
+    let clock = Rc::new(Virtual::default());
+    let bench = Bench::new(world, clock.clone(), cycle);
+    let task = Task { armed: false, to_start: true, ..task.clone() };
+    let mut session = Session::new(task, links(&bench), None, clock)?;
+    for _ in 0..MOST_CYCLES {
+        if session.cycle(None) {
+            break;
+        }
+    }
+    Ok(Expected { metrics: session.core().metrics(), last: *session.record() })
+}

@@ -1,0 +1,196 @@
+//! The state machine of a CiA 402 drive as its controller sees it: statusword in, controlword out.
+
+/// Modes of operation, object 6060.
+pub mod mode {
+    /// Cyclic synchronous position.
+    pub const CSP: i8 = 8;
+    /// Bit of cyclic synchronous position in the supported drive modes, object 6502.
+    pub const CSP_SUPPORTED: u32 = 1 << 7;
+}
+
+/// Controlwords, object 6040.
+pub mod control {
+    /// No voltage: the drive is off.
+    pub const DISABLE_VOLTAGE: u16 = 0x00;
+    /// Bit 2 low with voltage on: stop by the quick-stop ramp.
+    pub const QUICK_STOP: u16 = 0x02;
+    /// To *ready to switch on*.
+    pub const SHUTDOWN: u16 = 0x06;
+    /// To *switched on*.
+    pub const SWITCH_ON: u16 = 0x07;
+    /// To *operation enabled*.
+    pub const ENABLE_OPERATION: u16 = 0x0F;
+    /// Its rising edge acknowledges a fault.
+    pub const FAULT_RESET: u16 = 0x80;
+}
+
+/// State of a drive, as its statusword (object 6041) tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Initialising; also what no other pattern fits.
+    NotReady,
+    /// Initialised, off.
+    SwitchOnDisabled,
+    /// Off, voltage may be applied.
+    ReadyToSwitchOn,
+    /// Voltage applied, no torque.
+    SwitchedOn,
+    /// Torque on, follows its target.
+    OperationEnabled,
+    /// Stopping or stopped by a quick stop, torque on.
+    QuickStopActive,
+    /// Stopping because of a fault.
+    FaultReaction,
+    /// Fault, off.
+    Fault,
+}
+
+impl State {
+    /// The state that a statusword means (CiA 402-2, statusword patterns).
+    pub fn of(statusword: u16) -> Self {
+        match statusword & 0x4F {
+            0x40 => return Self::SwitchOnDisabled,
+            0x0F => return Self::FaultReaction,
+            0x08 => return Self::Fault,
+            _ => {}
+        }
+        match statusword & 0x6F {
+            0x21 => Self::ReadyToSwitchOn,
+            0x23 => Self::SwitchedOn,
+            0x27 => Self::OperationEnabled,
+            0x07 => Self::QuickStopActive,
+            _ => Self::NotReady,
+        }
+    }
+
+    /// Nothing keeps a drive in this state from being enabled.
+    pub fn sound(self) -> bool {
+        !matches!(self, Self::NotReady | Self::FaultReaction | Self::Fault)
+    }
+}
+
+/// What is wanted of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Off; from motion by a quick stop.
+    Off,
+    /// Operation enabled.
+    On,
+}
+
+/// How far the sequence of one enabling has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+enum Stage {
+    #[default]
+    Off,
+    Shutdown,
+    SwitchOn,
+    Enable,
+    On,
+}
+
+/// Cycles that a fault reset is held before it counts as refused.
+const RESET_CYCLES: u16 = 1000;
+/// Cycles after which a drive that stays in *quick stop active* (option code 605A of 5 and more) is switched off.
+const QUICK_STOP_CYCLES: u16 = 1000;
+
+/// Leads one drive through the sequence of states.
+///
+/// *Enable operation* is only ever sent after *shutdown* and *switch on* have been sent and answered in this
+/// enabling: a drive that somebody else has left switched on is first taken back. A drive that was on and is not any
+/// more has tripped, and stays off until [`Sequence::rearm`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sequence {
+    stage: Stage,
+    tripped: bool,
+    /// A fault may be acknowledged once, before the first enabling.
+    may_reset: bool,
+    reset_for: u16,
+    quick_for: u16,
+}
+
+impl Sequence {
+    /// A drive that is off. With `may_reset`, a fault found before its first enabling is acknowledged once.
+    pub fn new(may_reset: bool) -> Self {
+        Self { may_reset, ..Self::default() }
+    }
+
+    /// It was on and has gone off by itself.
+    pub fn tripped(&self) -> bool {
+        self.tripped
+    }
+
+    /// Operation is enabled, by this sequence.
+    pub fn on(&self) -> bool {
+        self.stage == Stage::On
+    }
+
+    /// *Enable operation* has been sent: from its next cycle on the drive may follow its target.
+    pub fn enabling(&self) -> bool {
+        self.stage >= Stage::Enable
+    }
+
+    /// A person has looked at a tripped drive.
+    pub fn rearm(&mut self) {
+        *self = Self::new(true);
+    }
+
+    /// The controlword that answers a statusword.
+    pub fn step(&mut self, wish: Wish, statusword: u16) -> u16 {
+        let state = State::of(statusword);
+        if self.on() && wish == Wish::On && state != State::OperationEnabled {
+            self.tripped = true;
+        }
+        match wish {
+            Wish::On if !self.tripped => self.towards_on(state),
+            _ => self.towards_off(state),
+        }
+    }
+
+    fn towards_on(&mut self, state: State) -> u16 {
+        use control::{DISABLE_VOLTAGE, ENABLE_OPERATION, SHUTDOWN, SWITCH_ON};
+        if !matches!(state, State::Fault | State::FaultReaction) {
+            self.reset_for = 0;
+        }
+        let (stage, word) = match state {
+            State::ReadyToSwitchOn if self.stage >= Stage::Shutdown => (Stage::SwitchOn, SWITCH_ON),
+            State::SwitchedOn if self.stage >= Stage::SwitchOn => (Stage::Enable, ENABLE_OPERATION),
+            State::OperationEnabled if self.stage >= Stage::Enable => {
+                self.may_reset = false;
+                (Stage::On, ENABLE_OPERATION)
+            }
+            State::SwitchOnDisabled | State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled => {
+                (Stage::Shutdown, SHUTDOWN)
+            }
+            State::Fault => (Stage::Off, self.reset()),
+            State::NotReady | State::QuickStopActive | State::FaultReaction => (Stage::Off, DISABLE_VOLTAGE),
+        };
+        self.stage = stage;
+        word
+    }
+
+    fn towards_off(&mut self, state: State) -> u16 {
+        self.stage = Stage::Off;
+        self.quick_for = if state == State::QuickStopActive { self.quick_for.saturating_add(1) } else { 0 };
+        match state {
+            State::OperationEnabled => control::QUICK_STOP,
+            State::QuickStopActive if self.quick_for < QUICK_STOP_CYCLES => control::QUICK_STOP,
+            State::Fault => self.reset(),
+            _ => control::DISABLE_VOLTAGE,
+        }
+    }
+
+    /// A low cycle, then the edge, held until the drive answers or its time is over.
+    fn reset(&mut self) -> u16 {
+        if !self.may_reset {
+            return control::DISABLE_VOLTAGE;
+        }
+        self.reset_for += 1;
+        self.may_reset = self.reset_for < RESET_CYCLES;
+        if self.reset_for == 1 { control::DISABLE_VOLTAGE } else { control::FAULT_RESET }
+    }
+}
+
+#[cfg(test)]
+#[path = "cia402_tests.rs"]
+mod tests;

@@ -1,0 +1,150 @@
+//! The sequence of states against a drive that behaves, and against statuswords that nobody should send.
+
+use super::*;
+use proptest::prelude::*;
+
+/// Answers of a drive that obeys at once: the statusword after a controlword.
+fn obey(state: State, word: u16) -> State {
+    use State::*;
+    match (state, word & 0x8F) {
+        (Fault, 0x80) => SwitchOnDisabled,
+        (Fault, _) => Fault,
+        (OperationEnabled | QuickStopActive, w) if w & 0x06 == 0x02 => QuickStopActive,
+        (_, w) if w & 0x02 == 0 => SwitchOnDisabled,
+        (SwitchOnDisabled | SwitchedOn | OperationEnabled | ReadyToSwitchOn, w) if w & 0x07 == 0x06 => ReadyToSwitchOn,
+        (ReadyToSwitchOn | SwitchedOn, w) if w & 0x0F == 0x07 => SwitchedOn,
+        (SwitchedOn, w) if w & 0x0F == 0x0F => OperationEnabled,
+        (same, _) => same,
+    }
+}
+
+fn statusword(state: State) -> u16 {
+    match state {
+        State::NotReady => 0x00,
+        State::SwitchOnDisabled => 0x40,
+        State::ReadyToSwitchOn => 0x21,
+        State::SwitchedOn => 0x23,
+        State::OperationEnabled => 0x27,
+        State::QuickStopActive => 0x07,
+        State::FaultReaction => 0x0F,
+        State::Fault => 0x08,
+    }
+}
+
+#[test]
+fn statuswords_of_real_drives_are_read() {
+    let read = [0x0250, 0x0231, 0x0233, 0x1237, 0x0217, 0x0218, 0x021F, 0x0200].map(State::of);
+    use State::*;
+    let meant = [
+        SwitchOnDisabled,
+        ReadyToSwitchOn,
+        SwitchedOn,
+        OperationEnabled,
+        QuickStopActive,
+        Fault,
+        FaultReaction,
+        NotReady,
+    ];
+    assert_eq!(read, meant);
+}
+
+#[test]
+fn a_drive_is_led_to_operation_enabled_and_back() {
+    let (mut sequence, mut state, mut words) = (Sequence::new(false), State::SwitchOnDisabled, Vec::new());
+    for _ in 0..5 {
+        words.push(sequence.step(Wish::On, statusword(state)));
+        state = obey(state, words[words.len() - 1]);
+    }
+    assert_eq!(words, [0x06, 0x07, 0x0F, 0x0F, 0x0F]);
+    assert!(sequence.on());
+    assert_eq!(sequence.step(Wish::Off, statusword(state)), control::QUICK_STOP);
+    assert_eq!(sequence.step(Wish::Off, statusword(State::SwitchOnDisabled)), control::DISABLE_VOLTAGE);
+}
+
+#[test]
+fn a_drive_that_somebody_left_on_is_first_taken_back() {
+    for left in [State::SwitchedOn, State::OperationEnabled, State::ReadyToSwitchOn] {
+        let mut sequence = Sequence::new(false);
+        assert_eq!(sequence.step(Wish::On, statusword(left)), control::SHUTDOWN, "{left:?}");
+    }
+}
+
+#[test]
+fn a_fault_is_acknowledged_by_an_edge_only_before_the_first_enabling_and_only_if_allowed() {
+    let mut sequence = Sequence::new(true);
+    let words: Vec<_> = (0..3).map(|_| sequence.step(Wish::On, 0x08)).collect();
+    assert_eq!(words, [0x00, 0x80, 0x80]);
+    assert_eq!(sequence.step(Wish::On, 0x40), 0x06);
+    let mut forbidden = Sequence::new(false);
+    assert!((0..10).all(|_| forbidden.step(Wish::On, 0x08) == 0));
+}
+
+#[test]
+fn a_drive_that_rests_in_quick_stop_is_switched_off() {
+    let mut sequence = Sequence::new(false);
+    let stopped = (0..2000).filter(|_| sequence.step(Wish::Off, 0x07) == control::QUICK_STOP).count();
+    assert_eq!(stopped, usize::from(QUICK_STOP_CYCLES) - 1);
+    assert_eq!(sequence.step(Wish::Off, 0x07), control::DISABLE_VOLTAGE);
+}
+
+#[test]
+fn a_reset_that_does_nothing_is_given_up() {
+    let mut sequence = Sequence::new(true);
+    let high = (0..3000).filter(|_| sequence.step(Wish::On, 0x08) == control::FAULT_RESET).count();
+    assert_eq!(high, usize::from(RESET_CYCLES) - 1);
+}
+
+#[test]
+fn a_drive_that_trips_stays_off() {
+    let mut sequence = Sequence::new(true);
+    for word in [0x40, 0x21, 0x23, 0x27, 0x27] {
+        sequence.step(Wish::On, word);
+    }
+    assert_eq!(sequence.step(Wish::On, 0x08), control::DISABLE_VOLTAGE);
+    assert!(sequence.tripped());
+    for word in [0x08, 0x40, 0x21, 0x23, 0x27] {
+        assert_ne!(sequence.step(Wish::On, word) & 0x0D, 0x0D);
+        assert!(!sequence.on());
+    }
+    sequence.rearm();
+    assert_eq!(sequence.step(Wish::On, 0x40), control::SHUTDOWN);
+}
+
+fn wishes() -> impl Strategy<Value = Wish> {
+    prop_oneof![4 => Just(Wish::On), 1 => Just(Wish::Off)]
+}
+
+/// Statuswords that mean something often enough, and any others.
+fn statuswords() -> impl Strategy<Value = u16> {
+    let meant = prop_oneof![Just(0x40u16), Just(0x21), Just(0x23), Just(0x27), Just(0x07), Just(0x08), Just(0x0F)];
+    prop_oneof![3 => meant, 1 => any::<u16>()]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn no_statuswords_enable_without_the_sequence(inputs in prop::collection::vec((wishes(), statuswords()), 1..60)) {
+        let mut sequence = Sequence::new(true);
+        // The oracle knows nothing of stages: it looks back over what was sent and seen.
+        let (mut shutdown, mut switched) = (false, false);
+        for (wish, word) in inputs {
+            let state = State::of(word);
+            let sent = sequence.step(wish, word);
+            prop_assert!(wish == Wish::On || !matches!(sent, 0x06 | 0x07 | 0x0F), "{sent:#x} though to be off");
+            match sent {
+                control::SHUTDOWN => (shutdown, switched) = (true, false),
+                control::SWITCH_ON => {
+                    prop_assert!(shutdown && state == State::ReadyToSwitchOn);
+                    switched = true;
+                }
+                control::ENABLE_OPERATION => {
+                    prop_assert!(shutdown && switched, "enabled without the sequence");
+                    prop_assert!(matches!(state, State::SwitchedOn | State::OperationEnabled));
+                }
+                _ => (shutdown, switched) = (false, false),
+            }
+            prop_assert!(!sequence.on() || state == State::OperationEnabled && sent == control::ENABLE_OPERATION);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! What a facility says of an EtherCAT robot, and why one cannot be opened.
+
+use super::mapping::Unusable;
+use super::scale::AxisScale;
+use crate::signals::{AXES, RAIL};
+use crate::time::Nanos;
+
+/// One axis and the device that drives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisConfig {
+    /// Place of the device in the segment, from 0.
+    pub station: usize,
+    /// Its counts and the axis' SI units.
+    pub scale: AxisScale,
+}
+
+/// An EtherCAT robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EtherCatConfig {
+    /// The axes in use: joints 1 to 6, then the rail. `None`: there is no such axis; it reads 0 and takes no targets.
+    pub axes: [Option<AxisConfig>; AXES],
+    /// Period of the cycle, of the interpolation of the drives and of SYNC0; 1 ms by default.
+    pub cycle: Nanos,
+    /// Frames that are not back after this time in their cycle are lost; half a cycle by default.
+    pub answer: Nanos,
+    /// Let the drives latch their targets by SYNC0 of the distributed clocks, if all of them have these.
+    pub clocks: bool,
+    /// Acknowledge faults that the drives have at the start, once. A fault that comes later is never acknowledged: a
+    /// person looks at the robot and opens it anew.
+    pub reset_faults: bool,
+}
+
+impl EtherCatConfig {
+    /// Axes on devices 0, 1, 2 .. of the segment, at 1 kHz; joints first, a seventh is the rail.
+    pub fn new(scales: &[AxisScale]) -> Self {
+        let axes = std::array::from_fn(|i| scales.get(i).map(|scale| AxisConfig { station: i, scale: *scale }));
+        let cycle = Nanos::from_millis(1);
+        Self { axes, cycle, answer: Nanos(cycle.0 / 2), clocks: true, reset_faults: false }
+    }
+
+    /// It has a rail.
+    pub fn rail(&self) -> bool {
+        self.axes[RAIL].is_some()
+    }
+
+    /// What in it cannot be.
+    ///
+    /// # Errors
+    /// [`OpenError::Config`] with the axis and the reason.
+    pub fn check(&self) -> Result<(), OpenError> {
+        let flawed = |text: String| Err(OpenError::Config(text));
+        if self.cycle.0 < 100_000 || self.cycle.0 > 100_000_000 {
+            return flawed(format!("a cycle of {} ms is not between 0.1 and 100 ms", self.cycle.0 as f64 * 1e-6));
+        }
+        if self.answer.0 <= 0 || self.answer.0 > self.cycle.0 {
+            return flawed("frames must be back within the cycle".to_owned());
+        }
+        let axes: Vec<_> = self.axes.iter().enumerate().filter_map(|(i, axis)| axis.map(|axis| (i, axis))).collect();
+        if axes.is_empty() {
+            return flawed("no axis has a drive".to_owned());
+        }
+        for (n, (i, axis)) in axes.iter().enumerate() {
+            if let Some(flaw) = axis.scale.flaw() {
+                return flawed(format!("axis {}: {flaw}", i + 1));
+            }
+            if let Some((other, _)) = axes[..n].iter().find(|(_, other)| other.station == axis.station) {
+                return flawed(format!("axes {} and {} have the same drive {}", other + 1, i + 1, axis.station));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why an EtherCAT robot cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The configuration makes no sense.
+    #[error("the configuration of the EtherCAT robot cannot be used: {0}")]
+    Config(String),
+    /// The interface cannot be opened.
+    #[error(
+        "interface {0} cannot be opened ({1}): does it exist, is it up, and may this process open raw sockets (CAP_NET_RAW)?"
+    )]
+    Interface(String, std::io::Error),
+    /// The interface has failed since.
+    #[error("the interface failed: {0}")]
+    Io(#[from] std::io::Error),
+    /// Nobody answers.
+    #[error("no EtherCAT device answers on {0}: check cable and power, and that the link is up")]
+    Silent(String),
+    /// A step of the start-up did not succeed.
+    #[error("{0} failed: {1}")]
+    Bus(&'static str, String),
+    /// A step of the start-up did not end in time.
+    #[error("{0} did not end within {1} s")]
+    Late(&'static str, i64),
+    /// The segment has no device at the place of an axis.
+    #[error("axis {0} is to be driven by device {1} of the segment, which has only {2}")]
+    NoDevice(usize, usize, usize),
+    /// A drive maps its process data in a way that cannot be used.
+    #[error("drive {0} ({1}): {2}")]
+    Mapping(usize, String, Unusable),
+    /// A drive cannot do what is needed, or its process data are not as it has mapped them.
+    #[error("drive {0} ({1}): {2}")]
+    Drive(usize, String, String),
+}

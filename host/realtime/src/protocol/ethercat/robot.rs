@@ -1,0 +1,270 @@
+//! A robot of CiA 402 drives as a robot like any other: positions in SI units out, targets in, one exchange a cycle.
+
+use super::bus::{Bus, Exchange};
+use super::config::{EtherCatConfig, OpenError};
+use super::drives::{Aim, Drives, Phase, Trip};
+use super::mapping::Report;
+use super::scale::AxisScale;
+use crate::clock::{Clock, Monotonic};
+use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::time::Nanos;
+
+/// Share of its distance to the middle between two SYNC0 that the cycle makes up at once, and at most so much of it.
+const STEERING_SHARE: i64 = 32;
+const STEERING_MAX: Nanos = Nanos::from_micros(10);
+/// Longest time that the drives are given to stop when the robot is dropped.
+const CLOSING: Nanos = Nanos::from_millis(4000);
+
+/// An axis that has a drive.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    /// Its number among the axes.
+    number: usize,
+    scale: AxisScale,
+}
+
+/// Six axes and a rail on EtherCAT, in cyclic synchronous position.
+///
+/// The cycle is ours: [`Robot::receive`] waits for an absolute time, exchanges the process data with the targets last
+/// given, and reports what has come back. An answer to a report thus leaves with the next cycle's frame. A frame that
+/// is not back in time, or whose working counter shows that a drive has not taken part, makes a lost cycle: counted
+/// in `lost`, not reported, the targets stay. Cycles for which nobody asked in time count in `unsent`; cycles that
+/// repeat their targets for want of an answer, in `late_answers` of the reports. [`Order::Hold`] never enables a drive. The first [`Order::Move`] begins to enable
+/// them; while they come up, and at the first cycle in which they follow, their targets are where they stand.
+///
+/// When it is dropped with drives on, these are brought to a quick stop first.
+pub struct EtherCatRobot {
+    bus: Bus,
+    config: EtherCatConfig,
+    axes: Vec<Axis>,
+    drives: Drives,
+    reports: [Report; AXES],
+    aim: Aim,
+    /// The reports are of the last cycle, not of one before a lost one.
+    fresh: bool,
+    answered: bool,
+    late_answers: u32,
+    due: Nanos,
+    round_trip: Nanos,
+    operational: bool,
+    counters: LinkCounters,
+}
+
+impl EtherCatRobot {
+    /// Opens the segment on an interface: devices found, mapping read and checked, OP reached, drives off.
+    ///
+    /// # Errors
+    /// If the segment or one of its drives is not what the configuration says; the drive and the reason are named.
+    pub fn open(interface: &str, config: &EtherCatConfig) -> Result<Self, OpenError> {
+        let bus = Bus::open(interface, config)?;
+        let axes = config.axes.iter().enumerate();
+        let axes: Vec<_> =
+            axes.filter_map(|(number, axis)| axis.map(|axis| Axis { number, scale: axis.scale })).collect();
+        let steps: Vec<_> = axes.iter().map(|axis| axis.scale.step(config.cycle.seconds())).collect();
+        let mut reports = [Report::default(); AXES];
+        bus.read(&mut reports);
+        Ok(Self {
+            bus,
+            config: *config,
+            axes,
+            drives: Drives::new(&steps, config.reset_faults),
+            reports,
+            aim: Aim::Rest,
+            fresh: true,
+            answered: true,
+            late_answers: 0,
+            due: Monotonic.now() + config.cycle,
+            round_trip: Nanos(0),
+            operational: true,
+            counters: LinkCounters::default(),
+        })
+    }
+
+    /// Where the drives stand.
+    pub fn phase(&self) -> Phase {
+        self.drives.phase()
+    }
+
+    /// Working counter of a whole exchange: 3 for each drive.
+    pub fn working_counter(&self) -> u16 {
+        self.bus.expected()
+    }
+
+    /// The drives latch their targets by SYNC0 of the distributed clocks.
+    pub fn synced(&self) -> bool {
+        self.bus.synced()
+    }
+
+    /// Time from sending the last frame to its coming back.
+    pub fn round_trip(&self) -> Nanos {
+        self.round_trip
+    }
+
+    /// When the next frame leaves.
+    pub fn due(&self) -> Nanos {
+        self.due
+    }
+
+    /// Error codes (object 603F) of the axes, where drives map them; 0 without a fault.
+    pub fn error_codes(&self) -> [u16; AXES] {
+        let mut codes = [0; AXES];
+        for (axis, report) in self.axes.iter().zip(&self.reports) {
+            codes[axis.number] = report.error.unwrap_or(0);
+        }
+        codes
+    }
+
+    /// Why the drives are off, with the number of the axis from 0, if they have tripped.
+    pub fn trip(&self) -> Option<(usize, &'static str)> {
+        let Phase::Tripped(trip) = self.drives.phase() else { return None };
+        let (Trip::Drive(drive) | Trip::Mode(drive) | Trip::NotEnabled(drive) | Trip::Jump(drive)) = trip;
+        Some((self.axes.get(drive).map_or(drive, |axis| axis.number), trip.text()))
+    }
+
+    /// Counts of all drives for a command in SI units.
+    fn counts(&self, axes: &[f64; AXES]) -> Result<[i32; AXES], LinkFault> {
+        let mut counts = [0; AXES];
+        for (axis, counts) in self.axes.iter().zip(&mut counts) {
+            let target = axis.scale.counts(axes[axis.number]);
+            *counts =
+                target.ok_or(LinkFault::Unsendable("a target is no number, or beyond the counts of its drive"))?;
+        }
+        Ok(counts)
+    }
+
+    /// Puts the commands of the cycle into the outputs; after a lost cycle the last ones stay.
+    fn command(&mut self) {
+        if !self.answered {
+            self.late_answers = self.late_answers.wrapping_add(1);
+            self.answered = true;
+        }
+        if self.fresh {
+            let commands = self.drives.step(&self.aim, &self.reports);
+            self.bus.write(&commands);
+        }
+    }
+
+    /// One exchange, begun now; `None` if it is a lost cycle.
+    fn exchange(&mut self) -> Result<Option<Exchange>, LinkFault> {
+        let begun = Monotonic.now();
+        let exchange = self.bus.exchange(begun + self.config.answer)?;
+        self.round_trip = Monotonic.now() - begun;
+        self.pace(begun, exchange.and_then(|exchange| exchange.clock));
+        let whole = exchange.filter(|exchange| exchange.whole);
+        self.fresh = whole.is_some();
+        match whole {
+            Some(exchange) => {
+                self.counters.received += 1;
+                self.operational = exchange.operational;
+                self.bus.read(&mut self.reports);
+                self.answered = false;
+            }
+            None => self.counters.lost += 1,
+        }
+        let passed = self.bus.passed();
+        (self.counters.stale, self.counters.foreign) = (passed.stale, passed.foreign);
+        Ok(whole)
+    }
+
+    /// The next cycle: a period on, steered so that frames pass in the middle between two SYNC0. In cycles that went by
+    /// without anybody asking no frame was sent.
+    fn pace(&mut self, begun: Nanos, clock: Option<Nanos>) {
+        let cycle = self.config.cycle.0;
+        let missed = (begun - self.due).0.max(0) / cycle;
+        self.counters.unsent += missed as u64;
+        let from_middle = clock.map_or(0, |clock| clock.0.rem_euclid(cycle) - cycle / 2);
+        let steering = (from_middle / STEERING_SHARE).clamp(-STEERING_MAX.0, STEERING_MAX.0);
+        self.due += Nanos(cycle * (missed + 1) - steering);
+    }
+
+    fn state(&self, exchange: &Exchange, received: Nanos) -> RobotState {
+        let mut position = [0.0; AXES];
+        let mut asked = [0.0; AXES];
+        let mut torque = Some([0.0; AXES]);
+        let targets = self.drives.targets();
+        for ((axis, report), target) in self.axes.iter().zip(&self.reports).zip(targets) {
+            position[axis.number] = axis.scale.position(report.position);
+            asked[axis.number] = axis.scale.position(target);
+            let measured = report.torque.and_then(|per_mille| axis.scale.torque(per_mille));
+            torque = torque.zip(measured).map(|(mut torque, measured)| {
+                torque[axis.number] = measured;
+                torque
+            });
+        }
+        RobotState {
+            stamp: exchange.clock.unwrap_or(received),
+            received,
+            position,
+            asked: Some(asked),
+            torque,
+            pose: None,
+            late_answers: self.late_answers,
+            ready: self.operational && self.drives.ready(&self.reports),
+        }
+    }
+}
+
+impl Robot for EtherCatRobot {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            cycle: self.config.cycle,
+            // The drives' cycle is ours: nothing comes unasked.
+            master: false,
+            rail: self.config.rail(),
+            torque: self
+                .axes
+                .iter()
+                .zip(&self.reports)
+                .all(|(axis, report)| report.torque.and_then(|per_mille| axis.scale.torque(per_mille)).is_some()),
+            pose: false,
+        }
+    }
+
+    fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
+        if self.due > deadline.max(Monotonic.now()) {
+            Monotonic.sleep_until(deadline);
+            return Ok(None);
+        }
+        Monotonic.sleep_until(self.due);
+        self.command();
+        let exchange = self.exchange()?;
+        Ok(exchange.map(|exchange| self.state(&exchange, Monotonic.now())))
+    }
+
+    fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
+        let aim = match order {
+            Order::Hold => Aim::Rest,
+            Order::Move(axes) => Aim::Follow(self.counts(axes)?),
+            Order::End(axes) => Aim::Finish(self.counts(axes)?),
+        };
+        if let Aim::Follow(targets) | Aim::Finish(targets) = &aim
+            && self.drives.jump(targets).is_some()
+        {
+            return Err(LinkFault::Unsendable("a target is farther away than its axis may go in a cycle"));
+        }
+        (self.aim, self.answered) = (aim, true);
+        Ok(())
+    }
+
+    fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+}
+
+impl Drop for EtherCatRobot {
+    /// Stops the drives, if any are on, and takes the segment out of OP.
+    fn drop(&mut self) {
+        let until = Monotonic.now() + CLOSING;
+        self.aim = Aim::Finish(self.drives.targets());
+        loop {
+            Monotonic.sleep_until(self.due);
+            self.command();
+            let failed = self.exchange().is_err();
+            let over = !matches!(self.drives.phase(), Phase::Finishing(..)) && self.drives.off(&self.reports);
+            if failed || over || Monotonic.now() >= until {
+                break;
+            }
+        }
+        self.bus.close();
+    }
+}
