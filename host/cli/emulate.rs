@@ -17,6 +17,7 @@ use softdock_realtime::clock::{Clock, Monotonic};
 use softdock_realtime::emulation::facility::Facility;
 use softdock_realtime::emulation::server::{Sockets, serve};
 use softdock_realtime::emulation::world::World;
+use softdock_realtime::histogram::Histogram;
 use softdock_realtime::protocol::egm::controller::{EgmController, EgmSettings};
 use softdock_realtime::protocol::fanuc::controller::FanucController;
 use softdock_realtime::protocol::fanuc::rmi_server::RmiServer;
@@ -72,7 +73,9 @@ pub(crate) fn emulate(args: &EmulateArgs) -> miette::Result<Exit> {
     say("the emulated facility runs; Ctrl-C ends it");
     let until = args.seconds.map_or(Nanos(i64::MAX), |seconds| begin + Nanos::from_seconds(seconds));
     let mut sockets = Sockets { ports: [first, second, third] };
-    serve(&mut facility, &mut sockets, &stop, until).into_diagnostic()?;
+    let mut lateness = Histogram::default();
+    serve(&mut facility, &mut sockets, &stop, until, &mut lateness).into_diagnostic()?;
+    say(format!("the facility's own lateness: {lateness}"));
     for robot in 0..2 {
         if let Some(fault) = facility.fault(robot) {
             say(format!("robot {} stopped: {fault}", robot + 1));

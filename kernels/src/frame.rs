@@ -327,7 +327,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
         let (mut sensed, mut seen, mut load) = (self.sensor, self.hil.watch, self.load);
-        let (robots, arms) = (self.robots, self.arms.clone());
+        let (robots, arms) = (self.robots, self.arms.as_deref().cloned());
         let mut yielding = self.yielding;
         let begin = (L::lit(1.0 / substeps) - delay) - oldest;
         self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &yielding));

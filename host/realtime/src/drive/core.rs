@@ -197,6 +197,11 @@ impl Core {
         self.limits
     }
 
+    /// What the robots that take the commands can do; a replay needs it again.
+    pub fn capabilities(&self) -> [Capabilities; 2] {
+        self.capabilities
+    }
+
     /// The record of the last cycle.
     pub fn record(&self) -> &CycleRecord {
         &self.record
@@ -245,6 +250,8 @@ impl Core {
     fn take(&mut self, inputs: &Inputs) {
         let dry = inputs.exercised.is_some();
         let r = &mut self.record;
+        let bits = inputs.moved.broken.iter().enumerate().map(|(link, broken)| u32::from(*broken) << link);
+        (r.broken, r.request) = (bits.sum(), inputs.request.unwrap_or(StopCause::None));
         let real = inputs.exercised.unwrap_or(inputs.moved);
         r.robot_1.take(real.robots[0].as_ref(), Nanos(0));
         r.robot_2.take(real.robots[1].as_ref(), Nanos(0));

@@ -4,9 +4,12 @@
 //! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
 
 pub mod core;
+pub mod delay;
 pub mod guard;
 pub mod motion;
+pub mod motion;
 pub mod prediction;
+pub mod replay;
 pub mod runner;
 pub mod session;
 pub mod start;

@@ -65,6 +65,12 @@ impl Facility {
         }
     }
 
+    /// Begins at another time than was said, before anything was due.
+    pub fn begin(&mut self, at: Nanos) {
+        let shift = at + self.tick - self.due[0];
+        self.due = self.due.map(|due| due + shift);
+    }
+
     /// When it has something to do next.
     pub fn next(&self) -> Nanos {
         self.due.into_iter().min().unwrap_or_default()
@@ -97,7 +103,9 @@ impl Facility {
     }
 
     fn report(&mut self, robot: usize, at: Nanos, out: Wires) {
-        let reading = self.world.robot(robot);
+        // The next tick is due later: the last one was this long ago, but none has been before the first.
+        let since = (at - (self.due[0] - self.tick)).seconds();
+        let reading = self.world.robot_after(robot, since.max(0.0));
         let state = RobotState {
             stamp: at,
             received: at,

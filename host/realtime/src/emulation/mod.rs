@@ -2,6 +2,7 @@
 
 pub mod facility;
 pub mod in_process;
+pub mod loopback;
 pub mod network;
 pub mod server;
 pub mod world;

@@ -9,6 +9,7 @@ use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::monitor::Watch;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::carry_on;
 use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
@@ -91,7 +92,19 @@ impl World {
 
     /// What robot 1 or 2 (0 or 1 here) measures.
     pub fn robot(&self, robot: usize) -> Reading {
-        let motion = if robot == 0 { &self.measured.parts.a } else { &self.measured.parts.b };
+        self.reading_of(robot, &self.measured.parts)
+    }
+
+    /// The same so long after the last tick \[s\]: controllers do not share the physics' clock.
+    pub fn robot_after(&self, robot: usize, since: f64) -> Reading {
+        if since == 0.0 {
+            return self.robot(robot);
+        }
+        self.reading_of(robot, &carry_on(&self.plant, &self.measured.parts, since / self.plant.timing.tick()))
+    }
+
+    fn reading_of(&self, robot: usize, parts: &Parts<f64>) -> Reading {
+        let motion = if robot == 0 { &parts.a } else { &parts.b };
         let position = self.arms.axes_for(robot, motion).0.position;
         let torque = self.facility.drives().map(|drives| drives[robot].axis.map(|axis| axis.torque));
         Reading { position, torque, pose: self.arms.tool_pose(robot, &position) }

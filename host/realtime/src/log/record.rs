@@ -118,6 +118,8 @@ record! {
         simulated_part_b: Motion<f64>, "1", "simulated part B, contact frame";
         fed_back: Wrench<f64>, "1", "wrench on part A that the simulation took, part A's axes and origin";
         contact_energy: f64, "J", "energy that the contact has created so far, as observed at the port";
+        broken: u32, "bits", "bits: links of those who take the commands that cannot go on: 1 robot 1, 2 robot 2, 4 sensor";
+        request: StopCause, "1", "what somebody wanted the run stopped for";
     }
 }
 

@@ -40,6 +40,8 @@ pub(crate) fn cycle(n: u64) -> CycleRecord {
         simulated_part_b: motion(0.5, 0.0),
         fed_back: wrench,
         contact_energy: 1e-3 * force,
+        broken: 0,
+        request: StopCause::None,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::clock::{Clock, Monotonic};
 use crate::time::Nanos;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
-use std::os::fd::AsRawFd;
+use std::os::fd::{AsRawFd, RawFd};
 
 /// A bound UDP socket that never blocks but where told until when.
 pub struct UdpPort {
@@ -32,24 +32,32 @@ impl UdpPort {
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_addr()
     }
+}
 
-    /// Waits until a datagram has come or the deadline is over.
-    fn wait(&self, deadline: Nanos) -> io::Result<bool> {
-        let left = deadline - Monotonic.now();
-        if left.0 <= 0 {
-            return Ok(false);
-        }
-        let timeout = libc::timespec { tv_sec: left.0 / 1_000_000_000, tv_nsec: left.0 % 1_000_000_000 };
-        let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
-        // SAFETY: one pollfd and one timespec of ours, both alive over the call; no signal mask.
-        match unsafe { libc::ppoll(&raw mut poll, 1, &raw const timeout, std::ptr::null()) } {
-            0 => Ok(false),
-            -1 => match io::Error::last_os_error() {
-                error if error.kind() == io::ErrorKind::Interrupted => Ok(true),
-                error => Err(error),
-            },
-            _ => Ok(true),
-        }
+/// Waits until a datagram has come for one of these ports or the deadline is over; whether one has come.
+///
+/// # Errors
+/// If the network interface fails.
+pub fn wait_for_any<const N: usize>(ports: &[UdpPort; N], deadline: Nanos) -> io::Result<bool> {
+    wait(ports.each_ref().map(|port| port.socket.as_raw_fd()), deadline)
+}
+
+/// The same for sockets; a signal ends the wait.
+fn wait<const N: usize>(sockets: [RawFd; N], deadline: Nanos) -> io::Result<bool> {
+    let left = deadline - Monotonic.now();
+    if left.0 <= 0 {
+        return Ok(false);
+    }
+    let timeout = libc::timespec { tv_sec: left.0 / 1_000_000_000, tv_nsec: left.0 % 1_000_000_000 };
+    let mut polls = sockets.map(|fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 });
+    // SAFETY: N pollfds and one timespec of ours, all alive over the call; no signal mask.
+    match unsafe { libc::ppoll(polls.as_mut_ptr(), N as libc::nfds_t, &raw const timeout, std::ptr::null()) } {
+        0 => Ok(false),
+        -1 => match io::Error::last_os_error() {
+            error if error.kind() == io::ErrorKind::Interrupted => Ok(true),
+            error => Err(error),
+        },
+        _ => Ok(true),
     }
 }
 
@@ -71,7 +79,7 @@ impl Port for UdpPort {
                     return Ok(Some(taken));
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    if !self.wait(deadline)? {
+                    if !wait([self.socket.as_raw_fd()], deadline)? {
                         return Ok(None);
                     }
                 }

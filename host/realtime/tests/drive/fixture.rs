@@ -76,7 +76,7 @@ impl Setting {
         World::new(&self.plant, &self.station, key, self.run, &self.params, bias()).expect("in reach")
     }
 
-    fn task(&self) -> Task {
+    pub(crate) fn task(&self) -> Task {
         Task {
             plant: Arc::clone(&self.plant),
             station: Arc::new(self.station.clone()),

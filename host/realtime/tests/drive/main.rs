@@ -1,6 +1,8 @@
 //! Whole drives in virtual time: in process, over the protocols, and with everything that can go wrong on the way.
 
+mod delay;
 mod fixture;
 mod in_process;
 mod over_rsi;
+mod replay;
 mod safety;

@@ -1,0 +1,128 @@
+//! A drive's log played again: the same inputs into fresh decisions, and what they give compared with what was logged.
+//!
+//! The decisions are pure, so that on the machine type that wrote the log every bit must come back. What only the
+//! session knows (lateness, busy time, commands as they went onto the wire) is no decision and is not compared.
+
+use super::core::{Arrived, Core, Inputs, Task, Unprepared};
+use super::start::moved;
+use crate::log::codes::{OrderKind, StopCause, cycle_flags};
+use crate::log::record::{CycleRecord, RobotRecord};
+use crate::log::table::{Logged, Value, columns, store};
+use crate::signals::Capabilities;
+use crate::time::Nanos;
+use std::fmt;
+
+/// A value that came out otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Cycle of the drive, as it was logged.
+    pub cycle: u64,
+    /// Column of the log, with its unit as a suffix.
+    pub column: String,
+    /// What the log holds.
+    pub logged: Value,
+    /// What the replay gave.
+    pub replayed: Value,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cycle, column, logged, replayed } = self;
+        write!(f, "cycle {cycle}, {column}: {} in the log, {} in the replay", text(*logged), text(*replayed))
+    }
+}
+
+/// A value with all its digits.
+fn text(value: Value) -> String {
+    match value {
+        Value::Real(real) => format!("{real:?}"),
+        Value::Signed(whole) => whole.to_string(),
+        Value::Whole(whole) => whole.to_string(),
+        Value::Word(word) => word.to_string(),
+    }
+}
+
+/// What a replay has found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replayed {
+    /// Cycles played.
+    pub cycles: u64,
+    /// Those in which every decided column was equal bit for bit.
+    pub equal: u64,
+    /// The first value that was not. Records that the log has lost show here as a difference of `cycle`.
+    pub first: Option<Difference>,
+}
+
+/// Plays a log again: `capabilities` are those of the robots that took the commands, `records` the whole log in order.
+///
+/// # Errors
+/// If the run cannot be prepared: the task is not the one that was driven.
+pub fn replay(
+    task: Task,
+    capabilities: [Capabilities; 2],
+    records: impl Iterator<Item = CycleRecord>,
+) -> Result<Replayed, Unprepared> {
+    let mut core = Core::new(task, capabilities)?;
+    let mut replayed = Replayed::default();
+    let names = columns::<CycleRecord>();
+    let [mut before, mut after] = [(); 2].map(|()| vec![Value::Whole(0); names.len()]);
+    for record in records {
+        if record.cycle == core.record().cycle {
+            // The session's own end, without decisions: a stop asked for twice, or a panic in them.
+            break;
+        }
+        core.step(&inputs(&record));
+        store(&decided(&record), &mut before);
+        store(&decided(core.record()), &mut after);
+        let differs = before.iter().zip(&after).position(|(logged, replayed)| logged != replayed);
+        replayed.cycles += 1;
+        replayed.equal += u64::from(differs.is_none());
+        if let (Some(at), None) = (differs, &replayed.first) {
+            let (column, logged) = (names[at].name.clone(), before[at]);
+            replayed.first = Some(Difference { cycle: record.cycle, column, logged, replayed: after[at] });
+        }
+    }
+    Ok(replayed)
+}
+
+/// What a cycle decided from, out of its record.
+pub fn inputs(record: &CycleRecord) -> Inputs {
+    let robots = |robots: [&RobotRecord; 2]| robots.map(|robot| robot.report(Nanos(0)));
+    let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
+    // Real and emulated robots beside one another are there in a dry run alone, from its first cycle on.
+    let dry = record.emulated_1.present() || record.emulated_2.present();
+    let real = Arrived {
+        robots: robots([&record.robot_1, &record.robot_2]),
+        sample: record.ft.sample(Nanos(0)),
+        links: [record.robot_1.link, record.robot_2.link, record.ft.link],
+        broken: [false; 3],
+    };
+    let emulated =
+        Arrived { robots: robots(moved(record)), sample: record.emulated_ft.sample(Nanos(0)), ..Arrived::default() };
+    let request = (record.request != StopCause::None).then_some(record.request);
+    let moved = Arrived { broken, ..if dry { emulated } else { real } };
+    Inputs { now: record.time, moved, exercised: dry.then_some(real), request }
+}
+
+/// A record without what the session and the log have added to it.
+fn decided(record: &CycleRecord) -> CycleRecord {
+    let robot = |robot: RobotRecord| RobotRecord {
+        order: OrderKind::None,
+        command: Logged::BLANK,
+        lateness: Nanos(0),
+        round_trip: Nanos(0),
+        ..robot
+    };
+    CycleRecord {
+        wall_offset: Nanos(0),
+        flags: record.flags & !(cycle_flags::OVERRUN | cycle_flags::AFTER_GAP),
+        busy: Nanos(0),
+        overruns: 0,
+        log_dropped: 0,
+        robot_1: robot(record.robot_1),
+        robot_2: robot(record.robot_2),
+        emulated_1: robot(record.emulated_1),
+        emulated_2: robot(record.emulated_2),
+        ..*record
+    }
+}

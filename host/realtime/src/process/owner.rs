@@ -1,0 +1,138 @@
+//! One process per robot: a lock that ends with the process, however it ends.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// A robot is ours until this is dropped.
+#[derive(Debug)]
+pub struct Lock {
+    /// Holds the lock as long as it is open.
+    _file: File,
+}
+
+/// Why a robot is not ours.
+#[derive(Debug, thiserror::Error)]
+pub enum NotOwner {
+    /// Another process has it.
+    #[error(
+        "{robot} is driven by another process ({owner}): stop that one first ({path} is its lock, and free once it has ended)"
+    )]
+    Taken {
+        /// Name of the robot.
+        robot: String,
+        /// Process number and command line of the other process, as it has left them in the lock's file.
+        owner: String,
+        /// The lock's file.
+        path: PathBuf,
+    },
+    /// The lock's file cannot be had.
+    #[error("the lock {path} cannot be taken: {why}")]
+    File {
+        /// The lock's file.
+        path: PathBuf,
+        /// Why not.
+        why: io::Error,
+    },
+}
+
+/// Makes this process the only one that drives a robot, among those that look into the same folder.
+///
+/// The lock is the kernel's (`flock`), not the file's existence: a process that was killed leaves none behind.
+///
+/// # Errors
+/// If another process has it, or the folder cannot be written.
+pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
+    let path = folder.join(format!("{}.lock", plain(robot)));
+    take(folder, &path).map_err(|why| match why {
+        TryLockError::WouldBlock => NotOwner::Taken { robot: robot.to_owned(), owner: owner_in(&path), path },
+        TryLockError::Error(why) => NotOwner::File { path, why },
+    })
+}
+
+fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
+    let open = || -> io::Result<File> {
+        fs::create_dir_all(folder)?;
+        // Not truncated: it may be the owner's, who has left its name there.
+        OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
+    };
+    let mut file = open().map_err(TryLockError::Error)?;
+    file.try_lock()?;
+    let command: Vec<String> = std::env::args().collect();
+    let name = format!("process {}: {}\n", std::process::id(), command.join(" "));
+    let written = file.set_len(0).and_then(|()| file.write_all(name.as_bytes()));
+    written.map_err(TryLockError::Error)?;
+    Ok(Lock { _file: file })
+}
+
+/// What the owner says of itself.
+fn owner_in(path: &Path) -> String {
+    let mut text = String::new();
+    let read = File::open(path).and_then(|file| file.take(4096).read_to_string(&mut text));
+    match (read, text.trim()) {
+        (Ok(_), name) if !name.is_empty() => name.to_owned(),
+        _ => "one that has not said which".to_owned(),
+    }
+}
+
+/// A name as it may stand in a path.
+fn plain(name: &str) -> String {
+    name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    const ROBOT: &str = "KR 300 R2500 ultra, no. 1";
+
+    #[test]
+    fn a_robot_has_one_owner() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let lock = single_owner(folder.path(), ROBOT).expect("a free robot");
+        let refused = single_owner(folder.path(), ROBOT).expect_err("a robot with an owner").to_string();
+        assert!(refused.contains(&format!("process {}", std::process::id())), "{refused}");
+        single_owner(folder.path(), "KR 300 R2500 ultra, no. 2").expect("another robot");
+        drop(lock);
+        single_owner(folder.path(), ROBOT).expect("free again");
+    }
+
+    #[test]
+    fn a_killed_process_leaves_no_lock() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut child = Command::new(std::env::current_exe().expect("this test"))
+            .args(["process::owner::tests::own_until_killed", "--exact", "--ignored"])
+            .env("SOFTDOCK_LOCK_FOLDER", folder.path())
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("a process");
+        let begin = Instant::now();
+        let refused = loop {
+            match single_owner(folder.path(), ROBOT) {
+                Err(refused) if refused.to_string().contains(&child.id().to_string()) => break refused,
+                _ => std::thread::sleep(Duration::from_millis(5)),
+            }
+            assert!(begin.elapsed() < Duration::from_secs(20), "the other process never owned the robot");
+        };
+        assert!(refused.to_string().contains("own_until_killed"), "{refused}");
+        child.kill().expect("a kill");
+        child.wait().expect("an end");
+        single_owner(folder.path(), ROBOT).expect("free again");
+    }
+
+    #[test]
+    #[ignore = "run by a_killed_process_leaves_no_lock"]
+    fn own_until_killed() {
+        let folder = std::env::var("SOFTDOCK_LOCK_FOLDER").expect("SOFTDOCK_LOCK_FOLDER: the folder of the locks");
+        let lock = loop {
+            match single_owner(Path::new(&folder), ROBOT) {
+                Ok(lock) => break lock,
+                Err(_) => std::thread::sleep(Duration::from_millis(1)),
+            }
+        };
+        std::thread::sleep(Duration::from_secs(60));
+        drop(lock);
+    }
+}

@@ -1,0 +1,115 @@
+//! The dead time that the tool measures from a drive's records is the one that the emulated facility was given.
+
+use crate::fixture::{CYCLE, Rig, Setting};
+use softdock_kernels::params::Params;
+use softdock_kernels::robot::transport;
+use softdock_realtime::clock::Virtual;
+use softdock_realtime::drive::delay::{Delay, Lag, Response, Stated, Timing, delays};
+use softdock_realtime::drive::session::Session;
+use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::relay::Relay;
+use std::rc::Rc;
+
+const MILLI: Nanos = Nanos::from_millis(1);
+
+/// A docking whose commands travel for so long \[s\]; robots without a lag if `ideal`.
+fn setting(travel: f64, ideal: bool) -> Setting {
+    let mut setting = Setting::docking();
+    let p = &mut setting.params;
+    p.loop_delay = travel + p.sensor_delay + setting.plant.timing.own_delay();
+    if ideal {
+        (p.robot1_lag, p.robot2_lag) = (0.0, 0.0);
+    }
+    let configured = transport(&setting.plant, &setting.params) * setting.plant.timing.tick();
+    assert!((configured - travel).abs() < 1e-12);
+    setting
+}
+
+/// The records of a drive in process; it may end as it likes.
+fn in_process(setting: &Setting, cycle: Nanos) -> Vec<CycleRecord> {
+    let clock = Rc::new(Virtual::default());
+    let bench = Bench::new(setting.world(), clock.clone(), cycle);
+    let mut session = Session::new(setting.task(), links(&bench), None, clock).expect("prepared");
+    let mut records = Vec::new();
+    while !session.cycle(None) {
+        records.push(*session.record());
+    }
+    records
+}
+
+fn over_rsi(setting: &Setting) -> Vec<CycleRecord> {
+    let mut rig = Rig::new(setting, Relay::default());
+    rig.finish();
+    rig.records
+}
+
+fn measured(records: &[CycleRecord], stated: Stated, timing: Timing, response: Response) -> [Delay; 2] {
+    delays(records, [stated; 2], timing, [response; 2]).map(|delay| delay.expect("a robot that has moved"))
+}
+
+#[track_caller]
+fn assert_near(found: &[Delay; 2], travel: f64, slack: f64, what: &str) {
+    for (robot, delay) in found.iter().enumerate() {
+        let ms = |time: f64| time * 1e3;
+        println!(
+            "{what}: {:.2} ms configured, robot {}: {:.4} ms +- {:.4} ms, {:.1e} unexplained, {:?}",
+            ms(travel),
+            robot + 1,
+            ms(delay.dead_time),
+            ms(delay.error),
+            delay.residual,
+            delay.lag
+        );
+        assert!((delay.dead_time - travel).abs() < slack, "{what}: {travel} s, {delay:?}");
+    }
+}
+
+const TRAVELS: [f64; 4] = [0.5e-3, 4.3e-3, 17.2e-3, 40e-3];
+
+#[test]
+fn in_process_at_1_khz_to_a_fifth_of_a_millisecond() {
+    for travel in TRAVELS {
+        let records = in_process(&setting(travel, true), MILLI);
+        for timing in [Timing::Robot, Timing::Ours] {
+            let found = measured(&records, Stated::one_cycle(MILLI), timing, Response::None);
+            assert_near(&found, travel, 0.2e-3, "in process");
+        }
+    }
+}
+
+#[test]
+fn over_rsi_in_the_robots_own_time_to_half_a_millisecond() {
+    for travel in TRAVELS {
+        let records = over_rsi(&setting(travel, true));
+        let found = measured(&records, Stated::two_cycles(CYCLE), Timing::Robot, Response::None);
+        assert_near(&found, travel, 0.5e-3, "over RSI");
+    }
+}
+
+/// The lag that a draw gives robot 1.
+fn lag(p: &Params<f64>) -> Lag {
+    Lag::Second { time: p.robot1_lag, damping: p.robot1_lag_damping, zero: p.robot1_lag_zero }
+}
+
+#[test]
+fn behind_the_shipped_lag() {
+    let travel = 4.3e-3;
+    let setting = setting(travel, false);
+    let lag = lag(&setting.params);
+    let (here, there) = (in_process(&setting, MILLI), over_rsi(&setting));
+    let stated = [Stated::one_cycle(MILLI), Stated::two_cycles(CYCLE)];
+    for (records, stated, what) in [(&here, stated[0], "in process"), (&there, stated[1], "over RSI")] {
+        let known = measured(records, stated, Timing::Robot, Response::Known(lag));
+        assert_near(&known, travel, 0.5e-3, &format!("{what}, known lag"));
+        // A docking is too slow to tell a lag from a dead time; their sum is what it shows.
+        let fitted = measured(records, stated, Timing::Robot, Response::Second);
+        assert_near(&fitted, travel, 5e-3, &format!("{what}, fitted lag"));
+        for delay in fitted {
+            let whole = delay.of_slow_motion();
+            println!("{what}: slow motion comes {:.2} ms later", whole * 1e3);
+            assert!((whole - travel - lag.delay()).abs() < 1e-3, "{delay:?}");
+        }
+    }
+}
