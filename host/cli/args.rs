@@ -118,6 +118,9 @@ pub(crate) struct DriveArgs {
     /// Predictions behind the 95 % band.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(20..=100_000))]
     pub(crate) band_runs: u64,
+    /// Write the `rsi_ethernet.xml` that the KUKA controllers need for these addresses into a folder, and drive nothing.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) rsi_config: Option<PathBuf>,
     /// Leave the prediction away.
     #[arg(long)]
     pub(crate) no_band: bool,

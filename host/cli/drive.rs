@@ -60,12 +60,33 @@ struct Ended {
 /// Drives a run.
 pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     let plan = plan(args)?;
+    if let Some(folder) = &args.rsi_config {
+        return write_rsi_configurations(&plan, folder);
+    }
     tell(&plan);
     // One process drives a robot; the lock ends with this one, however that ends.
     let _locks = if plan.addresses.any_real() { own(&plan.task.station)? } else { Vec::new() };
     fs::create_dir_all(&plan.out).into_diagnostic()?;
     let ended = cycle_to_the_end(&plan)?;
     leave_traces(&plan, ended, args)
+}
+
+/// The files that tell KUKA controllers where to send what.
+fn write_rsi_configurations(plan: &Plan, folder: &Path) -> miette::Result<Exit> {
+    let files = links::rsi_configurations(&plan.addresses, &plan.task.station)?;
+    if files.is_empty() {
+        return Err(refuse(
+            "none of the robots speaks RSI",
+            "write --robot1 rsi://ADDRESS:PORT with this machine's address",
+        ));
+    }
+    fs::create_dir_all(folder).into_diagnostic()?;
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::write(&path, text).into_diagnostic()?;
+        say(format!("{}", path.display()));
+    }
+    Ok(Exit::Done)
 }
 
 fn plan(args: &DriveArgs) -> miette::Result<Plan> {
@@ -94,7 +115,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     };
     let name = format!("drive_{}_{}", campaign.id, args.run);
     let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
-    if out.join("log.mcap").exists() {
+    if args.rsi_config.is_none() && out.join("log.mcap").exists() {
         let remedy = "give another folder with --out, or remove this one: a log is never written over";
         return Err(refuse(format!("`{}` holds the log of a drive already", out.display()), remedy));
     }

@@ -15,6 +15,7 @@ use softdock_realtime::protocol::ethercat::scale::AxisScale;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::fetch_calibration;
+use softdock_realtime::protocol::rsi::context::rsi_ethernet;
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
 use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
 use softdock_realtime::signals::{ForceSensor, Robot};
@@ -87,6 +88,18 @@ pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
     };
     let tags = TagMap { mode, cycle: address.cycle(4.0)?, ..tags };
     Ok(if rail { tags.with_rail() } else { tags })
+}
+
+/// What the controllers of the RSI robots must be told: file names and contents.
+pub(crate) fn rsi_configurations(addresses: &Addresses, station: &Station) -> miette::Result<Vec<(String, String)>> {
+    let robots = addresses.all[..2].iter().enumerate().filter(|(_, address)| address.scheme == "rsi");
+    robots
+        .map(|(index, address)| {
+            let tags = tag_map(address, station.rail && index == 0)?;
+            let text = rsi_ethernet(&tags, address.socket(RSI_PORT)?);
+            Ok((format!("robot{}_rsi_ethernet.xml", index + 1), text))
+        })
+        .collect()
 }
 
 fn bind(address: SocketAddr) -> miette::Result<UdpPort> {
