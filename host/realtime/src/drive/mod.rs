@@ -7,7 +7,6 @@ pub mod core;
 pub mod delay;
 pub mod guard;
 pub mod motion;
-pub mod motion;
 pub mod prediction;
 pub mod replay;
 pub mod runner;
