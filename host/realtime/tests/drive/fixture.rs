@@ -28,42 +28,42 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Cycle of both robots.
-pub const CYCLE: Nanos = Nanos::from_millis(4);
+pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
 /// Robot 2's cycles begin so long after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1500);
 
-pub fn shipped(file: &str) -> PathBuf {
+pub(crate) fn shipped(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
 }
 
-pub fn campaign(file: &str) -> Campaign {
+pub(crate) fn campaign(file: &str) -> Campaign {
     softdock_campaign::load(&shipped(file)).expect("a shipped campaign")
 }
 
-pub fn station() -> Station {
+pub(crate) fn station() -> Station {
     Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility")
 }
 
 /// What the sensor reads without weight and contact.
-pub fn bias() -> Wrench<f64> {
+pub(crate) fn bias() -> Wrench<f64> {
     Wrench { force: vec3(12.0, -7.0, 30.0), moment: vec3(0.5, 0.2, -0.4) }
 }
 
 /// A run on a facility.
 #[derive(Clone)]
-pub struct Setting {
-    pub seed: u64,
-    pub plant: Arc<Plant>,
-    pub station: Station,
-    pub run: u64,
-    pub params: Params<f64>,
-    pub armed: bool,
-    pub to_start: bool,
+pub(crate) struct Setting {
+    pub(crate) seed: u64,
+    pub(crate) plant: Arc<Plant>,
+    pub(crate) station: Station,
+    pub(crate) run: u64,
+    pub(crate) params: Params<f64>,
+    pub(crate) armed: bool,
+    pub(crate) to_start: bool,
 }
 
 impl Setting {
     /// Run 1244 of `probe_drogue`: 2.1 ms of delay, captured in space and on the facility, 16 N at most.
-    pub fn docking() -> Self {
+    pub(crate) fn docking() -> Self {
         let campaign = campaign("probe_drogue.toml");
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let (run, seed) = (1244, campaign.seed);
@@ -71,7 +71,7 @@ impl Setting {
         Self { seed, plant, station: station(), run, params, armed: true, to_start: true }
     }
 
-    pub fn world(&self) -> World {
+    pub(crate) fn world(&self) -> World {
         let key = philox::key(self.seed);
         World::new(&self.plant, &self.station, key, self.run, &self.params, bias()).expect("in reach")
     }
@@ -89,20 +89,20 @@ impl Setting {
 }
 
 /// A drive over the protocols in virtual time.
-pub struct Rig {
-    pub session: Session,
-    pub network: Rc<RefCell<Network>>,
-    pub records: Vec<CycleRecord>,
+pub(crate) struct Rig {
+    pub(crate) session: Session,
+    pub(crate) network: Rc<RefCell<Network>>,
+    pub(crate) records: Vec<CycleRecord>,
 }
 
 impl Rig {
     /// Everything wired up; with `armed` the commands go to the network's robots, else to emulated ones in process.
-    pub fn new(setting: &Setting, relay: Relay) -> Self {
+    pub(crate) fn new(setting: &Setting, relay: Relay) -> Self {
         Self::with(setting, setting, relay)
     }
 
     /// The same with a facility other than the file says.
-    pub fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
+    pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
         let clock = Virtual::default();
         let tags = || TagMap::im_free().with_rail();
         let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(), our_address(endpoint))));
@@ -134,14 +134,14 @@ impl Rig {
     }
 
     /// One cycle; whether the session is over.
-    pub fn cycle(&mut self) -> bool {
+    pub(crate) fn cycle(&mut self) -> bool {
         let over = self.session.cycle(None);
         self.records.push(*self.session.record());
         over
     }
 
     /// To its end; a session that never ends is an error.
-    pub fn finish(&mut self) -> &CycleRecord {
+    pub(crate) fn finish(&mut self) -> &CycleRecord {
         for _ in 0..40_000 {
             if self.cycle() {
                 return self.session.record();
@@ -151,7 +151,7 @@ impl Rig {
     }
 
     /// Goes on until the run itself has lasted so long \[s\].
-    pub fn run_for(&mut self, seconds: f64) {
+    pub(crate) fn run_for(&mut self, seconds: f64) {
         while (self.session.record().tick as f64) * 1e-3 < seconds {
             assert!(
                 !self.cycle(),
