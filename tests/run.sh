@@ -38,6 +38,7 @@ command -v cc >/dev/null || missing+=(gcc libc6-dev)
 has_vulkan_loader || missing+=(libvulkan1)
 has_lavapipe || missing+=(mesa-vulkan-drivers)
 has_venv || missing+=(python3 python3-venv)
+command -v ip >/dev/null || missing+=(iproute2)
 if [ "${#missing[@]}" -gt 0 ]; then
     echo "installing ${missing[*]}"
     install "${missing[@]}"
@@ -95,6 +96,17 @@ if fetch_swiftshader; then
         cargo test --release --test softdock parity
     swiftshader_seen=yes
 fi
+
+step "third parties: Net F/T, FANUC, EGM and MCAP against programs of others"
+peers="$(realpath -m "$target")/peers"
+[ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
+touch "$peers/ready"
+SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test --release -p softdock-realtime --test peers -- --ignored
+SOFTDOCK_MCAP="$scratch/others.mcap" cargo test --release -p softdock-realtime --lib write_a_log_for_others -- --ignored
+"$peers/bin/python" host/realtime/tests/peers/read_mcap.py "$scratch/others.mcap"
+
+step "a drive on emulated robots, and its log read by others"
+"$target/release/softdock" drive campaigns/probe_drogue.toml --run 1244 --virtual --band-runs 40 --out "$scratch/drive" </dev/null
 
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"

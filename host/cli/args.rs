@@ -38,7 +38,7 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Write summary and report page of a results folder again.
     Report(ReportArgs),
-    /// Repeat one run of a results folder in f64, compare it bit by bit and write its time history.
+    /// Repeat one run of a results folder, or the log of a drive, and compare it bit by bit.
     Replay(ReplayArgs),
     /// Print the JSON Schema of campaign, scenario or robot files, for editors.
     Schema(SchemaArgs),
@@ -65,6 +65,7 @@ Addresses:
   rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
   egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
   fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
+  ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
   netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
   emulated://[?cycle_ms=1]                in process
 
@@ -105,6 +106,12 @@ pub(crate) struct DriveArgs {
     /// In virtual time, as fast as it goes; for emulated robots alone.
     #[arg(long = "virtual")]
     pub(crate) virtual_time: bool,
+    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
+    pub(crate) priority: u8,
+    /// Processor core that the cycle keeps to.
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
     /// Results folder; `results/drive_ID_RUN` if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -159,6 +166,12 @@ pub(crate) struct EmulateArgs {
     /// File that gets the truth at the end: parameters and what really happened.
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
+    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
+    pub(crate) priority: u8,
+    /// Processor core that the cycle keeps to.
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
     /// Ends by itself after so many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) seconds: Option<f64>,
@@ -380,9 +393,20 @@ Example:
   softdock replay results/smoke 17 --out run17.parquet")]
 pub(crate) struct ReplayArgs {
     /// Results folder.
-    pub(crate) results: PathBuf,
+    #[arg(required_unless_present = "log")]
+    pub(crate) results: Option<PathBuf>,
     /// Number of the run.
-    pub(crate) run: u64,
+    #[arg(required_unless_present = "log")]
+    pub(crate) run: Option<u64>,
+    /// Log of a drive, to be decided again from what its links brought, cycle by cycle.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["results", "run", "out"])]
+    pub(crate) log: Option<PathBuf>,
+    /// Campaign of the log; where the drive read it if not given.
+    #[arg(long, value_name = "FILE", requires = "log")]
+    pub(crate) campaign: Option<PathBuf>,
+    /// Facility file of the log; where the drive read it if not given.
+    #[arg(long, value_name = "FILE", requires = "log")]
+    pub(crate) facility: Option<PathBuf>,
     /// File of the time history; `DIR/replays/run=N.parquet` if not given.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,

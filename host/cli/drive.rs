@@ -4,6 +4,7 @@ use crate::address::Address;
 use crate::args::DriveArgs;
 use crate::band::{self, Line};
 use crate::links::{self, Addresses};
+use crate::realtime::{apply, own};
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::number::{percent, with_unit};
@@ -36,11 +37,15 @@ const EVIDENCE_SPAN: Nanos = Nanos::from_millis(2000);
 
 /// Everything that a drive is made of before its links are open.
 struct Plan {
+    campaign_file: PathBuf,
+    facility_file: PathBuf,
     campaign: Campaign,
     task: Task,
     addresses: Addresses,
     out: PathBuf,
     in_virtual_time: bool,
+    priority: u8,
+    core: Option<usize>,
 }
 
 /// How the cycle's thread ended.
@@ -56,6 +61,8 @@ struct Ended {
 pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     let plan = plan(args)?;
     tell(&plan);
+    // One process drives a robot; the lock ends with this one, however that ends.
+    let _locks = if plan.addresses.any_real() { own(&plan.task.station)? } else { Vec::new() };
     fs::create_dir_all(&plan.out).into_diagnostic()?;
     let ended = cycle_to_the_end(&plan)?;
     leave_traces(&plan, ended, args)
@@ -91,7 +98,17 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         let remedy = "give another folder with --out, or remove this one: a log is never written over";
         return Err(refuse(format!("`{}` holds the log of a drive already", out.display()), remedy));
     }
-    Ok(Plan { campaign, task, addresses, out, in_virtual_time: args.virtual_time })
+    Ok(Plan {
+        campaign_file: args.campaign.clone(),
+        facility_file: args.facility.clone(),
+        campaign,
+        task,
+        addresses,
+        out,
+        in_virtual_time: args.virtual_time,
+        priority: args.priority,
+        core: args.core,
+    })
 }
 
 /// Motion of a real robot needs its name and the address that it speaks from.
@@ -204,8 +221,10 @@ fn cycle_thread(
         World::new(&task.plant, &task.station, key, task.run, &task.params, Wrench::zero())
             .map_err(|(robot, why)| refuse(format!("robot {robot} cannot stand there: {why:?}"), "move its base"))
     };
-    let rail = task.station.rail;
-    let (moved, exercised) = links::open(&plan.addresses, task.armed, rail, world, Rc::clone(&clock))?;
+    if !plan.in_virtual_time {
+        apply(plan.priority, plan.core)?;
+    }
+    let (moved, exercised) = links::open(&plan.addresses, task.armed, &task.station, world, Rc::clone(&clock))?;
     let cycle = moved.robots[0].capabilities().cycle;
     let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
     let mut session = Session::new(task.clone(), moved, exercised, clock).into_diagnostic()?;
@@ -242,11 +261,15 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
         ("campaign_hash", plan.campaign.hash.clone()),
         ("seed", plan.campaign.seed.to_string()),
         ("run", plan.task.run.to_string()),
+        ("cycle_ns", plan.addresses.cycle()?.0.to_string()),
+        ("to_start", plan.task.to_start.to_string()),
         ("armed", plan.task.armed.to_string()),
         ("clock", clock_in_words(plan).to_owned()),
     ] {
         provenance.insert(key.to_owned(), value);
     }
+    provenance.insert("campaign".to_owned(), plan.campaign_file.display().to_string());
+    provenance.insert("facility".to_owned(), plan.facility_file.display().to_string());
     Ok(Setup {
         started: Nanos(started.as_nanos() as i64),
         attachments: vec![

@@ -4,6 +4,7 @@ use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
 use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, tag_map};
+use crate::realtime::apply;
 use crate::words::{Exit, explain, json, refuse, say};
 use miette::IntoDiagnostic;
 use softdock_campaign::{Scenario, Station};
@@ -73,6 +74,7 @@ pub(crate) fn emulate(args: &EmulateArgs) -> miette::Result<Exit> {
     say("the emulated facility runs; Ctrl-C ends it");
     let until = args.seconds.map_or(Nanos(i64::MAX), |seconds| begin + Nanos::from_seconds(seconds));
     let mut sockets = Sockets { ports: [first, second, third] };
+    apply(args.priority, args.core)?;
     let mut lateness = Histogram::default();
     serve(&mut facility, &mut sockets, &stop, until, &mut lateness).into_diagnostic()?;
     say(format!("the facility's own lateness: {lateness}"));

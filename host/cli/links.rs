@@ -3,11 +3,15 @@
 use crate::address::Address;
 use crate::words::refuse;
 use miette::IntoDiagnostic;
+use softdock_campaign::Station;
 use softdock_realtime::clock::{Clock, Monotonic};
 use softdock_realtime::drive::session::Links;
 use softdock_realtime::emulation::in_process::{Bench, EmulatedRobot, EmulatedSensor};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::protocol::egm::driver::EgmRobot;
+use softdock_realtime::protocol::ethercat::EtherCatRobot;
+use softdock_realtime::protocol::ethercat::config::EtherCatConfig;
+use softdock_realtime::protocol::ethercat::scale::AxisScale;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::fetch_calibration;
@@ -100,10 +104,10 @@ fn anywhere() -> SocketAddr {
 fn robot(
     address: &Address,
     index: usize,
-    rail: bool,
+    station: &Station,
     bench: Option<&Rc<RefCell<Bench>>>,
 ) -> miette::Result<Box<dyn Robot>> {
-    let rail = rail && index == 0;
+    let rail = station.rail && index == 0;
     match (address.scheme.as_str(), bench) {
         ("emulated", Some(bench)) => Ok(Box::new(EmulatedRobot::new(bench, index))),
         ("rsi", _) => {
@@ -122,11 +126,32 @@ fn robot(
             let robot = FanucRobot::open(bind(anywhere())?, address.socket(FANUC_PORT)?, address.cycle(8.0)?);
             Ok(Box::new(robot.into_diagnostic()?))
         }
+        ("ethercat", _) => {
+            address.only(&["cycle_ms"])?;
+            let config = EtherCatConfig { cycle: address.cycle(1.0)?, ..segment(station, index)? };
+            Ok(Box::new(EtherCatRobot::open(&address.place, &config).into_diagnostic()?))
+        }
         (other, _) => {
             let remedy = "robots speak rsi://, egm://, fanuc://, ethercat:// or are emulated://";
             Err(refuse(format!("`{other}://` is no robot's protocol"), remedy))
         }
     }
+}
+
+/// The drives of a robot's EtherCAT segment, as the facility file has them.
+fn segment(station: &Station, index: usize) -> miette::Result<EtherCatConfig> {
+    let drives = &station.robots[index].drives;
+    if drives.is_empty() {
+        let message = format!("the facility file does not say what the drives of robot {} count", index + 1);
+        return Err(refuse(message, format!("add a table [robot{}.ethercat] with counts = [...]", index + 1)));
+    }
+    let scales = drives.iter().zip(&station.limits).map(|((counts, zero), limit)| AxisScale {
+        reversed: *counts < 0.0,
+        zero: *zero,
+        velocity: limit.speed,
+        ..AxisScale::new(counts.abs())
+    });
+    Ok(EtherCatConfig::new(&scales.collect::<Vec<_>>()))
 }
 
 /// Opens the link to the sensor.
@@ -163,14 +188,14 @@ fn sensor(address: &Address, armed: bool, bench: Option<&Rc<RefCell<Bench>>>) ->
 pub(crate) fn open(
     addresses: &Addresses,
     armed: bool,
-    rail: bool,
+    station: &Station,
     world: impl Fn() -> miette::Result<World>,
     clock: Rc<dyn Clock>,
 ) -> miette::Result<(Links, Option<Links>)> {
     let cycle = addresses.cycle()?;
     let [one, two, ft] = &addresses.all;
     let linked = |bench: Option<&Rc<RefCell<Bench>>>| -> miette::Result<Links> {
-        let robots = [robot(one, 0, rail, bench)?, robot(two, 1, rail, bench)?];
+        let robots = [robot(one, 0, station, bench)?, robot(two, 1, station, bench)?];
         Ok(Links { robots, sensor: sensor(ft, armed, bench)? })
     };
     let emulated = addresses.all.iter().any(|address| address.scheme == "emulated");

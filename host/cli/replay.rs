@@ -17,26 +17,29 @@ use softdock_results::{Column, Table, Values, content_hash};
 
 /// Repeats a run.
 pub(crate) fn replay(args: &ReplayArgs) -> miette::Result<Exit> {
-    let folder = Folder::open(&args.results)?;
+    let (Some(results), Some(run)) = (&args.results, args.run) else {
+        return crate::replay_log::replay_log(args);
+    };
+    let folder = Folder::open(results)?;
     refuse_whole(&folder)?;
-    let row = read_run(&folder.path, args.run).into_diagnostic()?.ok_or_else(|| {
-        let message = format!("`{}` holds no run {}", folder.path.display(), args.run);
+    let row = read_run(&folder.path, run).into_diagnostic()?.ok_or_else(|| {
+        let message = format!("`{}` holds no run {}", folder.path.display(), run);
         refuse(message, format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1))
     })?;
-    let in_f64 = row.flags & flags::RETRIED != 0 || made_on_cpu(&folder, args.run)?;
+    let in_f64 = row.flags & flags::RETRIED != 0 || made_on_cpu(&folder, run)?;
     let truth = Farm::open(&folder.campaign, Choice::Cpu).map_err(crate::run::unusable)?;
     let (finished, trace) =
         record(&truth.ledger, folder.campaign.traces.every_ticks, input_of(&row), "replay".to_owned());
     let mut again = truth.ledger.row(&finished);
     again.flags |= row.flags & flags::RETRIED;
     let differences = differences(&truth.ledger.schema, &row, &again);
-    let name = format!("run={:09}.parquet", args.run);
+    let name = format!("run={:09}.parquet", run);
     let path = args.out.clone().unwrap_or_else(|| folder.path.join("replays").join(name));
     write_trace_to(&path, &trace, &truth.provenance()).into_diagnostic()?;
     match (differences.is_empty(), in_f64) {
-        (true, _) => say(format!("run {}: equal, bit for bit", args.run)),
-        (false, true) => say(format!("run {}: DIFFERENT from what the same f64 code gave before", args.run)),
-        (false, false) => say(format!("run {}: made in f32, here beside f64", args.run)),
+        (true, _) => say(format!("run {}: equal, bit for bit", run)),
+        (false, true) => say(format!("run {}: DIFFERENT from what the same f64 code gave before", run)),
+        (false, false) => say(format!("run {}: made in f32, here beside f64", run)),
     }
     differences.iter().for_each(say);
     say(format!("time history  {}", path.display()));

@@ -7,7 +7,9 @@ use crate::read;
 use crate::robot::Robot;
 use crate::scenario::mount;
 use crate::source::Source;
-use crate::written::station::{JointsTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile};
+use crate::written::station::{
+    EtherCatTable, JointsTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile,
+};
 use softdock_kernels::manipulator::Manipulator;
 use softdock_kernels::manipulator::cell::{AXES, Mount};
 use softdock_kernels::vector::{Pose, Vec3};
@@ -70,6 +72,8 @@ pub struct StationRobot {
     pub tool: Pose<f64>,
     /// Greatest way of a joint from where the session begins \[rad\].
     pub correction: f64,
+    /// Counts per radian (or metre) and counts at zero of its drives, axis by axis, if it is an EtherCAT segment.
+    pub drives: Vec<(f64, i32)>,
 }
 
 /// The sensor's frame and what it carries.
@@ -192,7 +196,23 @@ fn robot(c: &mut Checker, table: &RobotTable) -> StationRobot {
         mount: mount(c, &table.mount.value),
         tool: c.pose(&table.tool_position, &table.tool_rotation),
         correction: c.number_or(&table.correction, 30f64.to_radians(), "rad", Range::above(0.0, ANGLE)),
+        drives: table.ethercat.as_ref().map_or_else(Vec::new, |table| drives(c, table)),
     }
+}
+
+fn drives(c: &mut Checker, table: &EtherCatTable) -> Vec<(f64, i32)> {
+    let counts = &table.counts.value;
+    if !(JOINTS..=AXES).contains(&counts.len()) || counts.iter().any(|counts| !counts.is_finite() || *counts == 0.0) {
+        let message = format!("{} drives with these counts", counts.len());
+        c.refuse(&table.counts.span, message, "write six numbers other than 0, and a seventh for the rail");
+        return Vec::new();
+    }
+    let zero = table.zero.as_ref().map_or_else(|| vec![0; counts.len()], |zero| zero.value.clone());
+    if let (Some(written), true) = (&table.zero, zero.len() != counts.len()) {
+        let message = format!("{} zeros of {} drives", zero.len(), counts.len());
+        c.refuse(&written.span, message, "write one for each entry of counts");
+    }
+    counts.iter().copied().zip(zero).collect()
 }
 
 fn sensor(c: &mut Checker, table: &SensorTable) -> StationSensor {

@@ -83,6 +83,18 @@ pub(crate) struct RobotTable {
     pub(crate) tool_rotation: Option<Quantities>,
     /// Greatest way of a joint from where the session begins; default 30 degrees.
     pub(crate) correction: Option<Quantity>,
+    /// Its drives, if it is an EtherCAT segment.
+    pub(crate) ethercat: Option<EtherCatTable>,
+}
+
+/// The drives of an EtherCAT segment; lists from axis 1 on, a seventh entry is the rail.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EtherCatTable {
+    /// Counts of the drives' positions per radian of the joint, per metre of the rail; negative where they count backwards.
+    pub(crate) counts: At<Vec<f64>>,
+    /// Counts where the controller's angle is zero; default 0.
+    pub(crate) zero: Option<At<Vec<i32>>>,
 }
 
 /// The sensor's frame and what it carries.

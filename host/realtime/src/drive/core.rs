@@ -25,6 +25,8 @@ use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
 
+/// Time in which drives come up and brakes open \[s\].
+const ENABLE_TIME: f64 = 0.5;
 /// How long the sensor is read for its tare \[s\].
 const TARE_TIME: f64 = 0.5;
 /// Spread of the force during the tare that still counts as rest, as a share of the touch force.
@@ -117,6 +119,7 @@ impl From<(usize, Misplaced)> for Unprepared {
 #[derive(Clone, Copy, Debug)]
 enum State {
     StartUp(StartUp),
+    Enabling { begun: Nanos },
     ToStart { way: JointMove, begun: Nanos },
     Taring { begun: Nanos, sum: Wrench<f64>, least: f64, most: f64, samples: u32 },
     RunIn { begun: Nanos },
@@ -341,6 +344,7 @@ impl Core {
         let hold = Orders { moved: [Some(Order::Hold); 2], over: false };
         match self.state {
             State::StartUp(checks) => self.start_up(checks, inputs.now, hold),
+            State::Enabling { begun } => self.enable(begun, inputs.now),
             State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
             State::Taring { .. } => self.tare(inputs),
             State::RunIn { begun } => {
@@ -384,20 +388,24 @@ impl Core {
         let cycle = self.capabilities[0].cycle;
         self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
         self.guard = Some(Guard::new(self.task.station.safety, self.capabilities.map(|c| c.cycle), now));
-        let (start, reachable) = self.start_axes();
-        if !reachable {
+        if !self.start_axes().1 {
             let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
             return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
         }
-        if let Some(refusal) = self.off_start() {
-            if !self.task.to_start {
-                return self.refuse(refusal);
-            }
-            self.state = State::ToStart { way: JointMove::new(at, start, &self.limits), begun: now };
-        } else {
-            self.state = resting(now);
+        if let (Some(refusal), false) = (self.off_start(), self.task.to_start) {
+            return self.refuse(refusal);
         }
-        Orders { moved: at.map(|at| Some(Order::Move(at))), over: false }
+        self.state = State::Enabling { begun: now };
+        self.hold_position()
+    }
+
+    /// Drives that have to be enabled and brakes that have to open get their time, told to stay where they are.
+    fn enable(&mut self, begun: Nanos, now: Nanos) -> Orders {
+        if (now - begun).seconds() >= ENABLE_TIME {
+            let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
+            self.state = if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) };
+        }
+        self.hold_position()
     }
 
     /// The robot that holds its part too far from the start of the run.
@@ -612,7 +620,7 @@ fn pose(motion: &Motion<f64>) -> Pose<f64> {
 
 fn phase(state: &State, progress: &Progress) -> Phase {
     match state {
-        State::StartUp(_) => Phase::StartUp,
+        State::StartUp(_) | State::Enabling { .. } => Phase::StartUp,
         State::ToStart { .. } => Phase::ToStart,
         State::Taring { .. } => Phase::Taring,
         State::RunIn { .. } => Phase::Approach,

@@ -7,7 +7,7 @@ directory=${1:?usage: install.sh DIRECTORY}
 python3 -m venv "$directory"
 python=$directory/bin/python
 "$python" -m pip install --quiet --disable-pip-version-check \
-    pynetft==2.1.3 NetFT==2.0.1 airo-fanuc==0.1.0 ABBRobotEGM==1.0.7 pytest
+    pynetft==2.1.3 NetFT==2.0.1 airo-fanuc==0.1.0 ABBRobotEGM==1.0.7 mcap-ros2-support==0.6.0 pytest
 
 # The fake sensor is in pynetft's source distribution only.
 scratch=$(mktemp -d)

@@ -1,0 +1,22 @@
+//! Real-time rights and robots' locks, as commands ask for them.
+
+use crate::words::{refuse, warn};
+use softdock_campaign::Station;
+use softdock_realtime::process::{Lock, Realtime, single_owner};
+
+/// Asks for real-time rights for the calling thread; what is refused is a warning with its remedy.
+pub(crate) fn apply(priority: u8, core: Option<usize>) -> miette::Result<()> {
+    let wanted = Realtime { priority: (priority > 0).then_some(priority), core, strict: false };
+    match wanted.apply() {
+        Ok(warnings) => warnings.iter().for_each(|warning| warn(format!("warning: {warning}"))),
+        Err(warning) => return Err(refuse(warning, "give the program its rights, or leave the option away")),
+    }
+    Ok(())
+}
+
+/// Locks both robots of a facility, so that nobody else drives them.
+pub(crate) fn own(station: &Station) -> miette::Result<Vec<Lock>> {
+    let folder = std::env::temp_dir().join("softdock-robots");
+    let robots = station.robots.iter().map(|robot| single_owner(&folder, &robot.name));
+    robots.map(|lock| lock.map_err(|taken| refuse(taken, "one process drives a robot, no more"))).collect()
+}
