@@ -79,8 +79,8 @@ impl fmt::Display for Warning {
             ),
             Self::Throttled(runtime) => write!(
                 f,
-                "the kernel stops real-time threads after {runtime} us of {THROTTLE}'s period: a thread that spins instead of \
-                 sleeping stands still for the rest of it; -1 there switches that off"
+                "the kernel stops real-time threads that have run for {runtime} us of a period ({THROTTLE}): one that spins \
+                 instead of sleeping stands still for the rest of it; -1 there switches that off"
             ),
         }
     }

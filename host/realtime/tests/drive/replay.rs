@@ -103,3 +103,14 @@ fn records_that_the_log_has_lost_show() {
     let first = played(&setting, &rig, &records).first.expect("a difference");
     assert_eq!((first.cycle, first.column.as_str()), (records[200].cycle, "cycle"));
 }
+
+#[test]
+fn an_end_without_decisions_is_not_played() {
+    let setting = Setting::docking();
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.run_for(0.2);
+    let records = rig.records.clone();
+    rig.session.end_at_once(StopCause::Operator);
+    rig.records.push(*rig.session.record());
+    assert_equal(&played(&setting, &rig, &rig.records), &records);
+}
