@@ -23,6 +23,7 @@ use softdock_realtime::log::evidence::{Circumstances, Evidence};
 use softdock_realtime::log::mcap::{Attachment, Setup};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::writer::LogWriter;
+use softdock_realtime::signals::LinkFault;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::view::{Controls, feed, model::Budgets, show};
 use std::fs;
@@ -52,6 +53,7 @@ struct Plan {
 struct Ended {
     last: CycleRecord,
     refusal: Option<Refusal>,
+    faults: [Option<LinkFault>; 3],
     metrics: softdock_kernels::metrics::Metrics<f64>,
     evidence: Evidence,
     log: LogWriter,
@@ -255,6 +257,7 @@ fn cycle_thread(
     Ok(Ended {
         last: *session.record(),
         refusal: session.core().refusal(),
+        faults: session.faults(),
         metrics: session.core().metrics(),
         evidence,
         log: log.expect("the log was handed in"),
@@ -322,6 +325,11 @@ fn leave_traces(plan: &Plan, ended: Ended, args: &DriveArgs) -> miette::Result<E
     band::export(&log, &plan.out.join("log.parquet"))?;
     let cause = ended.last.cause;
     say(format!("stopped by {}: {}", cause.word(), cause.meaning()));
+    for (link, fault) in ["robot 1", "robot 2", "the sensor"].iter().zip(ended.faults) {
+        if let Some(fault) = fault {
+            say(format!("           {link}: {fault}"));
+        }
+    }
     say(format!("log        {}  {} cycles, {} dropped", log.display(), totals.written.records, totals.dropped));
     say(format!("evidence   {}", evidence.display()));
     if let Some(refusal) = ended.refusal {

@@ -1,6 +1,6 @@
 //! The robots of a facility in their places: between a controller's axes and the part that its robot holds.
 
-use crate::signals::AXES;
+use crate::signals::{AXES, RAIL};
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::manipulator::cell::{Axes, Carriage, Cell, Feedforward, Misplaced, Servo};
@@ -14,7 +14,8 @@ use softdock_kernels::vector::{Pose, Sym3, Vec3};
 #[derive(Clone, Debug)]
 pub struct Arms {
     cells: [Cell; 2],
-    zero: [f64; AXES],
+    /// The model's axes where the controllers say zero.
+    zero: [[f64; AXES]; 2],
     tools: [Pose<f64>; 2],
 }
 
@@ -32,13 +33,16 @@ impl Arms {
             carriage: station.rail.then(|| Carriage { joint: rail_joint(&station.limits[AXES - 1]), velocity: still }),
         };
         let tools = [station.robots[0].tool, station.robots[1].tool];
-        Ok(Self { cells: place(plant, &level)?, zero: station.zero, tools })
+        // The rail is robot 1's.
+        let mut second = station.zero;
+        second[RAIL] = 0.0;
+        Ok(Self { cells: place(plant, &level)?, zero: [station.zero, second], tools })
     }
 
     /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion; and whether they can.
     pub fn axes_for(&self, robot: usize, told: &Motion<f64>) -> (Axes, bool) {
         let (axes, reachable) = self.cells[robot].axes_for(told);
-        (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[i]), ..axes }, reachable)
+        (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[robot][i]), ..axes }, reachable)
     }
 
     /// Axes of both robots.
@@ -49,7 +53,7 @@ impl Arms {
 
     /// Motion of the part that a robot holds, laboratory.
     pub fn part_on(&self, robot: usize, position: &[f64; AXES], rate: &[f64; AXES]) -> Motion<f64> {
-        self.cells[robot].part_on(&Axes { position: self.in_model(position), rate: *rate })
+        self.cells[robot].part_on(&Axes { position: self.in_model(robot, position), rate: *rate })
     }
 
     /// Motions of both parts.
@@ -59,19 +63,19 @@ impl Arms {
 
     /// Pose of the controller's tool frame in the robot's base, as the robot itself should report it.
     pub fn tool_pose(&self, robot: usize, position: &[f64; AXES]) -> Pose<f64> {
-        self.cells[robot].flange(&self.in_model(position)).compose(self.tools[robot])
+        self.cells[robot].flange(&self.in_model(robot, position)).compose(self.tools[robot])
     }
 
-    /// Limits in the controllers' own angles.
+    /// Limits in the controllers' own angles; the rail's are robot 1's.
     pub fn limits(&self, station: &Station) -> [AxisLimits; AXES] {
         std::array::from_fn(|i| {
             let model = station.limits[i];
-            AxisLimits { lower: model.lower - self.zero[i], upper: model.upper - self.zero[i], ..model }
+            AxisLimits { lower: model.lower - self.zero[0][i], upper: model.upper - self.zero[0][i], ..model }
         })
     }
 
-    fn in_model(&self, position: &[f64; AXES]) -> [f64; AXES] {
-        std::array::from_fn(|i| position[i] + self.zero[i])
+    fn in_model(&self, robot: usize, position: &[f64; AXES]) -> [f64; AXES] {
+        std::array::from_fn(|i| position[i] + self.zero[robot][i])
     }
 }
 

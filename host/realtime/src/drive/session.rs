@@ -8,7 +8,7 @@ use crate::clock::Clock;
 use crate::limiter::Limiter;
 use crate::log::codes::{OrderKind, Phase, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
-use crate::signals::{AXES, ForceSensor, Order, Robot};
+use crate::signals::{AXES, ForceSensor, LinkFault, Order, Robot};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 use std::rc::Rc;
@@ -51,6 +51,8 @@ pub struct Session {
     outgoing: [Option<Limiter>; 2],
     limits: [AxisLimits; AXES],
     overruns: u64,
+    /// The first fault of robots 1 and 2 and of the sensor.
+    faults: [Option<LinkFault>; 3],
 }
 
 impl Session {
@@ -78,12 +80,18 @@ impl Session {
             outgoing: [None, None],
             limits,
             overruns: 0,
+            faults: [None; 3],
         })
     }
 
     /// The decisions so far.
     pub fn core(&self) -> &Core {
         &self.core
+    }
+
+    /// What the links of robots 1 and 2 and of the sensor have failed with.
+    pub fn faults(&self) -> [Option<LinkFault>; 3] {
+        self.faults
     }
 
     /// One cycle; whether the session is over. `request` stops it.
@@ -114,8 +122,8 @@ impl Session {
             let until = (self.clock.now() + SLICE).min(deadline);
             match links.robots[0].receive(until) {
                 Ok(report) => arrived.robots[0] = report,
-                Err(_) => {
-                    arrived.broken[0] = true;
+                Err(fault) => {
+                    self.faults[0].get_or_insert(fault);
                     self.clock.sleep_until(until);
                 }
             }
@@ -124,7 +132,9 @@ impl Session {
                     arrived.robots[1] = report.or(arrived.robots[1]);
                     self.pending = report.is_some();
                 }
-                Err(_) => arrived.broken[1] = true,
+                Err(fault) => {
+                    self.faults[1].get_or_insert(fault);
+                }
             }
             // Whoever slept through the deadline still looks once at what has come by then.
             if arrived.robots[0].is_some() || until >= deadline {
@@ -133,14 +143,19 @@ impl Session {
             // Robot 2 does not wait for robot 1: it gets the last command.
             if let (true, Some(order)) = (self.pending, order) {
                 let order = outgoing(&mut self.outgoing[1], &self.limits, self.cycle, order);
-                arrived.broken[1] |= links.robots[1].send(&order).is_err();
+                if let Err(fault) = links.robots[1].send(&order) {
+                    self.faults[1].get_or_insert(fault);
+                }
                 self.wire[1] = Some(order);
             }
         }
         match links.sensor.latest() {
             Ok(sample) => arrived.sample = sample,
-            Err(_) => arrived.broken[2] = true,
+            Err(fault) => {
+                self.faults[2].get_or_insert(fault);
+            }
         }
+        arrived.broken = self.faults.map(|fault| fault.is_some());
         arrived.links = [links.robots[0].counters(), links.robots[1].counters(), links.sensor.counters()];
         arrived
     }
@@ -175,7 +190,13 @@ impl Session {
             let answers = inputs.moved.robots[r].is_some() && (r == 0 || self.pending || self.exercised.is_some());
             let sent = order.filter(|_| answers).and_then(|order| {
                 let order = outgoing(&mut self.outgoing[r], &self.limits, self.cycle, order);
-                self.moved.robots[r].send(&order).is_ok().then_some(order)
+                match self.moved.robots[r].send(&order) {
+                    Ok(()) => Some(order),
+                    Err(fault) => {
+                        self.faults[r].get_or_insert(fault);
+                        None
+                    }
+                }
             });
             self.core.sent(r, sent.or(self.wire[r].take()).as_ref());
         }

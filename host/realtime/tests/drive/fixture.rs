@@ -88,6 +88,11 @@ impl Setting {
     }
 }
 
+/// Robot 1 stands on a rail, robot 2 does not.
+pub(crate) fn tags(endpoint: Endpoint) -> TagMap {
+    if endpoint == Endpoint::Robot1 { TagMap::im_free().with_rail() } else { TagMap::im_free() }
+}
+
 /// A drive over the protocols in virtual time.
 pub(crate) struct Rig {
     pub(crate) session: Session,
@@ -104,8 +109,7 @@ impl Rig {
     /// The same with a facility other than the file says.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
         let clock = Virtual::default();
-        let tags = || TagMap::im_free().with_rail();
-        let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(), our_address(endpoint))));
+        let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(endpoint), our_address(endpoint))));
         let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
         let period = Nanos::from_millis(1);
         let sensor = Box::new(NetBox::new(calibration.clone(), period));
@@ -115,7 +119,7 @@ impl Rig {
         let network = Network::new(clock.clone(), facility, relay);
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
-            Box::new(RsiRobot::new(port, tags(), Some(address_of(endpoint).ip())).expect("a tag map"))
+            Box::new(RsiRobot::new(port, tags(endpoint), Some(address_of(endpoint).ip())).expect("a tag map"))
         };
         let port = NetworkPort::new(&network, Endpoint::Sensor);
         let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration, period);

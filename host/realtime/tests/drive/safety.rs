@@ -1,13 +1,12 @@
 //! The ten safety behaviours, each proven with a fault of its own.
 
-use crate::fixture::{CYCLE, Rig, Setting};
+use crate::fixture::{CYCLE, Rig, Setting, tags};
 use softdock_campaign::station::AxisLimits;
 use softdock_realtime::drive::start::Refusal;
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{LimitKind, OrderKind, Phase, StopCause, robot_flags};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::protocol::rsi::codec::Sen;
-use softdock_realtime::protocol::rsi::tags::TagMap;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
@@ -23,7 +22,7 @@ fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) ->
 
 /// Corrections that reached the wire towards a robot: joints \[rad\], rail \[m\].
 fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {
-    let tags = TagMap::im_free().with_rail();
+    let tags = tags(endpoint);
     let network = rig.network.borrow();
     let answers = network.answers.iter().filter(|(_, to, _)| *to == endpoint);
     answers
@@ -31,7 +30,7 @@ fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {
             let sen = Sen::read(bytes, &tags).expect("our own answers can be read");
             let mut axes = [0.0; AXES];
             axes[..6].copy_from_slice(&sen.axes.map(|axis| axis.expect("a correction").to_radians()));
-            axes[6] = sen.rail.expect("a correction") * 1e-3;
+            axes[6] = sen.rail.unwrap_or(0.0) * 1e-3;
             axes
         })
         .collect()
@@ -292,13 +291,12 @@ fn behaviour_6_a_signal_ends_in_a_ramp_and_the_protocols_own_end() {
         assert_eq!(stop_of(&rig).cause, cause);
         assert_ramped_down(&rig);
         assert_within(&rig, &Setting::docking().station.limits);
-        let tags = TagMap::im_free().with_rail();
         let stops = rig
             .network
             .borrow()
             .answers
             .iter()
-            .filter(|(_, to, bytes)| *to != Endpoint::Sensor && Sen::read(bytes, &tags).is_ok_and(|sen| sen.stop))
+            .filter(|(_, to, bytes)| *to != Endpoint::Sensor && Sen::read(bytes, &tags(*to)).is_ok_and(|sen| sen.stop))
             .count();
         assert!(stops >= 2, "both controllers are told to end: {stops}");
     }
