@@ -121,18 +121,21 @@ fn robot(
     bench: Option<&Rc<RefCell<Bench>>>,
 ) -> miette::Result<Box<dyn Robot>> {
     let rail = station.rail && index == 0;
+    // Commands are taken from the robot that the facility file names.
+    let named = station.robots[index].address.as_ref().and_then(|address| address.parse().ok());
+    let from = address.from()?.or(named);
     match (address.scheme.as_str(), bench) {
         ("emulated", Some(bench)) => Ok(Box::new(EmulatedRobot::new(bench, index))),
         ("rsi", _) => {
             address.only(&["from", "cycle_ms", "type", "mode"])?;
             let port = bind(address.socket(RSI_PORT)?)?;
-            let robot = RsiRobot::new(port, tag_map(address, rail)?, address.from()?);
+            let robot = RsiRobot::new(port, tag_map(address, rail)?, from);
             Ok(Box::new(robot.into_diagnostic()?))
         }
         ("egm", _) => {
             address.only(&["from", "cycle_ms"])?;
             let port = bind(address.socket(EGM_PORT)?)?;
-            Ok(Box::new(EgmRobot::new(port, address.cycle(4.0)?, rail, address.from()?)))
+            Ok(Box::new(EgmRobot::new(port, address.cycle(4.0)?, rail, from)))
         }
         ("fanuc", _) => {
             address.only(&["cycle_ms"])?;

@@ -2,13 +2,16 @@
 //!
 //! Pure: the same inputs give the same orders and the same record, bit for bit, whatever clock and links stand around.
 
+mod noting;
+mod starting;
+
 use super::guard::{Alarm, Guard, Seen};
 use super::motion::{JointMove, RunIn};
-use super::start::{Refusal, START_TOLERANCE, StartUp, apart};
+use super::start::{Refusal, StartUp};
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
-use crate::log::codes::{LimitKind, Phase, StopCause, cycle_flags};
-use crate::log::record::{CycleRecord, RobotRecord};
+use crate::log::codes::{StopCause, cycle_flags};
+use crate::log::record::CycleRecord;
 use crate::log::table::Logged;
 use crate::sensing::Sensing;
 use crate::signals::{AXES, Capabilities, ForceSample, LinkCounters, Order, RobotState};
@@ -20,17 +23,10 @@ use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::command;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
 
-/// Time in which drives come up and brakes open \[s\].
-const ENABLE_TIME: f64 = 0.5;
-/// How long the sensor is read for its tare \[s\].
-const TARE_TIME: f64 = 0.5;
-/// Spread of the force during the tare that still counts as rest, as a share of the touch force.
-const RESTLESS: f64 = 2.0;
 /// Duration of the run-in from rest \[s\].
 const RUN_IN_TIME: f64 = 1.0;
 /// Cycles over which the protocol's end is sent.
@@ -212,11 +208,6 @@ impl Core {
         &mut self.record
     }
 
-    /// Notes what went to robot 1 or 2 (0 or 1 here), after all that stands on the wire.
-    pub fn sent(&mut self, robot: usize, order: Option<&Order>) {
-        self.moved_records()[robot].tell(order);
-    }
-
     /// Why the drive did not begin, if it did not.
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
@@ -285,19 +276,6 @@ impl Core {
         tared.then_some(Measured { parts, wrench })
     }
 
-    /// Where the robots hold the parts, carried from the laboratory to the contact frame: the share of the motion that
-    /// each robot makes is laid back onto the parts.
-    fn note_parts(&mut self, parts: &Parts<f64>) {
-        let simulated = self.computer.progress().parts;
-        let shared = command(&self.task.plant, &simulated);
-        let carried = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
-            position: held.position + (simulated.position - shared.position),
-            attitude: held.attitude,
-        };
-        self.record.part_a = carried(&parts.a, &simulated.a, &shared.a);
-        self.record.part_b = carried(&parts.b, &simulated.b, &shared.b);
-    }
-
     /// The first reason to stop; none while nothing moves yet or any more.
     fn alarm(&mut self, inputs: &Inputs, net: Option<Measured>) -> Option<Alarm> {
         if matches!(self.state, State::Ending { .. } | State::Over) {
@@ -362,102 +340,6 @@ impl Core {
             State::Ending { cycles } => self.end(cycles),
             State::Over => Orders { moved: [None; 2], over: true },
         }
-    }
-
-    fn start_up(&mut self, mut checks: StartUp, now: Nanos, hold: Orders) -> Orders {
-        let answer = checks.check(&self.record, &self.arms, &self.limits, &self.capabilities);
-        self.state = State::StartUp(checks);
-        match answer {
-            None => hold,
-            Some(Err(refusal)) => self.refuse(refusal),
-            Some(Ok(())) => self.begin(now),
-        }
-    }
-
-    fn refuse(&mut self, refusal: Refusal) -> Orders {
-        self.refusal = Some(refusal);
-        self.record.cause = StopCause::StartRefused;
-        self.state = State::Ending { cycles: 0 };
-        self.end(0)
-    }
-
-    /// From rest where the robots are: limits and guard are set, and the way to the start is found.
-    fn begin(&mut self, now: Nanos) -> Orders {
-        let at = self.axes[0];
-        self.begun_at = at;
-        let cycle = self.capabilities[0].cycle;
-        self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
-        self.guard = Some(Guard::new(self.task.station.safety, self.capabilities.map(|c| c.cycle), now));
-        if !self.start_axes().1 {
-            let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
-            return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
-        }
-        if let (Some(refusal), false) = (self.off_start(), self.task.to_start) {
-            return self.refuse(refusal);
-        }
-        self.state = State::Enabling { begun: now };
-        self.hold_position()
-    }
-
-    /// Drives that have to be enabled and brakes that have to open get their time, told to stay where they are.
-    fn enable(&mut self, begun: Nanos, now: Nanos) -> Orders {
-        if (now - begun).seconds() >= ENABLE_TIME {
-            let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
-            self.state = if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) };
-        }
-        self.hold_position()
-    }
-
-    /// The robot that holds its part too far from the start of the run.
-    fn off_start(&self) -> Option<Refusal> {
-        let want = self.run_in.at(&self.task.plant, 0.0);
-        let at = self.arms.parts_on(&self.axes[0], &[[0.0; AXES]; 2]);
-        [(want.a, at.a), (want.b, at.b)].iter().enumerate().find_map(|(r, (want, at))| {
-            let (distance, angle) = apart(&pose(want), &pose(at));
-            (distance > START_TOLERANCE[0] || angle > START_TOLERANCE[1]).then_some(Refusal::NotAtStart(
-                r + 1,
-                distance,
-                angle,
-            ))
-        })
-    }
-
-    fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
-        let time = (now - begun).seconds() + self.capabilities[0].cycle.seconds();
-        let orders = self.limited(&way.at(time), true);
-        // The robots lag behind their commands: they get a second to come in.
-        if time > way.duration() {
-            match self.off_start() {
-                None => self.state = resting(now),
-                Some(refusal) if time > way.duration() + 3.0 => return self.refuse(refusal),
-                Some(_) => {}
-            }
-        }
-        orders
-    }
-
-    /// Reads the sensor at rest; then the run begins.
-    fn tare(&mut self, inputs: &Inputs) -> Orders {
-        let State::Taring { begun, mut sum, mut least, mut most, mut samples } = self.state else {
-            return self.hold_position();
-        };
-        if let Some(sample) = inputs.moved.sample {
-            let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
-            let net = sample.wrench - self.sensing.weight(&a);
-            (sum, samples) = (sum + net, samples + 1);
-            let force = net.force.norm();
-            (least, most) = (least.min(force), most.max(force));
-        }
-        self.state = State::Taring { begun, sum, least, most, samples };
-        if (inputs.now - begun).seconds() >= TARE_TIME && samples > 0 {
-            let spread = most - least;
-            if spread > RESTLESS * self.task.station.sensor.touch_force {
-                return self.refuse(Refusal::Restless(spread));
-            }
-            self.sensing.tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
-            self.state = State::RunIn { begun: inputs.now };
-        }
-        self.hold_position()
     }
 
     /// The run itself: as many ticks as the cycle holds, then the command for the cycle's end.
@@ -547,88 +429,8 @@ impl Core {
     fn orders(&self, sent: [[f64; AXES]; 2]) -> Orders {
         Orders { moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))), over: false }
     }
-
-    /// Records of the robots that take the commands: the emulated ones of a dry run, else the real ones.
-    fn moved_records(&mut self) -> [&mut RobotRecord; 2] {
-        let r = &mut self.record;
-        if r.emulated_1.present() { [&mut r.emulated_1, &mut r.emulated_2] } else { [&mut r.robot_1, &mut r.robot_2] }
-    }
-
-    fn note_cuts(&mut self, cuts: &[Cut; 2]) {
-        for (record, cut) in self.moved_records().into_iter().zip(cuts) {
-            record.limits = Logged::BLANK;
-            let kinds = [
-                (cut.position, LimitKind::Position),
-                (cut.speed, LimitKind::Velocity),
-                (cut.acceleration, LimitKind::Acceleration),
-                (cut.jerk, LimitKind::Jerk),
-                (cut.not_finite, LimitKind::NonFinite),
-            ];
-            for (bits, kind) in kinds {
-                (0..AXES).filter(|i| bits & (1 << i) != 0).for_each(|i| record.limits.set(kind, i));
-            }
-        }
-    }
-
-    /// The rest of the record.
-    fn note(&mut self, orders: &Orders) {
-        let progress = self.computer.progress();
-        let used = self.limits_used();
-        for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
-            record.computed = match order {
-                Some(Order::Move(axes) | Order::End(axes)) => *axes,
-                _ => Logged::BLANK,
-            };
-            record.limit_used = used[i];
-        }
-        let r = &mut self.record;
-        if r.emulated_1.present() {
-            r.robot_1.tell(Some(&Order::Hold));
-            r.robot_2.tell(Some(&Order::Hold));
-            (r.robot_1.computed, r.robot_2.computed) = (r.emulated_1.computed, r.emulated_2.computed);
-        }
-        r.phase = phase(&self.state, &progress);
-        r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
-        (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
-        r.fed_back = progress.fed_back;
-        r.contact_energy = progress.created_energy;
-    }
-
-    /// Share of the range that each axis has used up, from its middle.
-    fn limits_used(&self) -> [[f64; AXES]; 2] {
-        let Some(limiters) = &self.limiters else {
-            return [Logged::BLANK; 2];
-        };
-        std::array::from_fn(|r| {
-            let at = limiters[r].position();
-            std::array::from_fn(|i| {
-                let limit = &self.limits[i];
-                let half = 0.5 * (limit.upper - limit.lower);
-                if half > 0.0 { (at[i] - limit.lower - half).abs() / half } else { 0.0 }
-            })
-        })
-    }
-}
-
-fn resting(now: Nanos) -> State {
-    State::Taring { begun: now, sum: Wrench::zero(), least: f64::INFINITY, most: 0.0, samples: 0 }
 }
 
 fn pose(motion: &Motion<f64>) -> Pose<f64> {
     Pose { position: motion.position, attitude: motion.attitude }
-}
-
-fn phase(state: &State, progress: &Progress) -> Phase {
-    match state {
-        State::StartUp(_) | State::Enabling { .. } => Phase::StartUp,
-        State::ToStart { .. } => Phase::ToStart,
-        State::Taring { .. } => Phase::Taring,
-        State::RunIn { .. } => Phase::Approach,
-        State::Running if progress.captured => Phase::Captured,
-        State::Running if progress.touching => Phase::Contact,
-        State::Running if progress.touched => Phase::Free,
-        State::Running => Phase::Approach,
-        State::Stopping => Phase::Stopping,
-        State::Ending { .. } | State::Over => Phase::Stopped,
-    }
 }

@@ -1,0 +1,108 @@
+//! What a cycle leaves in the record: parts, orders, limits, phase.
+
+use super::{Core, Orders, State};
+use crate::limiter::Cut;
+use crate::log::codes::{LimitKind, Phase, cycle_flags};
+use crate::log::record::RobotRecord;
+use crate::log::table::Logged;
+use crate::signals::{AXES, Order};
+use softdock_kernels::frame::single::Progress;
+use softdock_kernels::robot::command;
+use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::vector::Pose;
+
+impl Core {
+    /// Notes what went to robot 1 or 2 (0 or 1 here), after all that stands on the wire.
+    pub fn sent(&mut self, robot: usize, order: Option<&Order>) {
+        self.moved_records()[robot].tell(order);
+    }
+
+    /// Where the robots hold the parts, carried from the laboratory to the contact frame: the share of the motion that
+    /// each robot makes is laid back onto the parts.
+    pub(super) fn note_parts(&mut self, parts: &Parts<f64>) {
+        let simulated = self.computer.progress().parts;
+        let shared = command(&self.task.plant, &simulated);
+        let carried = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
+            position: held.position + (simulated.position - shared.position),
+            attitude: held.attitude,
+        };
+        self.record.part_a = carried(&parts.a, &simulated.a, &shared.a);
+        self.record.part_b = carried(&parts.b, &simulated.b, &shared.b);
+    }
+
+    /// Records of the robots that take the commands: the emulated ones of a dry run, else the real ones.
+    pub(super) fn moved_records(&mut self) -> [&mut RobotRecord; 2] {
+        let r = &mut self.record;
+        if r.emulated_1.present() { [&mut r.emulated_1, &mut r.emulated_2] } else { [&mut r.robot_1, &mut r.robot_2] }
+    }
+
+    pub(super) fn note_cuts(&mut self, cuts: &[Cut; 2]) {
+        for (record, cut) in self.moved_records().into_iter().zip(cuts) {
+            record.limits = Logged::BLANK;
+            let kinds = [
+                (cut.position, LimitKind::Position),
+                (cut.speed, LimitKind::Velocity),
+                (cut.acceleration, LimitKind::Acceleration),
+                (cut.jerk, LimitKind::Jerk),
+                (cut.not_finite, LimitKind::NonFinite),
+            ];
+            for (bits, kind) in kinds {
+                (0..AXES).filter(|i| bits & (1 << i) != 0).for_each(|i| record.limits.set(kind, i));
+            }
+        }
+    }
+
+    /// The rest of the record.
+    pub(super) fn note(&mut self, orders: &Orders) {
+        let progress = self.computer.progress();
+        let used = self.limits_used();
+        for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
+            record.computed = match order {
+                Some(Order::Move(axes) | Order::End(axes)) => *axes,
+                _ => Logged::BLANK,
+            };
+            record.limit_used = used[i];
+        }
+        let r = &mut self.record;
+        if r.emulated_1.present() {
+            r.robot_1.tell(Some(&Order::Hold));
+            r.robot_2.tell(Some(&Order::Hold));
+            (r.robot_1.computed, r.robot_2.computed) = (r.emulated_1.computed, r.emulated_2.computed);
+        }
+        r.phase = phase(&self.state, &progress);
+        r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
+        (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
+        r.fed_back = progress.fed_back;
+        r.contact_energy = progress.created_energy;
+    }
+
+    /// Share of the range that each axis has used up, from its middle.
+    pub(super) fn limits_used(&self) -> [[f64; AXES]; 2] {
+        let Some(limiters) = &self.limiters else {
+            return [Logged::BLANK; 2];
+        };
+        std::array::from_fn(|r| {
+            let at = limiters[r].position();
+            std::array::from_fn(|i| {
+                let limit = &self.limits[i];
+                let half = 0.5 * (limit.upper - limit.lower);
+                if half > 0.0 { (at[i] - limit.lower - half).abs() / half } else { 0.0 }
+            })
+        })
+    }
+}
+
+fn phase(state: &State, progress: &Progress) -> Phase {
+    match state {
+        State::StartUp(_) | State::Enabling { .. } => Phase::StartUp,
+        State::ToStart { .. } => Phase::ToStart,
+        State::Taring { .. } => Phase::Taring,
+        State::RunIn { .. } => Phase::Approach,
+        State::Running if progress.captured => Phase::Captured,
+        State::Running if progress.touching => Phase::Contact,
+        State::Running if progress.touched => Phase::Free,
+        State::Running => Phase::Approach,
+        State::Stopping => Phase::Stopping,
+        State::Ending { .. } | State::Over => Phase::Stopped,
+    }
+}
