@@ -69,7 +69,11 @@ pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     // One process drives a robot; the lock ends with this one, however that ends.
     let _locks = if plan.addresses.any_real() { own(&plan.task.station)? } else { Vec::new() };
     fs::create_dir_all(&plan.out).into_diagnostic()?;
-    let ended = cycle_to_the_end(&plan)?;
+    let ended = cycle_to_the_end(&plan).inspect_err(|_| {
+        // Nothing was driven: an empty log would only be in the way. What is there besides it stays.
+        let _ = fs::remove_file(plan.out.join("log.mcap"));
+        let _ = fs::remove_dir(&plan.out);
+    })?;
     leave_traces(&plan, ended, args)
 }
 

@@ -2,13 +2,17 @@
 
 use crate::words::{refuse, warn};
 use softdock_campaign::Station;
-use softdock_realtime::process::{Lock, Realtime, single_owner};
+use softdock_realtime::process::{Lock, Realtime, Warning, single_owner};
 
 /// Asks for real-time rights for the calling thread; what is refused is a warning with its remedy.
 pub(crate) fn apply(priority: u8, core: Option<usize>) -> miette::Result<()> {
     let wanted = Realtime { priority: (priority > 0).then_some(priority), core, strict: false };
     match wanted.apply() {
-        Ok(warnings) => warnings.iter().for_each(|warning| warn(format!("warning: {warning}"))),
+        // The kernel's limit for threads that spin is nothing to a cycle that sleeps.
+        Ok(warnings) => {
+            let refused = warnings.iter().filter(|warning| !matches!(warning, Warning::Throttled(_)));
+            refused.for_each(|warning| warn(format!("warning: {warning}")));
+        }
         Err(warning) => return Err(refuse(warning, "give the program its rights, or leave the option away")),
     }
     Ok(())

@@ -1,0 +1,169 @@
+//! `softdock drive` and `emulate` from outside: rehearsals, replays, refusals, and a process that is killed.
+
+use std::fs;
+use std::net::UdpSocket;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn command(words: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+    command.current_dir(root()).args(words.split_whitespace()).stdin(Stdio::null());
+    command
+}
+
+fn softdock(words: &str) -> Output {
+    command(words).output().expect("softdock starts")
+}
+
+/// What a command that must end with this exit code says, on both its streams.
+fn expect(code: i32, words: &str) -> String {
+    let output = softdock(words);
+    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "softdock {words}\n{said}");
+    said
+}
+
+/// A port that nobody has just now.
+fn free_port() -> u16 {
+    UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
+}
+
+const DRIVE: &str = "drive campaigns/probe_drogue.toml --run 1244";
+
+#[test]
+fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("drive");
+    let said = expect(0, &format!("{DRIVE} --virtual --band-runs 20 --out {}", out.display()));
+    assert!(said.contains("PASS") && said.contains("stopped by completed"), "{said}");
+    for file in ["log.mcap", "log.parquet", "evidence.csv", "drive.json"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let answer: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON");
+    assert_eq!(answer["success"], true);
+    assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(10));
+    let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
+    assert!(said.contains("equal, bit for bit") && said.contains("dead time"), "{said}");
+    // A log is never written over.
+    let said = expect(2, &format!("{DRIVE} --virtual --no-band --out {}", out.display()));
+    assert!(said.contains("holds the log of a drive already"), "{said}");
+}
+
+#[test]
+fn wrong_words_are_refused_and_leave_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("never");
+    let cases = [
+        ("--arm", "all links are emulated"),
+        ("--robot1 rsi://127.0.0.1:1?spin=3", "has no option `spin`"),
+        ("--robot1 modbus://127.0.0.1", "no robot's protocol"),
+        ("--robot1 rsi://nowhere.invalid:59152", "is no host and port"),
+        ("--robot2 ethercat://nothing0", "does not say what the drives"),
+        ("--ft serial://ttyS0", "no sensor's protocol"),
+        ("--virtual --robot1 rsi://127.0.0.1:59152", "virtual time"),
+        ("--facility campaigns/smoke.toml", "there is no key `seed`"),
+        ("--facility campaigns/none.toml", "none.toml"),
+    ];
+    for (words, reason) in cases {
+        let said = expect(2, &format!("{DRIVE} {words} --no-band --out {}", out.display()));
+        assert!(said.contains(reason), "{words}\n{said}");
+        assert!(!out.exists(), "{words}: nothing is left");
+    }
+    let said = expect(2, "drive campaigns/probe_drogue.toml --run 2000 --virtual");
+    assert!(said.contains("take one of 0 to 1999"), "{said}");
+}
+
+#[test]
+fn spoiled_facility_and_effects_files_name_the_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shipped = fs::read_to_string(root().join("campaigns/facilities/reference.toml")).expect("the facility");
+    let robot = root().join("campaigns/models/kr300_r2500.toml");
+    let shipped = shipped.replace("../models/kr300_r2500.toml", &robot.display().to_string());
+    let cases = [
+        ("speed = [\"70 deg/s\"", "speed = [\"71 deg/s\"", "joint 1 may not move at"),
+        ("stop_cycles = 10", "stop_cycles = 3", "never held over"),
+        ("tool_mass = \"12 kg\"", "tool_mass = 12", "kg"),
+        ("force = \"1 kN\"", "force = \"-1 kN\"", "force"),
+        ("margin = \"1 deg\"", "margim = \"1 deg\"", "margim"),
+        ("jerk = [\"560e3 deg/s^3\", ", "jerk = [", "6"),
+    ];
+    for (old, new, reason) in cases {
+        assert!(shipped.contains(old), "{old}");
+        let path = folder.path().join("facility.toml");
+        fs::write(&path, shipped.replace(old, new)).expect("a file");
+        let said = expect(2, &format!("{DRIVE} --virtual --facility {}", path.display()));
+        assert!(said.contains(reason) && said.contains("facility.toml"), "{new}\n{said}");
+    }
+    let effects = folder.path().join("effects.toml");
+    for (text, reason) in [
+        ("schema = \"effects/1\"\n[set]\n\"facility.loop_dely\" = \"9 ms\"\n", "loop_dely"),
+        ("schema = \"effects/1\"\n[set]\n\"facility.loop_delay\" = 9\n", "facility.loop_delay"),
+        ("schema = \"effects/2\"\n[set]\n", "effects/1"),
+    ] {
+        fs::write(&effects, text).expect("a file");
+        let said = expect(
+            2,
+            &format!("emulate campaigns/scenarios/probe_drogue.toml --effects {} --seconds 1", effects.display()),
+        );
+        assert!(said.contains(reason), "{text}\n{said}");
+    }
+}
+
+#[test]
+fn kuka_controllers_get_their_configuration() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let words = format!("--robot1 rsi://10.0.0.1:59152 --rsi-config {}", folder.path().display());
+    expect(0, &format!("{DRIVE} {words}"));
+    let text = fs::read_to_string(folder.path().join("robot1_rsi_ethernet.xml")).expect("the file");
+    assert!(text.contains("<IP_NUMBER>10.0.0.1</IP_NUMBER>") && text.contains("TAG=\"EK.E1\""), "{text}");
+}
+
+/// Waits until a log has been flushed.
+fn until_there(path: &PathBuf, bytes: u64) {
+    let begin = Instant::now();
+    while fs::metadata(path).map_or(0, |file| file.len()) < bytes {
+        assert!(begin.elapsed() < Duration::from_secs(30), "{} stays small", path.display());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_killed_drive_leaves_a_log_that_can_be_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("drive");
+    // Real time, so that there is time to kill it.
+    let words = format!("{DRIVE} --no-band --priority 0 --out {}", out.display());
+    let mut child = command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("softdock starts");
+    until_there(&out.join("log.mcap"), 400_000);
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
+    assert!(said.contains("ends early") && said.contains("equal, bit for bit"), "{said}");
+}
+
+#[test]
+fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, truth) = (folder.path().join("drive"), folder.path().join("truth.json"));
+    let (one, two, http, rdt) = (free_port(), free_port(), free_port(), free_port());
+    let links = format!(
+        "--robot1 rsi://127.0.0.1:{one} --robot2 rsi://127.0.0.1:{two} --ft netft://127.0.0.1:{rdt}?http={http}"
+    );
+    let words =
+        format!("emulate campaigns/probe_drogue.toml --run 1244 {links} --seconds 20 --truth {}", truth.display());
+    let emulator = command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
+    std::thread::sleep(Duration::from_secs(1));
+    let said = expect(0, &format!("{DRIVE} {links} --no-band --out {}", out.display()));
+    assert!(said.contains("dry run") && said.contains("stopped by completed"), "{said}");
+    let ended = emulator.wait_with_output().expect("the emulator ends by itself");
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    // Only the emulated robots of the dry run have met.
+    let truth: serde_json::Value = serde_json::from_str(&fs::read_to_string(&truth).expect("the truth")).expect("JSON");
+    assert_eq!(truth["peak_force"], 0.0);
+}
