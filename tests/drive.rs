@@ -87,7 +87,7 @@ fn spoiled_facility_and_effects_files_name_the_key() {
     let shipped = shipped.replace("../models/kr300_r2500.toml", &robot.display().to_string());
     let cases = [
         ("speed = [\"70 deg/s\"", "speed = [\"71 deg/s\"", "joint 1 may not move at"),
-        ("stop_cycles = 10", "stop_cycles = 3", "never held over"),
+        ("stop_cycles = 10", "stop_cycles = 3", "is dead after 3"),
         ("tool_mass = \"12 kg\"", "tool_mass = 12", "kg"),
         ("force = \"1 kN\"", "force = \"-1 kN\"", "force"),
         ("margin = \"1 deg\"", "margim = \"1 deg\"", "margim"),
