@@ -3,7 +3,7 @@
 use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
-use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, tag_map};
+use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map};
 use crate::realtime::apply;
 use crate::words::{Exit, explain, json, refuse, say};
 use miette::IntoDiagnostic;
@@ -29,7 +29,7 @@ use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
 use softdock_realtime::protocol::{Controller, SensorBox};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -140,16 +140,6 @@ fn replaced(draw: &Params<f64>, before: &Params<f64>, after: &Params<f64>) -> Pa
     from_slice(&values)
 }
 
-fn local() -> SocketAddr {
-    SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0))
-}
-
-fn bound(address: SocketAddr) -> miette::Result<UdpPort> {
-    UdpPort::bind(address).map_err(|error| {
-        refuse(format!("cannot listen on {address}: {error}"), "another program has this port: `ss -lunp` shows who")
-    })
-}
-
 /// A controller that nobody hears: the robot stands.
 struct Idle([f64; 7]);
 
@@ -183,20 +173,20 @@ fn controller(
     servers: &mut Servers,
 ) -> miette::Result<(Box<dyn Controller>, UdpPort)> {
     let Some(text) = address else {
-        return Ok((Box::new(Idle([0.0; 7])), bound(local())?));
+        return Ok((Box::new(Idle([0.0; 7])), bind(anywhere())?));
     };
     let address = Address::parse(text)?;
     match address.scheme.as_str() {
         "rsi" => {
             address.only(&["cycle_ms", "type", "mode"])?;
             let settings = KrcSettings::new(tag_map(&address, rail)?, address.socket(RSI_PORT)?);
-            Ok((Box::new(Krc::new(settings)), bound(local())?))
+            Ok((Box::new(Krc::new(settings)), bind(anywhere())?))
         }
         "egm" => {
             address.only(&["cycle_ms"])?;
             let settings =
                 EgmSettings { cycle: address.cycle(4.0)?, rail, ..EgmSettings::new(address.socket(EGM_PORT)?) };
-            Ok((Box::new(EgmController::new(settings)), bound(local())?))
+            Ok((Box::new(EgmController::new(settings)), bind(anywhere())?))
         }
         "fanuc" => {
             address.only(&["cycle_ms", "rmi"])?;
@@ -205,7 +195,7 @@ fn controller(
             servers.rmi.push(RmiServer::start(SocketAddr::new(place.ip(), rmi)).into_diagnostic()?);
             let mut controller = FanucController::new(address.cycle(8.0)?, 3);
             controller.run_program(true);
-            Ok((Box::new(controller), bound(place)?))
+            Ok((Box::new(controller), bind(place)?))
         }
         other => Err(refuse(format!("`{other}://` is no robot's protocol here"), "write rsi://, egm:// or fanuc://")),
     }
@@ -215,7 +205,7 @@ fn controller(
 fn sensor_box(address: Option<&str>, servers: &mut Servers) -> miette::Result<(Box<dyn SensorBox>, UdpPort)> {
     let calibration = Calibration::new(COUNTS, COUNTS).into_diagnostic()?;
     let Some(text) = address else {
-        return Ok((Box::new(NetBox::new(calibration, Nanos::from_millis(1))), bound(local())?));
+        return Ok((Box::new(NetBox::new(calibration, Nanos::from_millis(1))), bind(anywhere())?));
     };
     let address = Address::parse(text)?;
     if address.scheme != "netft" {
@@ -231,5 +221,5 @@ fn sensor_box(address: Option<&str>, servers: &mut Servers) -> miette::Result<(B
         refuse(format!("cannot serve HTTP on port {http}: {error}"), "write another one: netft://BIND?http=8080")
     })?);
     let period = Nanos::from_seconds(1.0 / rate.clamp(1.0, 1e4));
-    Ok((Box::new(NetBox::new(calibration, period)), bound(place)?))
+    Ok((Box::new(NetBox::new(calibration, period)), bind(place)?))
 }

@@ -102,14 +102,16 @@ pub(crate) fn rsi_configurations(addresses: &Addresses, station: &Station) -> mi
         .collect()
 }
 
-fn bind(address: SocketAddr) -> miette::Result<UdpPort> {
+/// Listens on a local address.
+pub(crate) fn bind(address: SocketAddr) -> miette::Result<UdpPort> {
     UdpPort::bind(address).map_err(|error| {
         let remedy = "another program has this port, or the address is not of this machine: `ss -lunp` shows who";
         refuse(format!("cannot listen on {address}: {error}"), remedy)
     })
 }
 
-fn anywhere() -> SocketAddr {
+/// Any free port of this machine.
+pub(crate) fn anywhere() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0))
 }
 

@@ -1,5 +1,6 @@
 //! What all drivers share: whose datagrams count, and the newest of several that wait.
 
+use crate::signals::LinkCounters;
 use crate::time::Nanos;
 use crate::wire::{MAX_DATAGRAM, Port};
 use std::io;
@@ -72,6 +73,41 @@ pub(crate) fn newest<T>(
 /// How far a 32-bit count has come since an earlier one; negative if it has gone back. Right across the wrap.
 pub(crate) fn progress(from: u32, to: u32) -> i32 {
     to.wrapping_sub(from) as i32
+}
+
+/// Largest gap in a count of messages that is believed: 40 s at 4 ms, longer than any session waits.
+const MAX_GAP: i32 = 10_000;
+
+/// The count and the time that a robot's messages carry, followed message by message.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Succession {
+    /// Count and time \[ms\] of the last message.
+    last: Option<(u32, u32)>,
+    /// Time of the controller, unwrapped.
+    pub(crate) stamp: Nanos,
+}
+
+impl Succession {
+    /// Whether a message is newer than the last one and believable; counts those that are not, and those between.
+    pub(crate) fn admits(&mut self, sequence: u32, time_ms: u32, counters: &mut LinkCounters) -> bool {
+        let Some((last, time)) = self.last else {
+            (self.last, self.stamp) = (Some((sequence, time_ms)), Nanos::from_millis(i64::from(time_ms)));
+            return true;
+        };
+        let gap = progress(last, sequence);
+        if gap <= 0 {
+            counters.stale += 1;
+            return false;
+        }
+        if gap > MAX_GAP {
+            counters.malformed += 1;
+            return false;
+        }
+        counters.lost += gap as u64 - 1;
+        self.stamp += Nanos::from_millis(i64::from(progress(time, time_ms)));
+        self.last = Some((sequence, time_ms));
+        true
+    }
 }
 
 #[cfg(test)]

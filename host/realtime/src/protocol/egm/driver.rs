@@ -1,7 +1,7 @@
 //! Our side of EGM: a robot that reports first, each cycle, and takes joint targets.
 
 use super::messages::{Axes, Motion, RobotReport, SensorCommand};
-use crate::protocol::link::{self, Peer, progress};
+use crate::protocol::link::{self, Peer, Succession};
 use crate::signals::{
     AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible,
 };
@@ -10,8 +10,6 @@ use crate::wire::Port;
 use softdock_kernels::vector::{Pose, Quat, vec3};
 use std::net::IpAddr;
 
-/// Largest gap in the count of messages that is believed: 40 s at 4 ms.
-const MAX_GAP: i32 = 10_000;
 /// Largest tool position that is believed \[mm\].
 const MAX_POSE: f64 = 1e6;
 
@@ -28,10 +26,8 @@ pub struct EgmRobot<P> {
 /// What the session has seen and asked for.
 #[derive(Clone, Copy, Debug, Default)]
 struct Session {
-    /// Count and time of the last report \[ms\].
-    last: Option<(u32, u32)>,
-    /// The robot's time, unwrapped.
-    stamp: Nanos,
+    /// How far the messages have come.
+    succession: Succession,
     /// Where it is held before any motion, and later where it was last asked to be: joints \[rad\], rail \[m\].
     asked: Option<[f64; AXES]>,
     /// Until when the last report can be answered.
@@ -104,28 +100,15 @@ fn take(
         counters.malformed += 1;
         return None;
     };
-    if let Some((sequence, time)) = session.last {
-        let gap = progress(sequence, report.sequence);
-        if gap <= 0 {
-            counters.stale += 1;
-            return None;
-        }
-        if gap > MAX_GAP {
-            counters.malformed += 1;
-            return None;
-        }
-        counters.lost += gap as u64 - 1;
-        session.stamp += Nanos::from_millis(i64::from(progress(time, report.time_ms)));
-    } else {
-        session.stamp = Nanos::from_millis(i64::from(report.time_ms));
+    if !session.succession.admits(report.sequence, report.time_ms, counters) {
+        return None;
     }
-    session.last = Some((report.sequence, report.time_ms));
     if session.asked.is_none() || !state.ready {
         // Held where its planner has it: where it is measured to be sags under load. While it does not follow it may be
         // moved by others, and must be held there once it does.
         session.asked = state.asked.or(Some(state.position));
     }
-    state.stamp = session.stamp;
+    state.stamp = session.succession.stamp;
     state.ready &= !session.ended;
     Some(state)
 }

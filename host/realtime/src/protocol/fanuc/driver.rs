@@ -2,15 +2,13 @@
 
 use super::packets::{BASE_VERSION, Capability, Command, Reply, Request, Status, WIRE_AXES};
 use crate::protocol::attitude;
-use crate::protocol::link::{self, Peer, progress};
+use crate::protocol::link::{self, Peer, Succession};
 use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RAIL, Robot, RobotState, plausible};
 use crate::time::Nanos;
 use crate::wire::Port;
 use softdock_kernels::vector::{Pose, vec3};
 use std::net::SocketAddr;
 
-/// Largest gap in the count of status packets that is believed: 80 s at 125 Hz.
-const MAX_GAP: i32 = 10_000;
 /// Largest faceplate position that is believed \[mm\].
 const MAX_POSE: f32 = 1e6;
 /// How long before the end of a cycle a command must leave, and how far it must be from the one before. A controller
@@ -47,8 +45,8 @@ enum Phase {
 #[derive(Clone, Copy, Debug, Default)]
 struct Session {
     last: Option<Status>,
-    /// Time of the controller, unwrapped.
-    stamp: Nanos,
+    /// How far the messages have come.
+    succession: Succession,
     /// Targets that it was last told \[rad\].
     asked: Option<[f64; AXES]>,
     /// The status that wants an answer, and until when.
@@ -141,26 +139,14 @@ fn take(session: &mut Session, counters: &mut LinkCounters, status: Status, now:
         counters.malformed += 1;
         return None;
     }
-    if let Some(last) = session.last {
-        let gap = progress(last.sequence, status.sequence);
-        if gap <= 0 {
-            counters.stale += 1;
-            return None;
-        }
-        if gap > MAX_GAP {
-            counters.malformed += 1;
-            return None;
-        }
-        counters.lost += gap as u64 - 1;
-        session.stamp += Nanos::from_millis(i64::from(progress(last.time_stamp, status.time_stamp)));
-    } else {
-        session.stamp = Nanos::from_millis(i64::from(status.time_stamp));
+    if !session.succession.admits(status.sequence, status.time_stamp, counters) {
+        return None;
     }
     session.last = Some(status);
     let [x, y, z, w, p, r] = std::array::from_fn(|index| f64::from(status.pose[index]));
     let attitude = attitude::from_zyx([r.to_radians(), p.to_radians(), w.to_radians()]);
     Some(RobotState {
-        stamp: session.stamp,
+        stamp: session.succession.stamp,
         received: now,
         position,
         asked: session.asked,
