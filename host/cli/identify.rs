@@ -5,12 +5,12 @@ use crate::words::{Exit, explain, json, refuse, say};
 use miette::{IntoDiagnostic, Report};
 use softdock_analysis::number::significant;
 use softdock_campaign::Robot;
-use softdock_diagnosis::excitation::{self, DesignOptions};
-use softdock_diagnosis::marks::read_marks;
-use softdock_diagnosis::motion::Preparation;
-use softdock_diagnosis::motion_page;
-use softdock_diagnosis::report::{page, summary, terminal};
-use softdock_diagnosis::{Error, Options};
+use softdock_diagnosis::identify::excitation::{self, DesignOptions};
+use softdock_diagnosis::identify::marks::read_marks;
+use softdock_diagnosis::identify::motion::Preparation;
+use softdock_diagnosis::identify::motion_page;
+use softdock_diagnosis::identify::report::{page, summary, terminal};
+use softdock_diagnosis::{Error, identify::Options};
 use softdock_results::write_file;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ fn robot(args: &RobotArgs) -> miette::Result<Exit> {
     let marks =
         args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_marks(path, prior.joints.len())).map_err(told)?;
     let found =
-        softdock_diagnosis::identify(&prior, &paths(&args.logs), &paths(&args.validate), &options).map_err(told)?;
+        softdock_diagnosis::identify::identify(&prior, &paths(&args.logs), &paths(&args.validate), &options).map_err(told)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", prior.id)));
     let remarks = [
         format!("{}, identified by softdock {}", prior.title, env!("CARGO_PKG_VERSION")),

@@ -30,6 +30,7 @@ pub fn unit_suffix(unit: &str) -> &'static str {
     match unit {
         "1" | "bits" => "",
         "kg" => "kg",
+        "kg m^2" => "kg_m2",
         "m" => "m",
         "s" => "s",
         "ns" => "ns",

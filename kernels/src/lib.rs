@@ -5,6 +5,7 @@
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
 mod aba;
+pub mod block;
 pub mod chain;
 pub mod compensator;
 pub mod contact;

@@ -1,6 +1,7 @@
 //! Runs a batch of HIL loops: on CPU lanes, or on a GPU; the only crate that names wgpu.
 
 pub mod bench;
+pub mod blocks;
 pub mod cpu;
 pub mod effective_mass;
 pub mod failover;

@@ -1,7 +1,7 @@
 //! A designed motion: inside every limit, better than chance, and at rest where it begins.
 
 use crate::kr300;
-use softdock_diagnosis::excitation::{DesignOptions, design};
+use softdock_diagnosis::identify::excitation::{DesignOptions, design};
 
 #[test]
 fn a_designed_motion_keeps_its_limits_and_beats_chance() {

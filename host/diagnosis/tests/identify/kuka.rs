@@ -2,13 +2,13 @@
 
 use crate::{kr300, root};
 use softdock_campaign::Robot;
-use softdock_diagnosis::consistent::pseudo_inertia;
-use softdock_diagnosis::layout::INERTIAL;
-use softdock_diagnosis::log::Recording;
-use softdock_diagnosis::marks::read_marks;
-use softdock_diagnosis::model::predicted;
-use softdock_diagnosis::motion::Motion;
-use softdock_diagnosis::{Options, identify};
+use softdock_diagnosis::identify::consistent::pseudo_inertia;
+use softdock_diagnosis::identify::layout::INERTIAL;
+use softdock_diagnosis::identify::log::Recording;
+use softdock_diagnosis::identify::marks::read_marks;
+use softdock_diagnosis::identify::model::predicted;
+use softdock_diagnosis::identify::motion::Motion;
+use softdock_diagnosis::identify::{Options, identify};
 
 /// Relative errors in per cent that a good model of these recordings reaches.
 const GOAL: [f64; 6] = [50.0, 38.0, 13.0, 42.0, 17.0, 25.0];

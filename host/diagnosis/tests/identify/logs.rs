@@ -2,8 +2,8 @@
 
 use crate::kr300;
 use softdock_campaign::Robot;
-use softdock_diagnosis::log::Recording;
-use softdock_diagnosis::{Options, identify};
+use softdock_diagnosis::identify::log::Recording;
+use softdock_diagnosis::identify::{Options, identify};
 use softdock_results::{Column, Kind, Table, Values, write_table};
 use std::path::PathBuf;
 

@@ -1,15 +1,33 @@
 //! Identification of a robot: from recordings to a physically consistent model with its errors and what is left.
 
-use crate::base::{Base, LeastSquares};
-use crate::choose::{Folds, Score};
-use crate::consistent::Prior;
-use crate::elasticity::{Elasticity, elasticity};
-use crate::layout::Layout;
-use crate::log::Recording;
-use crate::model::{identified, predicted};
-use crate::motion::{Motion, Preparation};
-use crate::system::{Shape, System, rms, shapes};
-use crate::whiteness::Whiteness;
+pub mod base;
+pub mod choose;
+pub mod consistent;
+pub mod elasticity;
+pub mod excitation;
+pub mod filter;
+pub mod layout;
+pub mod log;
+pub mod marks;
+pub mod model;
+pub mod motion;
+pub mod motion_page;
+pub mod regressor;
+pub mod report;
+pub mod series;
+pub mod system;
+pub mod whiteness;
+
+use crate::identify::base::{Base, LeastSquares};
+use crate::identify::choose::{Folds, Score};
+use crate::identify::consistent::Prior;
+use crate::identify::elasticity::{Elasticity, elasticity};
+use crate::identify::layout::Layout;
+use crate::identify::log::Recording;
+use crate::identify::model::{identified, predicted};
+use crate::identify::motion::{Motion, Preparation};
+use crate::identify::system::{Shape, System, rms, shapes};
+use crate::identify::whiteness::Whiteness;
 use crate::{Error, Result};
 use nalgebra::DVector;
 use softdock_campaign::Robot;

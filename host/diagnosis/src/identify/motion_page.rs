@@ -1,7 +1,7 @@
 //! A designed motion as files: set points for the robot in its own columns, figures for people and for programs.
 
 use crate::Result;
-use crate::excitation::{Excitation, Uses};
+use crate::identify::excitation::{Excitation, Uses};
 use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -55,7 +55,7 @@ pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
 
 /// The motion for programs: coefficients, condition number, use of the limits.
 pub fn summary(robot: &Robot, motion: &Excitation) -> Value {
-    let joint = |(series, facts): (&crate::series::Series, &softdock_campaign::robot::JointFacts)| {
+    let joint = |(series, facts): (&crate::identify::series::Series, &softdock_campaign::robot::JointFacts)| {
         json!({
             "joint": facts.name, "mean_rad": series.mean,
             "cosine_rad": series.coefficients.iter().map(|c| c.0).collect::<Vec<_>>(),
@@ -107,7 +107,7 @@ pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String>
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
-    let template = environment.template_from_str(include_str!("page/motion.html"));
+    let template = environment.template_from_str(include_str!("../page/motion.html"));
     let template = template.map_err(softdock_analysis::Error::from)?;
     Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
 }

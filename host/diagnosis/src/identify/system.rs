@@ -1,8 +1,8 @@
 //! The overdetermined equations of all samples, joint by joint: measured torque = row of the regressor * parameters.
 
-use crate::layout::Layout;
-use crate::motion::Motion;
-use crate::regressor::rigid_regressor;
+use crate::identify::layout::Layout;
+use crate::identify::motion::Motion;
+use crate::identify::regressor::rigid_regressor;
 use nalgebra::{DMatrix, DVector};
 use softdock_campaign::Robot;
 

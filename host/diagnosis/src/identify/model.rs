@@ -1,8 +1,8 @@
 //! From parameters back to a robot model, and the torques that a model predicts for a motion.
 
-use crate::layout::{INERTIAL, Layout};
-use crate::motion::Motion;
-use crate::system::Shape;
+use crate::identify::layout::{INERTIAL, Layout};
+use crate::identify::motion::Motion;
+use crate::identify::system::Shape;
 use nalgebra::DVector;
 use softdock_campaign::Robot;
 use softdock_kernels::manipulator::{Counterweight, Manipulator, inverse_dynamics};

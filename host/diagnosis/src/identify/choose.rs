@@ -1,8 +1,8 @@
 //! Hyper-parameters by cross-validation inside the fitted recordings: weight of the a-priori robot, shape of friction.
 
-use crate::consistent::Prior;
-use crate::motion::Motion;
-use crate::system::{Rows, Shape, System};
+use crate::identify::consistent::Prior;
+use crate::identify::motion::Motion;
+use crate::identify::system::{Rows, Shape, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Blocks of consecutive samples; each is predicted from the others.

@@ -1,7 +1,7 @@
 //! A recording made ready: smooth angles with their derivatives, torques passed through the same filter.
 
-use crate::filter::{Smoother, period_mean};
-use crate::log::Recording;
+use crate::identify::filter::{Smoother, period_mean};
+use crate::identify::log::Recording;
 use crate::{Error, Result};
 use softdock_kernels::manipulator::bristle;
 

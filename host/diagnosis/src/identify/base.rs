@@ -1,10 +1,10 @@
 //! Base parameters: the combinations that joint torques can show, found by rank-revealing QR, and their least squares.
 
-use crate::filter::Smoother;
-use crate::layout::{INERTIAL, Layout};
-use crate::motion::Motion;
-use crate::regressor::rigid_regressor;
-use crate::system::{System, rms};
+use crate::identify::filter::Smoother;
+use crate::identify::layout::{INERTIAL, Layout};
+use crate::identify::motion::Motion;
+use crate::identify::regressor::rigid_regressor;
+use crate::identify::system::{System, rms};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use softdock_campaign::Robot;
 use softdock_kernels::philox;

@@ -1,9 +1,9 @@
 //! The identification's page and summary: one self-contained HTML file, and the same figures for programs.
 
 use crate::Result;
+use crate::identify::layout::Layout;
+use crate::identify::marks::Mark;
 use crate::identify::{Compared, Comparison, Identification};
-use crate::layout::Layout;
-use crate::marks::Mark;
 use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -127,7 +127,7 @@ pub fn page(found: &Identification, marks: &[Mark], command: &str) -> Result<Str
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
     environment
-        .add_template("identify.html", include_str!("page/identify.html"))
+        .add_template("identify.html", include_str!("../page/identify.html"))
         .map_err(softdock_analysis::Error::from)?;
     let template = environment.get_template("identify.html").map_err(softdock_analysis::Error::from)?;
     Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
@@ -236,7 +236,7 @@ fn base_rows(found: &Identification) -> Vec<BaseRow> {
 }
 
 /// The parameters in a combination, in words.
-fn combination(layout: &Layout, ls: &crate::base::LeastSquares, index: usize, name: String) -> String {
+fn combination(layout: &Layout, ls: &crate::identify::base::LeastSquares, index: usize, name: String) -> String {
     let others = ls.base.map.row(index);
     let parts = others.iter().enumerate().filter(|(at, factor)| *at != ls.base.independent[index] && **factor != 0.0);
     let parts: Vec<String> = parts
@@ -254,7 +254,7 @@ fn combination(layout: &Layout, ls: &crate::base::LeastSquares, index: usize, na
 }
 
 fn score_rows(found: &Identification) -> Vec<ScoreRow> {
-    let row = |score: &crate::choose::Score| ScoreRow {
+    let row = |score: &crate::identify::choose::Score| ScoreRow {
         lambda: significant(score.lambda, 2),
         mean: percent(score.mean()),
         errors: score.errors.iter().map(|error| percent(*error)).collect(),
@@ -264,7 +264,7 @@ fn score_rows(found: &Identification) -> Vec<ScoreRow> {
 }
 
 fn elasticity_rows(found: &Identification) -> Vec<ElasticityRow> {
-    let row = |row: &crate::elasticity::Elasticity| ElasticityRow {
+    let row = |row: &crate::identify::elasticity::Elasticity| ElasticityRow {
         joint: found.robot.joints[row.joint].name.clone(),
         difference: digits_of(row.difference_rad.to_degrees(), 3),
         lag: digits_of(1e3 * row.lag_s, 3),

@@ -1,0 +1,141 @@
+//! A joint's controller between the reference that it was sent and the torque that it asked for.
+//!
+//! Proportional and derivative on the measured angle, with feedforward from a model, sampled at its own period, which is
+//! the step. The reference may come late, lag, be held or be limited on its way; the output is the torque asked for.
+
+use super::Block;
+use crate::bundle;
+use crate::math::exp;
+use crate::real::Real;
+
+bundle! {
+    /// A controller's values, what may happen to its reference, and what may differ unnoticed.
+    ControllerValues {
+        position_gain: R, "N m/rad", "torque per position error";
+        velocity_gain: R, "N m s/rad", "torque per rate error";
+        derivative_lag: R, "s", "time constant of the low-pass on the measured rate";
+        inertia: R, "kg m^2", "feedforward of the reference's acceleration";
+        viscous: R, "N m s/rad", "feedforward of the reference's rate";
+        torque_limit: R, "N m", "greatest torque that is asked for";
+        delay: R, "s", "transport delay of the reference";
+        clock_offset: R, "s", "how much later the reference arrives than its time stamp says, for want of a common clock";
+        clock_skew: R, "1", "growth of the delay with time";
+        hold: R, "s", "period over which the reference is held";
+        lag: R, "s", "time constant of a lag of the reference";
+        rate_limit: R, "rad/s", "greatest rate of the reference";
+        offset: R, "N m", "torque asked for beyond what the controller says";
+    }
+}
+
+bundle! {
+    /// What a controller measures and adds at an instant.
+    ControllerInput {
+        angle: R, "rad", "measured angle";
+    }
+}
+
+bundle! {
+    /// A reference as it was sent.
+    Reference {
+        angle: R, "rad", "angle";
+        rate: R, "rad/s", "rate";
+        acceleration: R, "rad/s^2", "acceleration";
+        feedforward: R, "N m", "feedforward of friction and weight";
+    }
+}
+
+bundle! {
+    /// What is hidden in a controller.
+    ControllerHidden {
+        before: R, "rad", "measured angle a period ago";
+        rate: R, "rad/s", "measured rate behind the low-pass";
+        reference: Reference<R>, "1", "reference behind lag and limit";
+    }
+}
+
+bundle! {
+    /// What a controller asks for.
+    ControllerOutput {
+        asked: R, "N m", "torque";
+    }
+}
+
+/// A joint's controller, from reference to torque.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Controller;
+
+impl Block for Controller {
+    type Params<R: Real> = ControllerValues<R>;
+    type State<R: Real> = ControllerHidden<R>;
+    type Input<R: Real> = ControllerInput<R>;
+    type Late<R: Real> = Reference<R>;
+    type Output<R: Real> = ControllerOutput<R>;
+
+    #[inline(always)]
+    fn lateness<R: Real>(&self, p: &ControllerValues<R>, time: R) -> R {
+        let zero = R::lit(0.0);
+        let period = R::select(p.hold.le(zero), R::lit(1.0), p.hold);
+        let held = time - (time / period).floor() * period;
+        let late = p.clock_skew.mul_add(time, p.delay + p.clock_offset);
+        late + R::select(p.hold.le(zero), zero, held)
+    }
+
+    #[inline(always)]
+    fn start<R: Real>(
+        &self,
+        _p: &ControllerValues<R>,
+        u: &ControllerInput<R>,
+        late: &Reference<R>,
+    ) -> ControllerHidden<R> {
+        ControllerHidden { before: u.angle, rate: late.rate, reference: *late }
+    }
+
+    #[inline(always)]
+    fn advance<R: Real>(
+        &self,
+        step: f64,
+        p: &ControllerValues<R>,
+        s: &ControllerHidden<R>,
+        u: &ControllerInput<R>,
+        late: &Reference<R>,
+    ) -> ControllerHidden<R> {
+        let slope = (u.angle - s.before) * R::lit(1.0 / step);
+        let lagged = Reference {
+            angle: follow(step, p.lag, s.reference.angle, late.angle),
+            rate: follow(step, p.lag, s.reference.rate, late.rate),
+            acceleration: follow(step, p.lag, s.reference.acceleration, late.acceleration),
+            feedforward: follow(step, p.lag, s.reference.feedforward, late.feedforward),
+        };
+        let reach = p.rate_limit * R::lit(step);
+        let way = lagged.angle - s.reference.angle;
+        let cut = way.min(reach).max(-reach);
+        let rate = lagged.rate.min(p.rate_limit).max(-p.rate_limit);
+        ControllerHidden {
+            before: u.angle,
+            rate: follow(step, p.derivative_lag, s.rate, slope),
+            reference: Reference { angle: s.reference.angle + cut, rate, ..lagged },
+        }
+    }
+
+    #[inline(always)]
+    fn output<R: Real>(
+        &self,
+        p: &ControllerValues<R>,
+        s: &ControllerHidden<R>,
+        u: &ControllerInput<R>,
+        _late: &Reference<R>,
+    ) -> ControllerOutput<R> {
+        let r = &s.reference;
+        let back = (r.angle - u.angle).mul_add(p.position_gain, (r.rate - s.rate) * p.velocity_gain);
+        let ahead = r.acceleration.mul_add(p.inertia, r.rate.mul_add(p.viscous, r.feedforward));
+        let asked = back + ahead + p.offset;
+        ControllerOutput { asked: asked.min(p.torque_limit).max(-p.torque_limit) }
+    }
+}
+
+/// First-order lag, exact for a value that holds over the step; without a time constant nothing lags.
+#[inline(always)]
+fn follow<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
+    let share = R::lit(1.0) - exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
+    R::select(lag.le(R::lit(0.0)), to, (to - at).mul_add(share, at))
+}

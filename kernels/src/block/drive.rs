@@ -1,0 +1,322 @@
+//! A joint's drive between the torque that it was told and the motion that it made.
+//!
+//! The motor's motion is prescribed as measured. What is hidden is behind it: the link on its gear, the friction's
+//! presliding, the current loop. The output is the torque that the motion asks for beyond what the motor gave, which
+//! is nothing if the model is whole, and where a second encoder sits the place of the link behind the motor's.
+//! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
+
+use super::Block;
+use crate::bundle;
+use crate::manipulator::{Levels, bristle};
+use crate::math::{exp, sin_cos};
+use crate::real::Real;
+
+bundle! {
+    /// A drive's values, effects and what may differ unnoticed.
+    DriveValues {
+        motor_inertia: R, "kg m^2", "inertia of rotor and gear input";
+        inertia_error: R, "kg m^2", "inertia of the link beyond the model's";
+        coulomb: R, "N m", "Coulomb friction";
+        coulomb_asymmetry: R, "N m", "Coulomb friction forwards beyond that backwards, half of it";
+        viscous: R, "N m s/rad", "viscous friction";
+        stribeck: R, "N m", "static friction beyond Coulomb's";
+        stribeck_speed: R, "rad/s", "speed at which the static part has fallen to 1/e";
+        presliding_travel: R, "rad", "travel in which the presliding state comes 1/e closer to sliding";
+        load_coefficient: R, "1", "Coulomb friction per torque that the gear transmits";
+        cold_friction: R, "1", "share by which friction is higher at time zero than when warm";
+        warm_up: R, "s", "time constant of the warming up";
+        compliance: R, "rad/(N m)", "compliance of the gear";
+        gear_damping: R, "1", "damping ratio of the link on its gear";
+        half_backlash: R, "rad", "half of the gear's backlash";
+        ripple_sin: R, "N m", "torque ripple in phase with the sine of the motor's angle";
+        ripple_cos: R, "N m", "torque ripple in phase with its cosine";
+        ripple_cycles: R, "1/rad", "radians of the ripple's phase per radian of the joint";
+        wave_sin: R, "rad", "transmission error in phase with the sine of the motor's angle";
+        wave_cos: R, "rad", "transmission error in phase with its cosine";
+        wave_cycles: R, "1/rad", "radians of its phase per radian of the joint";
+        torque_constant_error: R, "1", "relative error of the torque constant";
+        current_lag: R, "s", "time constant of the current loop";
+        torque_limit: R, "N m", "greatest torque of the motor";
+        payload: R, "kg", "mass at the payload's place beyond the model's";
+        gravity_cos: R, "N m", "gravity torque beyond the model's, times cos q";
+        gravity_sin: R, "N m", "gravity torque beyond the model's, times sin q";
+        cable_stiffness: R, "N m/rad", "spring of cables and hoses";
+        cable_centre: R, "rad", "joint angle at which they pull neither way";
+        cable_hysteresis: R, "N m", "half the width of their hysteresis";
+        cable_travel: R, "rad", "travel in which their hysteresis turns to 1/e";
+        offset: R, "N m", "torque that the drive reports without giving it";
+        clock_offset: R, "s", "how much later the torque acts than its time stamp says";
+    }
+}
+
+bundle! {
+    /// What is measured of a drive at an instant, with what the model says of it.
+    DriveMotion {
+        angle: R, "rad", "motor angle";
+        rate: R, "rad/s", "motor rate";
+        acceleration: R, "rad/s^2", "motor acceleration";
+        carried: R, "N m", "torque of the link on a rigid gear by the model";
+        inertia: R, "kg m^2", "inertia of the link about the joint by the model";
+        payload: R, "m^2 rad/s^2", "torque of a kilogram at the payload's place, N m/kg";
+        time: R, "s", "time since the drive was switched on";
+    }
+}
+
+bundle! {
+    /// The torque that a drive was told, as its log has it.
+    Torque {
+        torque: R, "N m", "torque at the joint's side";
+    }
+}
+
+bundle! {
+    /// What is hidden in a drive.
+    DriveHidden {
+        given: R, "N m", "torque behind the current loop";
+        slip: R, "1", "presliding state of the friction, -1 to 1";
+        cable: R, "1", "state of the cables' hysteresis, -1 to 1";
+        windup: R, "rad", "motor angle less link angle, transmission error included";
+        windup_rate: R, "rad/s", "its rate";
+        pull: R, "N m", "torque of the link on a rigid gear";
+    }
+}
+
+bundle! {
+    /// What a drive's model says of a recording.
+    DriveOutput {
+        missing: R, "N m", "torque that the motion asks for beyond what the motor gave";
+        lag_angle: R, "rad", "link angle less motor angle";
+    }
+}
+
+/// Least compliance that counts \[rad/(N m)\]: a gear without any is rigid far beyond this.
+const RIGID: f64 = 1e-12;
+
+/// Least inertia of a link \[kg m^2\].
+const LIGHTEST: f64 = 1e-3;
+
+/// A joint's drive, from torque to motion.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drive;
+
+impl Block for Drive {
+    type Params<R: Real> = DriveValues<R>;
+    type State<R: Real> = DriveHidden<R>;
+    type Input<R: Real> = DriveMotion<R>;
+    type Late<R: Real> = Torque<R>;
+    type Output<R: Real> = DriveOutput<R>;
+
+    #[inline(always)]
+    fn lateness<R: Real>(&self, p: &DriveValues<R>, _time: R) -> R {
+        p.clock_offset
+    }
+
+    #[inline(always)]
+    fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
+        let zero = R::lit(0.0);
+        let cable = zero;
+        let pull = pull(p, u, cable);
+        let side = flank(pull, p.half_backlash);
+        DriveHidden {
+            given: limited(p, late.torque),
+            slip: direction(u.rate),
+            cable,
+            windup: pull.mul_add(p.compliance, side),
+            windup_rate: zero,
+            pull,
+        }
+    }
+
+    #[inline(always)]
+    fn advance<R: Real>(
+        &self,
+        step: f64,
+        p: &DriveValues<R>,
+        s: &DriveHidden<R>,
+        u: &DriveMotion<R>,
+        late: &Torque<R>,
+    ) -> DriveHidden<R> {
+        let moved = u.rate * R::lit(step);
+        let cable = bristle(s.cable, moved, p.cable_travel);
+        let pull = pull(p, u, cable);
+        let (windup, windup_rate) = wind(step, p, s, link_inertia(p, u), pull);
+        DriveHidden {
+            given: current_loop(step, p, s.given, limited(p, late.torque)),
+            slip: bristle(s.slip, moved, p.presliding_travel),
+            cable,
+            windup,
+            windup_rate,
+            pull,
+        }
+    }
+
+    #[inline(always)]
+    fn output<R: Real>(
+        &self,
+        p: &DriveValues<R>,
+        s: &DriveHidden<R>,
+        u: &DriveMotion<R>,
+        _late: &Torque<R>,
+    ) -> DriveOutput<R> {
+        let gear = gear_torque(p, s, link_inertia(p, u));
+        let asked = u.acceleration.mul_add(p.motor_inertia, gear + friction(p, s, u, gear));
+        let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
+        let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
+        let given = s.given.mul_add(p.torque_constant_error, s.given) - p.offset + ripple;
+        DriveOutput { missing: asked - given, lag_angle: wave(p, u).angle - s.windup }
+    }
+}
+
+/// Inertia of the link, never nothing.
+#[inline(always)]
+fn link_inertia<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
+    (u.inertia + p.inertia_error).max(R::lit(LIGHTEST))
+}
+
+/// Torque within the motor's limit.
+#[inline(always)]
+fn limited<R: Real>(p: &DriveValues<R>, torque: R) -> R {
+    torque.min(p.torque_limit).max(-p.torque_limit)
+}
+
+/// 1 forwards, -1 backwards, 0 at rest.
+#[inline(always)]
+fn direction<R: Real>(rate: R) -> R {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    R::select(zero.lt(rate), one, R::select(rate.lt(zero), -one, zero))
+}
+
+/// Current loop of first order, exact for a torque that holds over the step.
+#[inline(always)]
+fn current_loop<R: Real>(step: f64, p: &DriveValues<R>, given: R, told: R) -> R {
+    let zero = R::lit(0.0);
+    let share = R::lit(1.0) - exp(-(R::lit(step) / p.current_lag.max(R::lit(1e-9))));
+    R::select(p.current_lag.le(zero), told, (told - given).mul_add(share, given))
+}
+
+/// Friction on the motor's side against its motion, `gear` the torque that the gear transmits.
+#[inline(always)]
+fn friction<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, u: &DriveMotion<R>, gear: R) -> R {
+    let levels = Levels {
+        coulomb: p.coulomb,
+        viscous: p.viscous,
+        stribeck: p.stribeck,
+        stribeck_speed: p.stribeck_speed,
+        load_coefficient: p.load_coefficient,
+    };
+    let torque = s.slip.abs().mul_add(p.coulomb_asymmetry, levels.torque(s.slip, u.rate, gear));
+    let cold = exp(-(u.time / p.warm_up)) * p.cold_friction;
+    torque.mul_add(cold, torque)
+}
+
+/// The gear's transmission error and its second derivative.
+struct Wave<R> {
+    angle: R,
+    acceleration: R,
+}
+
+#[inline(always)]
+fn wave<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> Wave<R> {
+    let (sin, cos) = sin_cos(u.angle * p.wave_cycles);
+    let angle = sin.mul_add(p.wave_sin, cos * p.wave_cos);
+    let slope = (cos * p.wave_sin - sin * p.wave_cos) * p.wave_cycles;
+    let speed = u.rate * p.wave_cycles;
+    Wave { angle, acceleration: slope * u.acceleration - speed * speed * angle }
+}
+
+/// Torque that the link would ask for on a rigid gear: what the model carries, and the effects behind the gear.
+#[inline(always)]
+fn pull<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, cable: R) -> R {
+    let (sin, cos) = sin_cos(u.angle);
+    let gravity = cos.mul_add(p.gravity_cos, sin * p.gravity_sin);
+    let spring = (u.angle - p.cable_centre).mul_add(p.cable_stiffness, cable * p.cable_hysteresis);
+    let loads = u.payload.mul_add(p.payload, gravity + spring);
+    let inertial = u.acceleration.mul_add(p.inertia_error, wave(p, u).acceleration * link_inertia(p, u));
+    u.carried + (inertial + loads)
+}
+
+/// The flank that carries a torque; without one the middle of the play.
+#[inline(always)]
+fn flank<R: Real>(torque: R, half_backlash: R) -> R {
+    let one = R::lit(1.0);
+    torque.min(one).max(-one) * half_backlash
+}
+
+/// The link on its gear.
+struct Gear<R> {
+    compliance: R,
+    /// Angular frequency of the link on the gear with the motor held \[rad/s\].
+    frequency: R,
+    damping: R,
+}
+
+impl<R: Real> Gear<R> {
+    #[inline(always)]
+    fn of(p: &DriveValues<R>, inertia: R) -> Self {
+        let compliance = p.compliance.max(R::lit(RIGID));
+        let frequency = R::lit(1.0) / (inertia * compliance).sqrt();
+        Self { compliance, frequency, damping: p.gear_damping.min(R::lit(0.99)) }
+    }
+
+    /// Windup at rest under a torque, on the flank at `side`.
+    #[inline(always)]
+    fn rest(&self, torque: R, side: R) -> R {
+        torque.mul_add(self.compliance, side)
+    }
+}
+
+/// Torque that the gear transmits.
+#[inline(always)]
+fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R {
+    let gear = Gear::of(p, inertia);
+    let stretch = s.windup - s.windup.min(p.half_backlash).max(-p.half_backlash);
+    let damper = gear.damping * R::lit(2.0) * gear.frequency * inertia;
+    let torque = stretch / gear.compliance + damper * s.windup_rate;
+    R::select(engaged(p, s.windup), torque, R::lit(0.0))
+}
+
+#[inline(always)]
+fn engaged<R: Real>(p: &DriveValues<R>, windup: R) -> R::Mask {
+    p.half_backlash.le(R::lit(0.0)) | p.half_backlash.le(windup.abs())
+}
+
+/// Windup and its rate after a step over which the pull goes from `s.pull` to `pull` in a straight line.
+///
+/// Free in the play until a flank is met, then the exact motion of a damped spring: no step limit, however stiff.
+#[inline(always)]
+fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R, pull: R) -> (R, R) {
+    let (zero, half, step) = (R::lit(0.0), R::lit(0.5), R::lit(step));
+    let free = R::select(engaged(p, s.windup), zero, step);
+    let acceleration = (s.pull + pull) * half / inertia;
+    let reached = acceleration.mul_add(free * free * half, s.windup_rate.mul_add(free, s.windup));
+    let past = p.half_backlash.lt(reached.abs());
+    let side = R::select(reached.lt(zero), -p.half_backlash, p.half_backlash);
+    let way = reached - s.windup;
+    let met = free * ((side - s.windup) / R::select(past, way, R::lit(1.0)));
+    let flight = R::select(past, met.max(zero).min(free), free);
+    let windup = acceleration.mul_add(flight * flight * half, s.windup_rate.mul_add(flight, s.windup));
+    let rate = acceleration.mul_add(flight, s.windup_rate);
+
+    let gear = Gear::of(p, inertia);
+    let slope = (pull - s.pull) / step;
+    let behind = gear.damping * R::lit(2.0) / gear.frequency * slope;
+    let side = windup.min(p.half_backlash).max(-p.half_backlash);
+    let met_pull = slope.mul_add(flight, s.pull);
+    let apart = (windup - gear.rest(met_pull - behind, side), rate - slope * gear.compliance);
+    let (place, speed) = swing(&gear, step - flight, apart);
+    let swung = (place + gear.rest(pull - behind, side), speed + slope * gear.compliance);
+    let still_free = step.le(flight);
+    (R::select(still_free, windup, swung.0), R::select(still_free, rate, swung.1))
+}
+
+/// Free vibration about rest: place and speed after a time.
+#[inline(always)]
+fn swing<R: Real>(gear: &Gear<R>, time: R, (place, speed): (R, R)) -> (R, R) {
+    let decay = gear.damping * gear.frequency;
+    let damped = gear.frequency * (R::lit(1.0) - gear.damping * gear.damping).sqrt();
+    let (sin, cos) = sin_cos(damped * time);
+    let kept = exp(-(decay * time));
+    let quarter = (decay.mul_add(place, speed)) / damped;
+    let quarter_speed = (gear.frequency * gear.frequency).mul_add(place, decay * speed) / damped;
+    (kept * (place * cos + quarter * sin), kept * (speed * cos - quarter_speed * sin))
+}
