@@ -2,7 +2,7 @@
 
 use crate::compensator::{self, Compensation};
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
-use crate::fields::{Bundle, fields, to_vec};
+use crate::fields::{Bundle, fields};
 use crate::impedance::{self, Yielding};
 use crate::joint_level;
 use crate::load::{self, Load};
@@ -16,7 +16,7 @@ use crate::robot::{self, Robots};
 use crate::sensor::{self, Sensor};
 use crate::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use crate::test_motion::{self, Followed, Tracking};
-use crate::trace::{Sym, trace};
+use crate::trace::Sym;
 use crate::vector::Vec3;
 use crate::wgsl::{Function, Struct};
 
@@ -32,18 +32,20 @@ pub fn structure<B: Bundle<Sym>>() -> Struct {
 /// Traces one closure over named bundles.
 macro_rules! stage {
     ($name:ident($($argument:ident: $ty:ty),*) -> $result:ty => $body:expr) => {{
-        let arguments = vec![$((stringify!($argument).to_owned(), structure::<$ty>())),*];
-        let count = arguments.iter().map(|(_, s): &(String, Struct)| s.fields.len()).sum();
-        let graph = trace(count, |inputs| {
+        let arguments = vec![$((stringify!($argument).to_owned(), $crate::stages::structure::<$ty>())),*];
+        let count = arguments.iter().map(|(_, s): &(String, $crate::wgsl::Struct)| s.fields.len()).sum();
+        let graph = $crate::trace::trace(count, |inputs| {
             let mut inputs = inputs.iter().copied();
             let mut _next = || inputs.next().expect("one symbol per field");
-            $(let $argument = <$ty as Bundle<Sym>>::read(&mut _next);)*
+            $(let $argument = <$ty as $crate::fields::Bundle<$crate::trace::Sym>>::read(&mut _next);)*
             let result: $result = $body;
-            to_vec::<Sym, _>(&result)
+            $crate::fields::to_vec::<$crate::trace::Sym, _>(&result)
         });
-        Function { name: stringify!($name).to_owned(), arguments, result: structure::<$result>(), graph }
+        $crate::wgsl::Function { name: stringify!($name).to_owned(), arguments, result: $crate::stages::structure::<$result>(), graph }
     }};
 }
+
+pub(crate) use stage;
 
 /// The structs that the frame names, besides those of [`functions`].
 pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {

@@ -3,6 +3,7 @@
 mod arm;
 pub mod campaign;
 mod check;
+pub mod columns;
 pub mod compare;
 pub mod derived;
 pub mod dispersion;
@@ -19,6 +20,7 @@ mod problem;
 mod ranges;
 mod read;
 pub mod requirement;
+pub mod rig;
 pub mod robot;
 mod sampling;
 mod scenario;
@@ -35,6 +37,7 @@ pub use campaign::Campaign;
 pub use compare::Comparison;
 pub use histogram::histograms;
 pub use problem::{Problem, Problems};
+pub use rig::Rig;
 pub use robot::Robot;
 pub use sampling::Draw;
 pub use scenario::Scenario;
@@ -71,6 +74,11 @@ pub fn station_json_schema() -> String {
 /// JSON Schema of robot model files, for editors.
 pub fn robot_json_schema() -> String {
     pretty(&schemars::schema_for!(written::robot::RobotFile))
+}
+
+/// JSON Schema of rig model files, for editors.
+pub fn rig_json_schema() -> String {
+    pretty(&schemars::schema_for!(written::rig::RigFile))
 }
 
 fn pretty(schema: &schemars::Schema) -> String {

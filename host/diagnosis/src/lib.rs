@@ -1,6 +1,12 @@
 //! What measured data say of the models: identification of the robots, and diagnosis of what a simulation gets wrong.
 
+pub mod block;
 mod error;
 pub mod identify;
+pub mod inference;
+mod judge;
+pub mod library;
+pub mod recording;
 
 pub use error::{Error, Result};
+pub use judge::{Candidate, Judgement, judge};

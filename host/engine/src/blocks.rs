@@ -58,6 +58,11 @@ impl Kind {
         with_block!(self, block => of(block))
     }
 
+    /// The WGSL module that simulates the block with a step \[s\].
+    pub fn kernel(self, step: f64) -> String {
+        with_block!(self, block => softdock_kernels::block::kernel::kernel(block, step))
+    }
+
     /// The field table of the outputs.
     pub fn outputs(self) -> Vec<Field> {
         fn of<B: Block>(_: &B) -> Vec<Field> {
@@ -67,21 +72,19 @@ impl Kind {
     }
 }
 
+/// Outputs by recording and parameter set, each list sample by sample in the order of the field table.
+pub type Outputs = Vec<Vec<Vec<f64>>>;
+
 /// Simulates a block for every recording and every parameter set, in f64 on all cores.
 ///
 /// `sets` in the order of [`Kind::parameters`]; the result holds, recording by recording and set by set, the outputs
 /// sample by sample.
-pub fn simulate(kind: Kind, recordings: &[Recorded], sets: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+pub fn simulate(kind: Kind, recordings: &[Recorded], sets: &[Vec<f64>]) -> Outputs {
     let instructions = InstructionSet::detect();
     with_block!(kind, block => on_lanes(instructions, block, recordings, sets))
 }
 
-fn on_lanes<B: Block>(
-    instructions: InstructionSet,
-    block: &B,
-    recordings: &[Recorded],
-    sets: &[Vec<f64>],
-) -> Vec<Vec<Vec<f64>>> {
+fn on_lanes<B: Block>(instructions: InstructionSet, block: &B, recordings: &[Recorded], sets: &[Vec<f64>]) -> Outputs {
     let each = |recorded: &Recorded| -> Vec<Vec<f64>> {
         sets.par_chunks(softdock_kernels::lanes::WIDTH)
             .flat_map_iter(|chunk| dispatch(instructions, block, recorded, chunk))

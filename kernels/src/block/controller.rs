@@ -5,7 +5,9 @@
 
 use super::Block;
 use crate::bundle;
+use crate::fields::filled;
 use crate::math::exp;
+use crate::params::UNLIMITED;
 use crate::real::Real;
 
 bundle! {
@@ -24,6 +26,13 @@ bundle! {
         lag: R, "s", "time constant of a lag of the reference";
         rate_limit: R, "rad/s", "greatest rate of the reference";
         offset: R, "N m", "torque asked for beyond what the controller says";
+    }
+}
+
+impl ControllerValues<f64> {
+    /// A controller without gains, and a reference that comes at once.
+    pub fn null() -> Self {
+        Self { torque_limit: UNLIMITED, rate_limit: UNLIMITED, ..filled(0.0) }
     }
 }
 

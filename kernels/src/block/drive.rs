@@ -7,8 +7,10 @@
 
 use super::Block;
 use crate::bundle;
+use crate::fields::filled;
 use crate::manipulator::{Levels, bristle};
 use crate::math::{exp, sin_cos};
+use crate::params::UNLIMITED;
 use crate::real::Real;
 
 bundle! {
@@ -84,8 +86,18 @@ bundle! {
 bundle! {
     /// What a drive's model says of a recording.
     DriveOutput {
-        missing: R, "N m", "torque that the motion asks for beyond what the motor gave";
+        missing: R, "N m", "torque that the motion asks for beyond what the drive was told";
         lag_angle: R, "rad", "link angle less motor angle";
+    }
+}
+
+impl DriveValues<f64> {
+    /// A drive without friction, elasticity, errors or limits, and without a rotor.
+    pub fn null() -> Self {
+        let mut values: Self = filled(0.0);
+        (values.stribeck_speed, values.presliding_travel, values.cable_travel) = (0.02, 1e-4, 0.02);
+        (values.warm_up, values.gear_damping, values.torque_limit) = (1000.0, 0.05, UNLIMITED);
+        values
     }
 }
 
@@ -162,8 +174,9 @@ impl Block for Drive {
         let asked = u.acceleration.mul_add(p.motor_inertia, gear + friction(p, s, u, gear));
         let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
         let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
-        let given = s.given.mul_add(p.torque_constant_error, s.given) - p.offset + ripple;
-        DriveOutput { missing: asked - given, lag_angle: wave(p, u).angle - s.windup }
+        // In units of the measured torque, so that its noise counts the same whatever the torque constant.
+        let reported = (asked - ripple) / (R::lit(1.0) + p.torque_constant_error) + p.offset;
+        DriveOutput { missing: reported - s.given, lag_angle: wave(p, u).angle - s.windup }
     }
 }
 
@@ -272,7 +285,10 @@ fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R
     let stretch = s.windup - s.windup.min(p.half_backlash).max(-p.half_backlash);
     let damper = gear.damping * R::lit(2.0) * gear.frequency * inertia;
     let torque = stretch / gear.compliance + damper * s.windup_rate;
-    R::select(engaged(p, s.windup), torque, R::lit(0.0))
+    // Teeth with a gap push and never pull.
+    let (zero, loose) = (R::lit(0.0), R::lit(0.0).lt(p.half_backlash));
+    let pushed = R::select(s.windup.lt(zero), torque.min(zero), torque.max(zero));
+    R::select(engaged(p, s.windup), R::select(loose, pushed, torque), zero)
 }
 
 #[inline(always)]

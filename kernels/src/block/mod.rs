@@ -7,9 +7,13 @@
 
 pub mod controller;
 pub mod drive;
+pub mod kernel;
 mod replay;
 
 pub use replay::{Recorded, replay};
+
+#[cfg(test)]
+mod tests;
 
 use crate::fields::Bundle;
 use crate::real::Real;

@@ -1,9 +1,8 @@
 //! The column map of recordings: which signal stands in which column, in which unit.
 
 use crate::check::Checker;
-use crate::ranges::Range;
+use crate::columns::Column;
 use crate::suggest::suggestion;
-use crate::units::{UnitError, noun, quantity, suggestions};
 use crate::written::At;
 use crate::written::robot::LogTable;
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,19 +43,15 @@ pub struct Signal {
     pub joint: usize,
 }
 
-/// A column and what turns it into SI: `factor * column + offset`.
+/// A signal and the column that holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// What the column holds.
     pub signal: Signal,
     /// The signal's name in the file (`r1.q.1`).
     pub name: String,
-    /// Name of the column.
-    pub column: String,
-    /// SI per unit of the column.
-    pub factor: f64,
-    /// Added in SI.
-    pub offset: f64,
+    /// The column.
+    pub column: Column,
 }
 
 pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, joints: usize) -> Vec<Channel> {
@@ -73,7 +68,6 @@ pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, join
 }
 
 fn channel(c: &mut Checker, name: &str, written: &At<LogTable>, joints: usize) -> Option<Channel> {
-    let t = &written.value;
     let Some((signal, si)) = signal(name, joints) else {
         let known: Vec<String> =
             SIGNALS.iter().map(|row| if row.0 == "t" { "t".into() } else { format!("r1.{}.1", row.0) }).collect();
@@ -82,20 +76,8 @@ fn channel(c: &mut Checker, name: &str, written: &At<LogTable>, joints: usize) -
         c.refuse(&written.span, message, suggestion(name, &known));
         return None;
     };
-    let factor = match quantity(&format!("1 {}", t.unit.value), si) {
-        Ok(factor) => factor,
-        Err(error) => {
-            let message = match error {
-                UnitError::Mismatch { found } => format!("the unit of {found}, not of {}", noun(si)),
-                _ => format!("`{}` is no unit that is read", t.unit.value),
-            };
-            c.refuse(&t.unit.span, message, format!("write one of: {}", suggestions(si)));
-            return None;
-        }
-    };
-    let scale = c.number_or(&t.scale, 1.0, "1", Range::size(1e9));
-    let offset = c.number_or(&t.offset, 0.0, si, Range::size(1e9));
-    Some(Channel { signal, name: name.to_owned(), column: t.column.value.clone(), factor: factor * scale, offset })
+    let column = Column::read(c, written, si)?;
+    Some(Channel { signal, name: name.to_owned(), column })
 }
 
 /// `t`, or `r1.q.3`: the signal and its SI unit.

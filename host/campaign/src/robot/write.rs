@@ -36,9 +36,9 @@ impl Robot {
                 out,
                 "{:?} = {{ column = {}, unit = {si:?}, scale = {:?}, offset = \"{} {si}\" }}",
                 channel.name,
-                text(&channel.column),
-                channel.factor,
-                channel.offset
+                text(&channel.column.name),
+                channel.column.factor,
+                channel.column.offset
             );
         }
         out

@@ -4,6 +4,7 @@ pub(crate) mod campaign;
 pub(crate) mod compare;
 pub(crate) mod facility;
 pub(crate) mod joint_level;
+pub(crate) mod rig;
 pub(crate) mod robot;
 pub(crate) mod scenario;
 pub(crate) mod station;

@@ -1,5 +1,6 @@
 //! Recordings: CSV or Parquet, any columns, read through the model file's `[log]` into joint-side SI.
 
+use crate::recording::table::{Gaps, Wanted};
 use crate::{Error, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
@@ -88,87 +89,14 @@ impl Columns {
     }
 
     fn read(path: &Path, robot: &Robot) -> Result<Self> {
-        let names: Vec<&str> = robot.log.iter().map(|channel| channel.column.as_str()).collect();
-        let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
-        let columns = if is_parquet { parquet(path, &names, robot)? } else { csv(path, &names, robot)? };
+        let named = robot.log.iter().map(|channel| (channel.name.as_str(), channel.column.name.as_str())).collect();
+        let columns = Wanted { columns: named, model: &robot.file, gaps: Gaps::Refused }.read(path)?;
         let column = |(channel, values): (&Channel, Vec<f64>)| {
-            let values = values.iter().map(|value| value * channel.factor + channel.offset).collect();
+            let values = values.iter().map(|value| value * channel.column.factor + channel.column.offset).collect();
             Column { channel: channel.clone(), values }
         };
         Ok(Self(robot.log.iter().zip(columns).map(column).collect()))
     }
-}
-
-/// The error for a column that the file lacks.
-fn no_column(path: &Path, line: Option<usize>, name: &str, robot: &Robot, known: &[String]) -> Error {
-    let signal = robot.log.iter().find(|channel| channel.column == name).map_or("", |channel| channel.name.as_str());
-    let what = format!("there is no column `{name}`, which [log] of {} names for `{signal}`", robot.file);
-    let shown: Vec<&str> = known.iter().take(12).map(String::as_str).collect();
-    let more = if known.len() > shown.len() { ", ..." } else { "" };
-    Error::log(path, line, what, format!("name one of its columns there: {}{more}", shown.join(", ")))
-}
-
-fn parquet(path: &Path, names: &[&str], robot: &Robot) -> Result<Vec<Vec<f64>>> {
-    let known = softdock_results::foreign::column_names(path)?;
-    if let Some(name) = names.iter().find(|name| !known.iter().any(|column| column == *name)) {
-        return Err(no_column(path, None, name, robot, &known));
-    }
-    let columns = softdock_results::foreign::number_columns(path, names).map_err(|error| match error {
-        softdock_results::Error::Contract { what, .. } => {
-            Error::log(path, None, what, format!("name columns of numbers in [log] of {}", robot.file))
-        }
-        other => other.into(),
-    })?;
-    for (name, values) in names.iter().zip(&columns) {
-        if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-            let what = format!("row {} of column `{name}` is no finite number", row + 1);
-            return Err(Error::log(path, None, what, "cut the recording so that every row is complete"));
-        }
-    }
-    Ok(columns)
-}
-
-fn csv(path: &Path, names: &[&str], robot: &Robot) -> Result<Vec<Vec<f64>>> {
-    let bytes = std::fs::read(path)
-        .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        Error::log(path, None, "is not UTF-8 text", "save it as UTF-8, or as Parquet with the ending .parquet")
-    })?;
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, header)) = lines.next() else {
-        return Err(Error::log(path, None, "the file is empty", "name a CSV file with a header, or a Parquet file"));
-    };
-    let known: Vec<String> = header.split(',').map(|cell| clean(cell).to_owned()).collect();
-    let places: Vec<usize> = names
-        .iter()
-        .map(|name| {
-            let place = known.iter().position(|column| column == name);
-            place.ok_or_else(|| no_column(path, Some(1), name, robot, &known))
-        })
-        .collect::<Result<_>>()?;
-    let mut columns = vec![Vec::new(); names.len()];
-    for (number, line) in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        if cells.len() != known.len() {
-            let what = format!("{} values where the header names {} columns", cells.len(), known.len());
-            return Err(Error::log(path, Some(number + 1), what, "complete or remove the row"));
-        }
-        for ((name, place), column) in names.iter().zip(&places).zip(&mut columns) {
-            let cell = clean(cells[*place]);
-            let value: Option<f64> = cell.parse().ok().filter(|value: &f64| value.is_finite());
-            let value = value.ok_or_else(|| {
-                let what = format!("`{cell}` in column `{name}` is no finite number");
-                Error::log(path, Some(number + 1), what, "cut the recording so that every row is complete")
-            })?;
-            column.push(value);
-        }
-    }
-    Ok(columns)
-}
-
-/// A cell without spaces and quotes.
-fn clean(cell: &str) -> &str {
-    cell.trim().trim_start_matches('\u{feff}').trim_matches('"').trim()
 }
 
 /// The mean step; the clock must run forwards in equal steps.

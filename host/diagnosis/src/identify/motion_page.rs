@@ -36,7 +36,7 @@ struct Page {
 pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
     let channel =
         |joint: usize| robot.log.iter().find(|c| c.signal.quantity == Quantity::Angle && c.signal.joint == joint);
-    let name = |joint: usize| channel(joint).map_or_else(|| format!("q_{}_rad", joint + 1), |c| c.column.clone());
+    let name = |joint: usize| channel(joint).map_or_else(|| format!("q_{}_rad", joint + 1), |c| c.column.name.clone());
     let names: Vec<String> = (0..motion.joints.len()).map(name).collect();
     let mut text = format!("t_s,{}\n", names.join(","));
     let samples = (motion.period / step).round() as usize;
@@ -45,7 +45,7 @@ pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
         let _ = write!(text, "{time:.6}");
         for (joint, series) in motion.joints.iter().enumerate() {
             let angle = series.at(time)[0];
-            let shown = channel(joint).map_or(angle, |c| (angle - c.offset) / c.factor);
+            let shown = channel(joint).map_or(angle, |c| (angle - c.column.offset) / c.column.factor);
             let _ = write!(text, ",{shown:.9}");
         }
         text.push('\n');

@@ -11,7 +11,7 @@ const JOINTS: usize = 6;
 
 /// Names of the columns that the shipped map asks for.
 fn names(robot: &Robot) -> Vec<String> {
-    robot.log.iter().map(|channel| channel.column.clone()).collect()
+    robot.log.iter().map(|channel| channel.column.name.clone()).collect()
 }
 
 /// A CSV with a slow motion of every joint at 100 Hz.
@@ -99,7 +99,7 @@ fn parquet_of_the_wrong_kind_is_refused() {
     let expected = "there is no column `mot_pos_deg_4`, which [log] of kr300_r2500.toml names for `r1.q.4`";
     assert_eq!(message, expected);
     let mut lenient = robot.clone();
-    lenient.log.retain(|channel| channel.column != "mot_pos_deg_4");
+    lenient.log.retain(|channel| channel.column.name != "mot_pos_deg_4");
     let error = Recording::read(&path, &lenient).expect_err("a hole");
     assert!(error.to_string().ends_with("row 7 of column `mot_pos_deg_5` is no finite number"), "{error}");
 }

@@ -1,5 +1,6 @@
 //! The GPU engine: wgpu on any adapter, within WebGPU's default limits.
 
+mod blocks;
 mod compute;
 mod farm;
 

@@ -1,0 +1,132 @@
+//! The model file of a bench rig as written: what is measured on it, what is known of it, and how well.
+
+use super::robot::LogTable;
+use super::{At, Quantity};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// The model of a bench rig, for diagnosis.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "softdock rig")]
+pub(crate) struct RigFile {
+    /// Format and version of this file: "rig/1".
+    pub(crate) schema: At<String>,
+    /// What the rig is: "drive".
+    pub(crate) kind: At<String>,
+    /// Name of the rig: letters, digits, - and _.
+    pub(crate) id: At<String>,
+    /// One line for people.
+    pub(crate) title: Option<At<String>>,
+    /// The joint's drive, on a rig of kind "drive".
+    pub(crate) drive: Option<At<DriveTable>>,
+    /// The drive's controller, if its law is known.
+    pub(crate) controller: Option<At<ControllerTable>>,
+    /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
+    #[serde(default)]
+    pub(crate) tolerance: ToleranceTable,
+    /// Columns of a recording by signal: `"q" = { column = "...", unit = "deg" }`.
+    #[serde(default)]
+    pub(crate) log: BTreeMap<String, At<LogTable>>,
+}
+
+/// One joint with its drive, all at the joint's side of the gear; a prismatic joint has m, N and kg.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DriveTable {
+    /// "revolute" or "prismatic".
+    pub(crate) motion: At<String>,
+    /// Inertia of rotor and gear input.
+    pub(crate) motor_inertia: Quantity,
+    /// Inertia of the link; default none.
+    pub(crate) link_inertia: Option<Quantity>,
+    /// Coulomb friction; default none.
+    pub(crate) coulomb: Option<Quantity>,
+    /// Viscous friction; default none.
+    pub(crate) viscous: Option<Quantity>,
+    /// Static friction beyond Coulomb's; default none.
+    pub(crate) stribeck: Option<Quantity>,
+    /// Speed at which the static part has fallen to 1/e; default a hundredth of the greatest measured.
+    pub(crate) stribeck_speed: Option<Quantity>,
+    /// Travel in which friction comes 1/e closer to sliding; default 1e-4.
+    pub(crate) presliding_travel: Option<Quantity>,
+    /// Weight: this torque times the cosine of the angle from `gravity_angle` (of a prismatic joint: a constant force).
+    pub(crate) gravity_torque: Option<Quantity>,
+    /// Angle at which the weight's torque is greatest; default zero.
+    pub(crate) gravity_angle: Option<Quantity>,
+    /// Distance of the payload from the axis; default 1 m.
+    pub(crate) payload_radius: Option<Quantity>,
+    /// Stiffness of the gear; default rigid.
+    pub(crate) gear_stiffness: Option<Quantity>,
+    /// Damping ratio of the link on its gear; default 5 %.
+    pub(crate) gear_damping: Option<Quantity>,
+    /// Whole backlash of the gear; default none.
+    pub(crate) backlash: Option<Quantity>,
+    /// Time constant of the current loop; default none.
+    pub(crate) current_lag: Option<Quantity>,
+    /// Greatest torque of the motor; default unlimited.
+    pub(crate) torque_limit: Option<Quantity>,
+    /// Torque that the drive reports without giving it; default zero.
+    pub(crate) offset: Option<Quantity>,
+}
+
+/// Proportional and derivative control with feedforward, sampled.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControllerTable {
+    /// Period.
+    pub(crate) period: Quantity,
+    /// Torque per position error.
+    pub(crate) position_gain: Quantity,
+    /// Torque per rate error.
+    pub(crate) velocity_gain: Quantity,
+    /// Cut-off of the low-pass on the measured rate; default none.
+    pub(crate) derivative_filter: Option<Quantity>,
+    /// Greatest torque that is asked for; default unlimited.
+    pub(crate) torque_limit: Option<Quantity>,
+    /// What is added from the reference's motion; default nothing.
+    pub(crate) feedforward: Option<FeedforwardTable>,
+}
+
+/// `inertia ref'' + viscous ref' + coulomb tanh(ref' / coulomb_speed) + gravity_torque cos(ref - gravity_angle)`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FeedforwardTable {
+    /// Torque per acceleration.
+    pub(crate) inertia: Option<Quantity>,
+    /// Torque per rate.
+    pub(crate) viscous: Option<Quantity>,
+    /// Torque against Coulomb friction.
+    pub(crate) coulomb: Option<Quantity>,
+    /// Speed over which it changes its sign; default at once.
+    pub(crate) coulomb_speed: Option<Quantity>,
+    /// Torque against the weight.
+    pub(crate) gravity_torque: Option<Quantity>,
+    /// Angle at which that is greatest.
+    pub(crate) gravity_angle: Option<Quantity>,
+}
+
+/// Standard deviations; those of sizes as a share of the value, the rest in the value's unit.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToleranceTable {
+    /// Share of the motor's inertia.
+    pub(crate) motor_inertia: Option<Quantity>,
+    /// Share of the link's inertia.
+    pub(crate) link_inertia: Option<Quantity>,
+    /// Share of the Coulomb friction.
+    pub(crate) coulomb: Option<Quantity>,
+    /// Share of the viscous friction.
+    pub(crate) viscous: Option<Quantity>,
+    /// Share of the torque constant.
+    pub(crate) torque_constant: Option<Quantity>,
+    /// Share of the travel before sliding.
+    pub(crate) presliding_travel: Option<Quantity>,
+    /// Share of the gear's compliance.
+    pub(crate) compliance: Option<Quantity>,
+    /// Torque offset.
+    pub(crate) offset: Option<Quantity>,
+    /// Clock of one channel against the other's.
+    pub(crate) clock_offset: Option<Quantity>,
+}

@@ -1,0 +1,61 @@
+//! The block from reference to torque of a joint's controller, from a rig's recordings.
+
+use super::{Channel, MeasuredBlock, Trial, judged_steps};
+use crate::inference::unknown::{Prior, Role, Unknown};
+use crate::recording::grid::Piece;
+use crate::recording::smooth::{Decimator, motion};
+use softdock_campaign::rig::{ControllerRig, DriveRig};
+use softdock_engine::blocks::Kind;
+use softdock_kernels::block::Recorded;
+use softdock_kernels::fields::to_vec;
+
+/// The block of a controller's recordings, one step a period; `held_out` of an experiment's name.
+pub fn controller_block(
+    rig: &DriveRig,
+    controller: &ControllerRig,
+    pieces: &[Piece],
+    held_out: &dyn Fn(&str) -> bool,
+) -> MeasuredBlock {
+    let trial = |piece: &Piece| trial(controller, piece, held_out(&piece.experiment));
+    let base = to_vec(&controller.values);
+    let fields = Kind::Controller.parameters();
+    let field = |name: &str| fields.iter().position(|field| field.name == name).expect("a field of the controller");
+    let tolerated = rig.tolerance.iter().filter(|(name, _)| *name == "clock_offset");
+    let unknown = |(name, sd): &(&'static str, f64)| Unknown {
+        name: (*name).to_owned(),
+        field: field(name),
+        unit: fields[field(name)].unit,
+        prior: Prior::Normal { mean: base[field(name)], sd: *sd },
+        role: Role::Nuisance,
+    };
+    MeasuredBlock {
+        kind: Kind::Controller,
+        name: "R2 reference to torque",
+        nuisances: tolerated.map(unknown).collect(),
+        base,
+        channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
+        trials: pieces.iter().map(trial).collect(),
+        decimator: Decimator::new(judged_steps(pieces, "tau")),
+    }
+}
+
+fn trial(controller: &ControllerRig, piece: &Piece, held_out: bool) -> Trial {
+    let each = (piece.step / controller.period).round().max(1.0) as usize;
+    let nyquist = 0.5 / piece.step;
+    let q = motion(&piece.signals["q"], piece.step, nyquist, each);
+    let r = motion(&piece.signals["ref"], piece.step, nyquist, each);
+    let f = controller.feedforward;
+    let mut late = Vec::with_capacity(r.value.len() * 4);
+    for i in 0..r.value.len() {
+        let dry = f.coulomb * (r.rate[i] / f.coulomb_speed).tanh();
+        let weight = f.gravity_torque * (r.value[i] - f.gravity_angle).cos();
+        late.extend([r.value[i], r.rate[i], r.acceleration[i], dry + weight]);
+    }
+    let instants = q.value.len();
+    Trial {
+        experiment: piece.experiment.clone(),
+        held_out,
+        recorded: Recorded { step: piece.step / each as f64, instants, stride: each, inputs: q.value, late },
+        measured: vec![piece.signals["tau"].clone()],
+    }
+}

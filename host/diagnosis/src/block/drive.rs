@@ -1,0 +1,79 @@
+//! The block from torque to motion of a joint's drive, from a rig's recordings.
+
+use super::{Channel, MeasuredBlock, Trial, judged_steps};
+use crate::inference::unknown::{Prior, Role, Unknown};
+use crate::recording::grid::Piece;
+use crate::recording::smooth::{Decimator, motion};
+use softdock_campaign::rig::DriveRig;
+use softdock_engine::blocks::Kind;
+use softdock_kernels::block::Recorded;
+use softdock_kernels::fields::to_vec;
+use softdock_kernels::manipulator::GRAVITY;
+
+/// Longest step of the simulation \[s\].
+const LONGEST_STEP: f64 = 5e-4;
+/// The prescribed motion reaches up to this share of the recording's Nyquist frequency: friction turns around faster
+/// than any command.
+const BAND: f64 = 0.8;
+
+/// The block of a drive's recordings; `held_out` of an experiment's name.
+pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
+    let decimator = Decimator::new(judged_steps(pieces, "tau"));
+    let linked = pieces.iter().all(|piece| piece.signals.contains_key("q_link"));
+    let trial = |piece: &Piece| trial(rig, piece, held_out(&piece.experiment), finer, linked);
+    let mut channels = vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }];
+    if linked {
+        channels.push(Channel { name: "link", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
+    }
+    MeasuredBlock {
+        kind: Kind::Drive,
+        name: "R3 torque to motion",
+        base: to_vec(&rig.values),
+        nuisances: nuisances(rig),
+        channels,
+        trials: pieces.iter().map(trial).collect(),
+        decimator,
+    }
+}
+
+fn nuisances(rig: &DriveRig) -> Vec<Unknown> {
+    let fields = Kind::Drive.parameters();
+    let base = to_vec(&rig.values);
+    let unknown = |(name, sd): &(&str, f64)| {
+        let field = fields.iter().position(|field| field.name == *name).expect("a field of the drive");
+        let prior = Prior::Normal { mean: base[field], sd: *sd };
+        Unknown { name: (*name).to_owned(), field, unit: fields[field].unit, prior, role: Role::Nuisance }
+    };
+    rig.tolerance.iter().map(unknown).collect()
+}
+
+fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool) -> Trial {
+    let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
+    let nyquist = 0.5 / piece.step;
+    let q = motion(&piece.signals["q"], piece.step, BAND * nyquist, each);
+    let torque = motion(&piece.signals["tau"], piece.step, nyquist, each).value;
+    let step = piece.step / each as f64;
+    let mut inputs = Vec::with_capacity(q.value.len() * 7);
+    for i in 0..q.value.len() {
+        let (angle, acceleration) = (q.value[i], q.acceleration[i]);
+        let place = if rig.prismatic { 1.0 } else { (angle - rig.gravity_angle).cos() };
+        let carried = rig.link_inertia * acceleration + rig.gravity_torque * place;
+        let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
+        let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
+        let payload = arm * arm * acceleration + GRAVITY * arm * place * weighted;
+        let time = piece.start + i as f64 * step;
+        inputs.extend([angle, q.rate[i], acceleration, carried, rig.link_inertia, payload, time]);
+    }
+    let samples = piece.samples();
+    let mut measured = vec![vec![0.0; samples]];
+    if linked {
+        let link = &piece.signals["q_link"];
+        measured.push((0..samples).map(|i| link[i] - q.value[i * each]).collect());
+    }
+    Trial {
+        experiment: piece.experiment.clone(),
+        held_out,
+        recorded: Recorded { step, instants: q.value.len(), stride: each, inputs, late: torque },
+        measured,
+    }
+}

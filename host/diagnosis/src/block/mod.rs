@@ -1,0 +1,184 @@
+//! A block of the loop with what was measured at its inputs and outputs, and its residuals for any parameters.
+
+pub mod controller;
+pub mod drive;
+
+use crate::inference::noise::{Noise, deviations, mean};
+use crate::inference::unknown::Unknown;
+use crate::recording::grid::Piece;
+use crate::recording::smooth::{Decimator, band_powers};
+use nalgebra::{DMatrix, DVector};
+use softdock_engine::blocks::{Kind, simulate};
+use softdock_kernels::block::Recorded;
+use std::collections::BTreeMap;
+
+/// A measured signal that a block's model must give.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name of the block's output.
+    pub name: &'static str,
+    /// Place of the output in the block's field table.
+    pub output: usize,
+    /// SI unit.
+    pub unit: &'static str,
+}
+
+/// One recording of a block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Name of the experiment: trials of one command share it.
+    pub experiment: String,
+    /// Whether it is kept from the fits, to judge them.
+    pub held_out: bool,
+    /// The inputs.
+    pub recorded: Recorded,
+    /// What was measured of each channel at the block's output samples.
+    pub measured: Vec<Vec<f64>>,
+}
+
+/// A block, its recordings and what is known of it.
+#[derive(Clone, Debug)]
+pub struct MeasuredBlock {
+    /// Which block of the loop.
+    pub kind: Kind,
+    /// Its name in answers (`R3 drive`).
+    pub name: &'static str,
+    /// Nominal parameters, in the order of the block's field table.
+    pub base: Vec<f64>,
+    /// What may differ unnoticed.
+    pub nuisances: Vec<Unknown>,
+    /// What is compared.
+    pub channels: Vec<Channel>,
+    /// Its recordings.
+    pub trials: Vec<Trial>,
+    /// Which samples of the residuals are judged.
+    pub decimator: Decimator,
+}
+
+/// The recordings of a block as experiments: those to learn from or those to judge by.
+pub struct Part<'a> {
+    block: &'a MeasuredBlock,
+    recordings: Vec<Recorded>,
+    /// Trials of each experiment, by their places in `recordings`.
+    experiments: Vec<(String, Vec<usize>)>,
+    /// What was measured, low-passed: trial by trial, one row a channel.
+    measured: Vec<DMatrix<f64>>,
+}
+
+impl MeasuredBlock {
+    /// The trials that are held out, or the others.
+    pub fn part(&self, held_out: bool) -> Part<'_> {
+        let mut part = Part { block: self, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new() };
+        for trial in self.trials.iter().filter(|trial| trial.held_out == held_out) {
+            let place = part.recordings.len();
+            match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
+                Some(experiment) => experiment.1.push(place),
+                None => part.experiments.push((trial.experiment.clone(), vec![place])),
+            }
+            part.recordings.push(trial.recorded.clone());
+            let rows: Vec<Vec<f64>> = trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect();
+            part.measured.push(DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t]));
+        }
+        part
+    }
+
+    /// The place of a parameter in the field table.
+    pub fn field(&self, name: &str) -> usize {
+        self.kind.parameters().iter().position(|field| field.name == name).expect("the name of a block's parameter")
+    }
+}
+
+impl Part<'_> {
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        self.recordings.is_empty()
+    }
+
+    /// Names of the experiments.
+    pub fn experiments(&self) -> impl Iterator<Item = &str> {
+        self.experiments.iter().map(|experiment| experiment.0.as_str())
+    }
+
+    /// Residuals (measured less simulated, low-passed) of every trial for every parameter set: `[set][trial]`.
+    fn of_trials(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let outputs = simulate(self.block.kind, &self.recordings, sets);
+        let stride = self.block.kind.outputs().len();
+        let residual = |set: usize, trial: usize| {
+            let measured = &self.measured[trial];
+            let mut residual = measured.clone();
+            for (row, channel) in self.block.channels.iter().enumerate() {
+                let simulated = self.block.decimator.pass(&outputs[trial][set], channel.output, stride);
+                simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
+            }
+            residual
+        };
+        (0..sets.len()).map(|set| (0..self.recordings.len()).map(|trial| residual(set, trial)).collect()).collect()
+    }
+
+    /// What the repeats of each experiment differ by, for one parameter set.
+    pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        let trials = self.of_trials(&[set.to_vec()]).remove(0);
+        let of = |(_, members): &(String, Vec<usize>)| {
+            deviations(&cut(members.iter().map(|trial| trials[*trial].clone()).collect()))
+        };
+        self.experiments.iter().flat_map(of).collect()
+    }
+
+    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let whiten = |trials: Vec<DMatrix<f64>>| {
+            let of_experiment = |(_, members): &(String, Vec<usize>)| {
+                let own = cut(members.iter().map(|trial| trials[*trial].clone()).collect());
+                noise.whiten(&mean(&own), own.len())
+            };
+            DVector::from_vec(self.experiments.iter().flat_map(of_experiment).collect())
+        };
+        self.of_trials(sets).into_iter().map(whiten).collect()
+    }
+}
+
+/// Repeats cut to the shortest.
+fn cut(repeats: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
+    let shortest = repeats.iter().map(DMatrix::ncols).min().unwrap_or(0);
+    repeats.into_iter().map(|x| x.columns(0, shortest).into_owned()).collect()
+}
+
+/// How many samples of a recording one judged sample stands for: as few as what repeats have in common, in the signal
+/// that is judged, stands out of what they differ by; at least two.
+///
+/// Above that frequency there is nothing to explain, only noise to be mistaken for something.
+pub(crate) fn judged_steps(pieces: &[Piece], signal: &str) -> usize {
+    let mut repeats: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
+    for piece in pieces {
+        repeats.entry(&piece.experiment).or_default().push(&piece.signals[signal]);
+    }
+    let highest = repeats.values().filter_map(|list| highest_common(list)).fold(0.0, f64::max);
+    if highest == 0.0 { DEFAULT_STEPS } else { ((0.4 / highest) as usize).clamp(2, MOST_STEPS) }
+}
+
+/// Samples that one judged sample stands for where no repeats tell.
+const DEFAULT_STEPS: usize = 4;
+/// The most that it may stand for.
+const MOST_STEPS: usize = 25;
+/// Bands in which the power is compared, from nothing to the Nyquist frequency.
+const BANDS: usize = 50;
+
+/// Highest frequency, in cycles a sample, up to which the mean of repeats has more power than the noise in it.
+fn highest_common(repeats: &[&[f64]]) -> Option<f64> {
+    let count = repeats.len();
+    let n = repeats.iter().map(|list| list.len()).min()?;
+    if count < 2 || n < 4 * BANDS {
+        return None;
+    }
+    let mean: Vec<f64> = (0..n).map(|i| repeats.iter().map(|list| list[i]).sum::<f64>() / count as f64).collect();
+    let mut noise = vec![0.0; BANDS];
+    for list in repeats {
+        let rest: Vec<f64> = (0..n).map(|i| list[i] - mean[i]).collect();
+        // Of the mean of so many repeats, from deviations with one degree of freedom less.
+        let share = 1.0 / (count * (count - 1)) as f64;
+        noise.iter_mut().zip(band_powers(&rest, BANDS)).for_each(|(sum, power)| *sum += share * power);
+    }
+    let signal = band_powers(&mean, BANDS);
+    let bands = (0..BANDS).take_while(|band| signal[*band] > 2.0 * noise[*band]).count();
+    (bands > 0).then_some(0.5 * bands as f64 / BANDS as f64)
+}

@@ -1,0 +1,80 @@
+//! Whether a fit explains motion that it has not seen: evidence ranks, adequacy decides whether any name may be spoken.
+
+use softdock_kernels::philox;
+
+/// Resamples of the bootstrap.
+const RESAMPLES: usize = 2000;
+/// Blocks of the bootstrap, at least: fewer would hold too few independent stretches.
+const FEWEST_BLOCKS: usize = 20;
+/// Seed of the bootstrap: the same data give the same interval.
+const SEED: u64 = 1;
+
+/// What held-out residuals say, all per sample and in units of the noise's variance.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Adequacy {
+    /// Mean square of the whitened residuals with the hypothesis; 1 if nothing but noise is left.
+    pub with: f64,
+    /// The same without it.
+    pub without: f64,
+    /// Share of what is not noise that the hypothesis explains.
+    pub explained: f64,
+    /// By how much the residual's root mean square falls.
+    pub gain: f64,
+    /// Its 95 % interval.
+    pub gain_lo: f64,
+    /// Its 95 % interval.
+    pub gain_hi: f64,
+}
+
+/// Compares whitened residuals of the same held-out samples with and without a hypothesis.
+pub fn adequacy(with: &[f64], without: &[f64]) -> Adequacy {
+    let n = with.len() as f64;
+    let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / n;
+    let (x, x0) = (power(with), power(without));
+    let gain = |x: f64, x0: f64| 1.0 - (x / x0).sqrt();
+    let [gain_lo, gain_hi] = interval(with, without, &gain);
+    let explained = if x0 > 1.0 { 1.0 - (x - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
+    Adequacy { with: x, without: x0, explained, gain: gain(x, x0), gain_lo, gain_hi }
+}
+
+/// 95 % interval of a function of both mean squares by the moving-block bootstrap (Kuensch 1989).
+fn interval(with: &[f64], without: &[f64], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
+    let n = with.len();
+    let length = (n / FEWEST_BLOCKS).clamp(1, 200);
+    let running = |w: &[f64]| -> Vec<f64> {
+        let sums = w.iter().scan(0.0, |sum, w| {
+            *sum += w * w;
+            Some(*sum)
+        });
+        std::iter::once(0.0).chain(sums).collect()
+    };
+    let (with, without) = (running(with), running(without));
+    let blocks = n / length;
+    let one = |resample: u64| {
+        let (mut x, mut x0) = (0.0, 0.0);
+        for block in 0..blocks {
+            let u = philox::uniform(SEED, "bootstrap", resample, block as u32);
+            let from = ((n - length + 1) as f64 * u) as usize;
+            x += with[from + length] - with[from];
+            x0 += without[from + length] - without[from];
+        }
+        f(x, x0)
+    };
+    let mut values: Vec<f64> = (0..RESAMPLES as u64).map(one).collect();
+    values.sort_by(f64::total_cmp);
+    [values[RESAMPLES / 40], values[RESAMPLES - 1 - RESAMPLES / 40]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hypothesis_that_halves_the_residual_gains_a_half() {
+        let without: Vec<f64> = (0..2000).map(|i| 10.0 * (0.1 * f64::from(i)).sin()).collect();
+        let with: Vec<f64> = without.iter().map(|w| 0.5 * w).collect();
+        let found = adequacy(&with, &without);
+        assert!((found.gain - 0.5).abs() < 1e-12 && found.gain_lo > 0.49 && found.gain_hi < 0.51, "{found:?}");
+        assert!((found.without - 50.0).abs() < 0.5 && (found.explained - 0.765).abs() < 0.01, "{found:?}");
+    }
+}

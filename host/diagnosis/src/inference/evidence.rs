@@ -1,0 +1,76 @@
+//! How well the data speak for a hypothesis: its marginal likelihood by Laplace's method, and what follows for its
+//! parameters.
+
+use super::fit::Fitted;
+use super::unknown::{Prior, Role};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Logarithm of the marginal likelihood, and the posterior near its peak.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evidence {
+    /// log Z, up to a constant that all hypotheses share.
+    pub log: f64,
+    /// Covariance of the free numbers' `z`.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Evidence of a fit, `dispersion` >= 1 the factor by which residual variances exceed the noise's.
+///
+/// `log Z = -chi2/2c - z'z/2 - log det(1 + J'J/c)/2`; a number that cannot be negative adds the share of its posterior
+/// that is allowed, over the half that its prior is (MacKay, Information theory, inference, and learning algorithms,
+/// ch. 27).
+pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
+    let size = fitted.z.len();
+    let precision = fitted.jacobian.tr_mul(&fitted.jacobian) / dispersion + DMatrix::identity(size, size);
+    let cholesky = precision.cholesky().expect("the identity makes it positive definite");
+    let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let covariance = cholesky.inverse();
+    let prior: f64 = fitted.z.iter().map(|z| z * z).sum();
+    let mut log = -0.5 * (fitted.chi2() / dispersion + prior + log_det);
+    let z = DVector::from_column_slice(&fitted.z);
+    let gradient = fitted.jacobian.tr_mul(&fitted.residual) / dispersion + &z;
+    let shift = &covariance * &gradient;
+    for (i, unknown) in fitted.unknowns.iter().enumerate() {
+        if unknown.prior.is_one_sided() {
+            let sd = covariance[(i, i)].sqrt();
+            // At the bound the peak lies beyond it: as far as the slope says.
+            let peak = if z[i] <= 0.0 { (z[i] - shift[i]).min(0.0) } else { z[i] };
+            log += 2_f64.ln() + log_normal_cdf(peak / sd);
+            log += if z[i] <= 0.0 { 0.5 * (peak / sd).powi(2) } else { 0.0 };
+        }
+    }
+    Evidence { log, covariance }
+}
+
+/// log of the standard normal distribution function, far into its tail.
+fn log_normal_cdf(x: f64) -> f64 {
+    if x < -8.0 {
+        // Mills' ratio.
+        return -0.5 * x * x - (-x).ln() - 0.5 * std::f64::consts::TAU.ln() + (1.0 - 1.0 / (x * x)).ln();
+    }
+    Normal::standard().cdf(x).ln()
+}
+
+/// Value of an unknown with the bounds of its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Interval {
+    /// Best value, SI.
+    pub value: f64,
+    /// Lower bound.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
+}
+
+/// The interval of a free number whose `z` has a standard deviation.
+pub fn interval(prior: &Prior, z: f64, sd: f64) -> Interval {
+    let bounds = [z - 1.959_964 * sd, z + 1.959_964 * sd].map(|z| prior.value(prior.allowed(z)));
+    Interval { value: prior.value(z), lo: bounds[0].min(bounds[1]), hi: bounds[0].max(bounds[1]) }
+}
+
+/// Whether a nuisance was pulled further than its tolerance allows, and how far at most.
+pub fn greatest_pull(fitted: &Fitted) -> Option<(&str, f64)> {
+    let nuisances = fitted.unknowns.iter().zip(&fitted.z).filter(|(unknown, _)| unknown.role == Role::Nuisance);
+    nuisances.map(|(unknown, z)| (unknown.name.as_str(), *z)).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}

@@ -1,0 +1,229 @@
+//! Fits many hypotheses at once: Levenberg-Marquardt in lockstep, every simulation of a round in one batch.
+
+use super::unknown::{Role, Unknown, applied};
+use nalgebra::{DMatrix, DVector};
+
+/// Difference quotients are taken over this share of a standard deviation.
+const STEP: f64 = 2e-3;
+/// Trial damping factors of a round, times the last good one.
+const DAMPINGS: [f64; 4] = [0.2, 1.0, 6.0, 36.0];
+/// Most rounds.
+const ROUNDS: usize = 25;
+/// A fit ends when a round gains less than this, or less than this share of what is left.
+const GAIN: f64 = 0.02;
+const SHARE: f64 = 1e-5;
+/// Damping at which a step that gains nothing ends a fit.
+const STUCK: f64 = 1.0;
+/// Rounds after which a start must not trail the best of its hypothesis by more than [`TRAIL`].
+const PATIENCE: usize = 4;
+const TRAIL: f64 = 0.02;
+
+/// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
+pub type Simulate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<DVector<f64>> + 'a;
+
+/// A hypothesis and where its fit starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// Number of the hypothesis: starts of one compete.
+    pub hypothesis: usize,
+    /// Its free numbers, nuisances first.
+    pub unknowns: Vec<Unknown>,
+    /// First `z` of each.
+    pub z: Vec<f64>,
+}
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// Number of the hypothesis.
+    pub hypothesis: usize,
+    /// Its free numbers.
+    pub unknowns: Vec<Unknown>,
+    /// Their places.
+    pub z: Vec<f64>,
+    /// Whitened residuals there.
+    pub residual: DVector<f64>,
+    /// Their derivatives by `z`, one column each.
+    pub jacobian: DMatrix<f64>,
+}
+
+impl Fitted {
+    /// Sum of squares of the whitened residuals.
+    pub fn chi2(&self) -> f64 {
+        self.residual.norm_squared()
+    }
+
+    /// What the fit minimises: the sum of squares with the priors' share.
+    pub fn cost(&self) -> f64 {
+        self.chi2() + self.z.iter().map(|z| z * z).sum::<f64>()
+    }
+
+    /// The block's parameters at the fit.
+    pub fn values(&self, base: &[f64]) -> Vec<f64> {
+        applied(base, &self.unknowns, &self.z)
+    }
+}
+
+/// A fit under way.
+struct Climb {
+    at: Fitted,
+    damping: f64,
+    done: bool,
+}
+
+/// Fits all starts; the best of each hypothesis comes back, in the order of their numbers.
+pub fn fit(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
+    let mut climbs = begun(starts, base, simulate);
+    for round in 0..ROUNDS {
+        if climbs.iter().all(|climb| climb.done) {
+            break;
+        }
+        differentiate(&mut climbs, base, simulate);
+        step(&mut climbs, base, simulate);
+        if round + 1 >= PATIENCE {
+            drop_trailing(&mut climbs);
+        }
+    }
+    let mut best = best_of_each(climbs);
+    differentiate(&mut best, base, simulate);
+    best.into_iter().map(|climb| climb.at).collect()
+}
+
+fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
+    let sets: Vec<_> = starts.iter().map(|start| applied(base, &start.unknowns, &start.z)).collect();
+    let residuals = simulate(&sets);
+    let climb = |(start, residual): (Start, DVector<f64>)| {
+        let Start { hypothesis, unknowns, z } = start;
+        let jacobian = DMatrix::zeros(0, 0);
+        Climb { at: Fitted { hypothesis, unknowns, z, residual, jacobian }, damping: 1e-3, done: false }
+    };
+    starts.into_iter().zip(residuals).map(climb).collect()
+}
+
+/// Jacobians of all fits under way, by forward differences in one batch.
+fn differentiate(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
+    let mut sets = Vec::new();
+    for climb in climbs.iter().filter(|climb| !climb.done) {
+        for column in 0..climb.at.z.len() {
+            let mut z = climb.at.z.clone();
+            z[column] += STEP;
+            sets.push(applied(base, &climb.at.unknowns, &z));
+        }
+    }
+    let mut moved = simulate(&sets).into_iter();
+    for climb in climbs.iter_mut().filter(|climb| !climb.done) {
+        let columns: Vec<DVector<f64>> = (0..climb.at.z.len())
+            .map(|_| (moved.next().expect("one residual a set") - &climb.at.residual) / STEP)
+            .collect();
+        climb.at.jacobian = match columns.is_empty() {
+            true => DMatrix::zeros(climb.at.residual.len(), 0),
+            false => DMatrix::from_columns(&columns),
+        };
+    }
+}
+
+/// One damped step of every fit, the best of several dampings.
+fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
+    let trials: Vec<Vec<Vec<f64>>> =
+        climbs.iter().map(|climb| if climb.done { Vec::new() } else { trials(climb) }).collect();
+    let set = |(climb, z): (&Climb, &Vec<f64>)| applied(base, &climb.at.unknowns, z);
+    let sets: Vec<_> =
+        climbs.iter().zip(&trials).flat_map(|(climb, list)| list.iter().map(move |z| set((climb, z)))).collect();
+    let mut residuals = simulate(&sets).into_iter();
+    for (climb, list) in climbs.iter_mut().zip(trials) {
+        let before = climb.at.cost();
+        let (mut gained, mut factor) = (0.0, DAMPINGS[3]);
+        for (z, damping) in list.into_iter().zip(DAMPINGS) {
+            let residual = residuals.next().expect("one residual a set");
+            let cost = residual.norm_squared() + z.iter().map(|z| z * z).sum::<f64>();
+            if cost < before - gained {
+                (gained, factor) = (before - cost, damping);
+                (climb.at.z, climb.at.residual) = (z, residual);
+            }
+        }
+        // A step that gains nothing is tried once more, much shorter.
+        climb.done |= gained < f64::max(GAIN, SHARE * before) && (gained > 0.0 || climb.damping > STUCK);
+        climb.damping = (climb.damping * factor).max(1e-9);
+    }
+}
+
+/// Where the next step would lead for each damping.
+fn trials(climb: &Climb) -> Vec<Vec<f64>> {
+    let at = &climb.at;
+    let size = at.z.len();
+    let normal = at.jacobian.tr_mul(&at.jacobian) + DMatrix::identity(size, size);
+    let gradient = at.jacobian.tr_mul(&at.residual) + DVector::from_column_slice(&at.z);
+    let trial = |factor: f64| {
+        let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * (climb.damping * factor)));
+        let step = damped.cholesky().map_or_else(|| DVector::zeros(size), |cholesky| cholesky.solve(&gradient));
+        let moved = |(i, unknown): (usize, &Unknown)| {
+            let reach = if unknown.role == Role::Size { f64::INFINITY } else { 1.0 };
+            unknown.prior.allowed(at.z[i] - step[i].clamp(-reach, reach))
+        };
+        at.unknowns.iter().enumerate().map(moved).collect()
+    };
+    DAMPINGS.map(trial).into()
+}
+
+/// Gives up the starts that trail far behind the best of their hypothesis.
+fn drop_trailing(climbs: &mut Vec<Climb>) {
+    let best = |climbs: &[Climb], hypothesis: usize| {
+        let own = climbs.iter().filter(|climb| climb.at.hypothesis == hypothesis);
+        own.map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min)
+    };
+    let keep: Vec<bool> =
+        climbs.iter().map(|c| c.at.cost() <= (1.0 + TRAIL) * best(climbs, c.at.hypothesis) + 1.0).collect();
+    let mut keep = keep.into_iter();
+    climbs.retain(|_| keep.next().expect("one answer a fit"));
+}
+
+/// The best of each hypothesis, ready to be differentiated once more.
+fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Climb> {
+    climbs.sort_by(|a, b| (a.at.hypothesis.cmp(&b.at.hypothesis)).then(a.at.cost().total_cmp(&b.at.cost())));
+    climbs.dedup_by_key(|climb| climb.at.hypothesis);
+    climbs.iter_mut().for_each(|climb| climb.done = false);
+    climbs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::unknown::Prior;
+    use super::*;
+
+    fn unknown(field: usize, prior: Prior, role: Role) -> Unknown {
+        Unknown { name: format!("p{field}"), field, unit: "1", prior, role }
+    }
+
+    /// `a sin(w t)` sampled, less what the parameters say, over a noise of 0.01.
+    fn wave(truth: [f64; 2]) -> impl Fn(&[Vec<f64>]) -> Vec<DVector<f64>> {
+        move |sets| {
+            let at = |p: &[f64], t: f64| p[0] * (p[1] * t).sin();
+            let one = |p: &Vec<f64>| {
+                DVector::from_fn(200, |i, _| (at(&truth, i as f64 * 0.01) - at(p, i as f64 * 0.01)) / 0.01)
+            };
+            sets.iter().map(one).collect()
+        }
+    }
+
+    #[test]
+    fn size_and_form_are_found_together_and_the_worse_start_is_dropped() {
+        let unknowns = vec![
+            unknown(0, Prior::Positive { scale: 1.0 }, Role::Size),
+            unknown(1, Prior::LogNormal { centre: 4.0, spread: 0.5 }, Role::Form),
+        ];
+        let start = |z: [f64; 2]| Start { hypothesis: 3, unknowns: unknowns.clone(), z: z.into() };
+        let found = fit(vec![start([0.1, 0.0]), start([0.1, 1.8])], &[0.0, 1.0], &wave([0.7, 5.0]));
+        assert_eq!((found.len(), found[0].hypothesis), (1, 3));
+        let values = found[0].values(&[0.0, 1.0]);
+        assert!((values[0] - 0.7).abs() < 1e-3 && (values[1] - 5.0).abs() < 1e-3, "{values:?}");
+        assert_eq!(found[0].jacobian.shape(), (200, 2));
+    }
+
+    #[test]
+    fn a_size_that_would_be_negative_stays_at_nothing() {
+        let unknowns = vec![unknown(0, Prior::Positive { scale: 1.0 }, Role::Size)];
+        let start = Start { hypothesis: 0, unknowns, z: vec![0.5] };
+        let found = fit(vec![start], &[0.0, 5.0], &wave([-0.3, 5.0]));
+        assert_eq!(found[0].z, [0.0]);
+    }
+}

@@ -1,0 +1,141 @@
+//! The noise of a block's residuals: a vector autoregression, learnt where nothing systematic can be.
+//!
+//! Repeats of one command differ by noise alone, so the model is fitted to their differences; a model fitted to a
+//! residual would swallow the effect that is looked for. The vector form matters: in a feedback loop the noise of one
+//! channel comes back in another.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Highest order that is tried.
+const MOST_LAGS: usize = 20;
+
+/// A vector autoregression `x[t] = sum_k A_k x[t-k] + e[t]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// The matrices A_1, A_2, ...
+    lags: Vec<DMatrix<f64>>,
+    /// Inverse of the Cholesky factor of the innovations' covariance.
+    whitener: DMatrix<f64>,
+}
+
+impl Noise {
+    /// Fits series of pure noise; the order by the Bayesian information criterion.
+    ///
+    /// Returns `None` if there are too few samples, or a channel without any noise.
+    pub fn fit(series: &[DMatrix<f64>]) -> Option<Self> {
+        let channels = series.first()?.nrows();
+        let samples: usize = series.iter().map(DMatrix::ncols).sum();
+        let most = MOST_LAGS.min(samples / (20 * channels));
+        (0..=most)
+            .filter_map(|order| Self::of_order(series, order, most))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|x| x.0)
+    }
+
+    /// Least squares of one order over the samples that every order has, and its criterion.
+    fn of_order(series: &[DMatrix<f64>], order: usize, most: usize) -> Option<(Self, f64)> {
+        let channels = series[0].nrows();
+        let width = order * channels;
+        let (mut gram, mut cross) = (DMatrix::zeros(width, width), DMatrix::zeros(width, channels));
+        let (mut power, mut count) = (DMatrix::zeros(channels, channels), 0);
+        for x in series {
+            for t in most..x.ncols() {
+                let past = DVector::from_fn(width, |i, _| x[(i % channels, t - 1 - i / channels)]);
+                let now = x.column(t);
+                gram.ger(1.0, &past, &past, 1.0);
+                cross.ger(1.0, &past, &now, 1.0);
+                power.ger(1.0, &now, &now, 1.0);
+                count += 1;
+            }
+        }
+        if count <= width + channels {
+            return None;
+        }
+        let weights = if order == 0 { DMatrix::zeros(0, channels) } else { gram.cholesky()?.solve(&cross) };
+        let covariance = (power - cross.transpose() * &weights) / (count - width) as f64;
+        let factor = covariance.cholesky()?;
+        let log_det: f64 = 2.0 * factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let criterion = count as f64 * log_det + (width * channels) as f64 * (count as f64).ln();
+        let lag = |k: usize| weights.rows(k * channels, channels).transpose();
+        let whitener = factor.l().try_inverse()?;
+        Some((Self { lags: (0..order).map(lag).collect(), whitener }, criterion))
+    }
+
+    /// Order of the autoregression.
+    pub fn order(&self) -> usize {
+        self.lags.len()
+    }
+
+    /// The innovations of a residual in units of their standard deviation, channel after channel at each instant;
+    /// `repeats` residuals were averaged. The first instants, which lack a past, are left out.
+    pub fn whiten(&self, residual: &DMatrix<f64>, repeats: usize) -> Vec<f64> {
+        let scale = (repeats as f64).sqrt();
+        let mut out = Vec::with_capacity(residual.len());
+        for t in self.order()..residual.ncols() {
+            let mut innovation = residual.column(t).into_owned();
+            for (k, lag) in self.lags.iter().enumerate() {
+                innovation.gemv(-1.0, lag, &residual.column(t - 1 - k), 1.0);
+            }
+            out.extend((&self.whitener * innovation).iter().map(|value| value * scale));
+        }
+        out
+    }
+}
+
+/// What repeats of one command differ by: the deviations from their mean, as large as a single residual's noise.
+pub fn deviations(repeats: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+    let n = repeats.len() as f64;
+    if repeats.len() < 2 {
+        return Vec::new();
+    }
+    let mean = mean(repeats);
+    repeats.iter().map(|x| (x - &mean) * (n / (n - 1.0)).sqrt()).collect()
+}
+
+/// The mean of residuals.
+pub fn mean(repeats: &[DMatrix<f64>]) -> DMatrix<f64> {
+    let sum = repeats.iter().skip(1).fold(repeats[0].clone(), |sum, x| sum + x);
+    sum / repeats.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::philox;
+
+    fn normal(stream: &str, i: u64) -> f64 {
+        let u = philox::uniform(7, stream, i, 0).max(1e-12);
+        let v = philox::uniform(7, stream, i, 1);
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
+    /// Two channels, the second driven by the first.
+    fn coloured(n: usize, stream: &str) -> DMatrix<f64> {
+        let mut x = DMatrix::zeros(2, n);
+        for t in 1..n {
+            x[(0, t)] = 0.9 * x[(0, t - 1)] + normal(stream, 2 * t as u64);
+            x[(1, t)] = 0.5 * x[(0, t - 1)] + 0.3 * x[(1, t - 1)] + 0.2 * normal(stream, 2 * t as u64 + 1);
+        }
+        x
+    }
+
+    #[test]
+    fn whitened_noise_of_repeats_is_white_and_of_unit_size() {
+        let systematic = DMatrix::from_fn(2, 4000, |c, t| ((t as f64) * 0.01 * (c + 1) as f64).sin() * 40.0);
+        let repeats: Vec<_> = ["a", "b", "c"].iter().map(|s| coloured(4000, s) + &systematic).collect();
+        let noise = Noise::fit(&deviations(&repeats)).expect("enough samples");
+        let white = noise.whiten(&coloured(4000, "fresh"), 1);
+        let power = white.iter().map(|w| w * w).sum::<f64>() / white.len() as f64;
+        assert!((power - 1.0).abs() < 0.05, "{power}");
+        let lagged: f64 = white.windows(3).map(|w| w[0] * w[2]).sum::<f64>() / white.len() as f64;
+        assert!(lagged.abs() < 0.04, "{lagged}");
+        assert!((1..=4).contains(&noise.order()), "{}", noise.order());
+    }
+
+    #[test]
+    fn nothing_is_learnt_from_one_repeat_or_from_silence() {
+        assert!(deviations(&[coloured(100, "a")]).is_empty());
+        assert!(Noise::fit(&[]).is_none());
+        assert!(Noise::fit(&[DMatrix::zeros(1, 500)]).is_none(), "a channel without noise");
+    }
+}

@@ -1,0 +1,248 @@
+//! Effects of a joint's drive: friction, gear, motor, load.
+
+use super::{Hypothesis, Shelf};
+use crate::block::MeasuredBlock;
+use crate::inference::unknown::{Prior, Role};
+use std::f64::consts::TAU;
+
+/// What the recordings of a drive span.
+#[derive(Clone, Copy, Debug)]
+struct Spans {
+    /// Root mean square of the measured torque.
+    torque: f64,
+    /// Greatest measured torque.
+    peak: f64,
+    /// Greatest rate.
+    rate: f64,
+    /// Range of the angle.
+    range: f64,
+    /// Middle of the range.
+    middle: f64,
+    /// Time between the first and the last sample of all recordings.
+    time: f64,
+    /// Inertia of motor and link.
+    inertia: f64,
+    /// Inertia of the link, or a tenth of the motor's where a model counts all as motor.
+    link: f64,
+}
+
+impl Spans {
+    fn of(block: &MeasuredBlock) -> Self {
+        let width = block.kind.inputs().len();
+        let column = |k: usize| {
+            block.trials.iter().flat_map(move |trial| trial.recorded.inputs.iter().skip(k).step_by(width).copied())
+        };
+        let range = |k: usize| {
+            column(k).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)))
+        };
+        let torque = || block.trials.iter().flat_map(|trial| trial.recorded.late.iter().copied());
+        let motor = block.base[block.field("motor_inertia")];
+        let link = column(4).next().unwrap_or(0.0);
+        let (lo, hi) = range(0);
+        let (start, end) = range(6);
+        Self {
+            torque: (torque().map(|t| t * t).sum::<f64>() / torque().count() as f64).sqrt(),
+            peak: torque().fold(0.0, |peak, t| peak.max(t.abs())),
+            rate: column(1).fold(0.0, |peak, v| peak.max(v.abs())),
+            range: hi - lo,
+            middle: 0.5 * (lo + hi),
+            time: end - start,
+            inertia: motor + link,
+            link: if link > 0.0 { link } else { 0.1 * motor },
+        }
+    }
+
+    /// Compliance at which the link swings on the gear with a frequency \[Hz\].
+    fn compliance(&self, frequency: f64) -> f64 {
+        1.0 / (self.link * (TAU * frequency).powi(2))
+    }
+}
+
+fn either(mean: f64, sd: f64) -> Prior {
+    Prior::Normal { mean, sd }
+}
+
+fn grid(values: impl IntoIterator<Item = f64>) -> Vec<Vec<f64>> {
+    values.into_iter().map(|value| vec![value]).collect()
+}
+
+/// Sizes from the least to the greatest, each so many times the one before.
+fn ladder(least: f64, greatest: f64, factor: f64) -> Vec<f64> {
+    std::iter::successors(Some(least), |size| Some(size * factor)).take_while(|size| *size <= greatest).collect()
+}
+
+/// The effects of a drive that has been measured.
+pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
+    let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
+    friction(&mut shelf, &spans);
+    gear(&mut shelf, &spans);
+    motor(&mut shelf, &spans);
+    load(&mut shelf, &spans);
+    shelf.all
+}
+
+fn friction(shelf: &mut Shelf, spans: &Spans) {
+    let (coulomb, viscous) = (shelf.base("coulomb"), shelf.base("viscous"));
+    let dry = coulomb.max(0.1 * spans.torque);
+    let wet = viscous.max(0.1 * spans.torque / spans.rate);
+    shelf.add(
+        ["J1_coulomb", "Coulomb friction", "G3"],
+        &[("coulomb", either(coulomb, 0.3 * dry), Role::Size)],
+        &[1.0],
+        &[],
+    );
+    shelf.add(
+        ["J2_viscous", "viscous friction", "G3"],
+        &[("viscous", either(viscous, 0.3 * wet), Role::Size)],
+        &[1.0],
+        &[],
+    );
+    shelf.add(
+        ["J3_stribeck", "static friction beyond Coulomb's", "G3"],
+        &[
+            ("stribeck", Prior::Positive { scale: 0.5 * dry }, Role::Size),
+            ("stribeck_speed", Prior::LogNormal { centre: 0.03 * spans.rate, spread: 1.0 }, Role::Form),
+        ],
+        &[0.5],
+        &grid([-1.5, -0.5, 0.5, 1.5]),
+    );
+    shelf.add(
+        ["J4_presliding", "travel before sliding", "G3"],
+        &[("presliding_travel", Prior::LogNormal { centre: shelf.base("presliding_travel"), spread: 1.5 }, Role::Size)],
+        &[0.4, 1.0, 2.0],
+        &[],
+    );
+    let load = Prior::Positive { scale: 0.03 };
+    shelf.add(
+        ["J5_load_friction", "friction that grows with the load", "G3"],
+        &[("load_coefficient", load, Role::Size)],
+        &[1.0],
+        &[],
+    );
+    shelf.add(
+        ["J6_warm_up", "friction that falls as the drive warms up", "G3"],
+        &[
+            ("cold_friction", Prior::Positive { scale: 0.3 }, Role::Size),
+            ("warm_up", Prior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
+        ],
+        &[0.5],
+        &grid([-1.0, 0.0, 1.0]),
+    );
+    shelf.add(
+        ["J18_direction", "Coulomb friction that differs with the direction", "G3"],
+        &[("coulomb_asymmetry", either(0.0, 0.1 * dry), Role::Size)],
+        &[1.0],
+        &[],
+    );
+}
+
+fn gear(shelf: &mut Shelf, spans: &Spans) {
+    let compliance = shelf.base("compliance");
+    let stiff = Prior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread: 1.0 };
+    shelf.add(
+        ["J7_backlash", "backlash of the gear", "G4"],
+        &[
+            ("half_backlash", Prior::Positive { scale: 3e-4 }, Role::Size),
+            ("compliance", stiff, Role::Form),
+            ("gear_damping", Prior::LogNormal { centre: 0.2, spread: 0.7 }, Role::Form),
+        ],
+        &ladder(0.02, 5.0, 1.2),
+        &[vec![0.0, -0.7], vec![0.0, 0.7], vec![-1.0, 0.5], vec![1.0, 0.5]],
+    );
+    if compliance == 0.0 {
+        shelf.add(
+            ["J8_elasticity", "elasticity of the gear", "G2"],
+            &[
+                ("compliance", Prior::Positive { scale: spans.compliance(30.0) }, Role::Size),
+                ("gear_damping", Prior::LogNormal { centre: 0.05, spread: 1.0 }, Role::Form),
+            ],
+            &ladder(0.02, 12.0, 1.4),
+            &grid([-0.5, 0.5]),
+        );
+    } else {
+        shelf.add(
+            ["J8_elasticity", "elasticity of the gear", "G2"],
+            &[("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size)],
+            &[-1.0, 1.0],
+            &[],
+        );
+    }
+    let wave = either(0.0, 1e-4);
+    shelf.add(
+        ["J10_transmission_error", "transmission error of the gear", "G7"],
+        &[("wave_sin", wave, Role::Size), ("wave_cos", wave, Role::Size), periodic("wave_cycles")],
+        &[1.0],
+        &cycles(spans),
+    );
+}
+
+/// How often a periodic effect comes around in a radian.
+fn periodic(name: &'static str) -> super::Entry {
+    (name, Prior::LogNormal { centre: CYCLES, spread: 1.0 }, Role::Form)
+}
+
+/// Middle of the range of cycles that is looked at \[1/rad\].
+const CYCLES: f64 = 30.0;
+
+/// Cycles so dense that no period of the range falls between two of them.
+fn cycles(spans: &Spans) -> Vec<Vec<f64>> {
+    let step = std::f64::consts::PI / (2.0 * spans.range);
+    let count = ((120.0 - 5.0) / step).min(400.0) as usize;
+    grid((0..=count).map(|k| ((5.0 + k as f64 * step) / CYCLES).ln()))
+}
+
+fn motor(shelf: &mut Shelf, spans: &Spans) {
+    let ripple = either(0.0, 0.05 * spans.torque);
+    shelf.add(
+        ["J9_torque_ripple", "torque ripple of the motor", "G7"],
+        &[("ripple_sin", ripple, Role::Size), ("ripple_cos", ripple, Role::Size), periodic("ripple_cycles")],
+        &[1.0],
+        &cycles(spans),
+    );
+    let constant = either(shelf.base("torque_constant_error"), 0.05);
+    shelf.add(
+        ["J11_torque_constant", "torque constant of the motor", "G5"],
+        &[("torque_constant_error", constant, Role::Size)],
+        &[1.0],
+        &[],
+    );
+    let lag = Prior::Positive { scale: 5e-4 };
+    shelf.add(["J12_current_loop", "lag of the current loop", "G1"], &[("current_lag", lag, Role::Size)], &[1.0], &[]);
+    let limit = Prior::Below { top: spans.peak.min(shelf.base("torque_limit")), share: 0.2 };
+    shelf.add(
+        ["J13_saturation", "saturation of the torque", "own"],
+        &[("torque_limit", limit, Role::Size)],
+        &[0.3, 1.0, 3.0],
+        &[],
+    );
+    let offset = either(shelf.base("offset"), 0.05 * spans.torque);
+    shelf.add(["J18_offset", "offset of the drive's torque", "G6"], &[("offset", offset, Role::Size)], &[1.0], &[]);
+}
+
+fn load(shelf: &mut Shelf, spans: &Spans) {
+    let gravity = either(0.0, 0.05 * spans.torque);
+    shelf.add(["J14_payload", "mass of the payload", "G5"], &[("payload", either(0.0, 1.0), Role::Size)], &[1.0], &[]);
+    let inertia = either(0.0, 0.1 * spans.inertia);
+    shelf.add(
+        ["J15_link_inertia", "inertia of the link", "G5"],
+        &[("inertia_error", inertia, Role::Size)],
+        &[1.0],
+        &[],
+    );
+    shelf.add(
+        ["J16_gravity", "weight of the link", "G5"],
+        &[("gravity_cos", gravity, Role::Size), ("gravity_sin", gravity, Role::Size)],
+        &[1.0],
+        &[],
+    );
+    let spring = 0.1 * spans.torque / spans.range;
+    shelf.add(
+        ["J17_cable", "drag of cables and hoses", "G6"],
+        &[
+            ("cable_stiffness", Prior::Positive { scale: spring }, Role::Size),
+            ("cable_centre", either(spans.middle, spans.range), Role::Form),
+        ],
+        &[1.0],
+        &grid([0.0]),
+    );
+}

@@ -1,0 +1,73 @@
+//! The hypotheses of each block: which effects it may hide, how large they may be, and how they look.
+
+pub mod controller;
+pub mod drive;
+
+use crate::block::MeasuredBlock;
+use crate::inference::unknown::{Prior, Role, Unknown};
+
+/// An effect that a block may hide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// Catalogue id (`J3_stribeck`).
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// Effects of one group look alike in data.
+    pub group: &'static str,
+    /// Its free numbers.
+    pub unknowns: Vec<Unknown>,
+    /// Forms that the screening tries, each a `z` for every free number at a finite size.
+    pub forms: Vec<Vec<f64>>,
+    /// Which free numbers are sizes of one form, to be matched together.
+    pub sizes: Vec<usize>,
+    /// Whether the signature's shape changes with the size, so that the forms are tried at the sizes that they have.
+    pub shaped: bool,
+}
+
+/// Builds hypotheses of one block.
+pub(crate) struct Shelf<'a> {
+    block: &'a MeasuredBlock,
+    pub(crate) all: Vec<Hypothesis>,
+}
+
+/// A free number as a library writes it.
+pub(crate) type Entry = (&'static str, Prior, Role);
+
+impl<'a> Shelf<'a> {
+    pub(crate) fn of(block: &'a MeasuredBlock) -> Self {
+        Self { block, all: Vec::new() }
+    }
+
+    /// The nominal value of a parameter.
+    pub(crate) fn base(&self, name: &str) -> f64 {
+        self.block.base[self.block.field(name)]
+    }
+
+    /// Adds an effect. Its forms: every combination of the given `z` of its form numbers, at the given sizes.
+    pub(crate) fn add(
+        &mut self,
+        [id, name, group]: [&'static str; 3],
+        entries: &[Entry],
+        sizes: &[f64],
+        forms: &[Vec<f64>],
+    ) {
+        let fields = self.block.kind.parameters();
+        let unknown = |(name, prior, role): &Entry| {
+            let field = self.block.field(name);
+            Unknown { name: (*name).to_owned(), field, unit: fields[field].unit, prior: *prior, role: *role }
+        };
+        let unknowns: Vec<Unknown> = entries.iter().map(unknown).collect();
+        let shaped = |size: f64, form: &[f64]| -> Vec<f64> {
+            let mut form = form.iter();
+            let z = |unknown: &Unknown| if unknown.role == Role::Size { size } else { *form.next().unwrap_or(&0.0) };
+            unknowns.iter().map(z).collect()
+        };
+        let none = [Vec::new()];
+        let forms = if forms.is_empty() { &none[..] } else { forms };
+        let forms = forms.iter().flat_map(|form| sizes.iter().map(|size| shaped(*size, form)).collect::<Vec<_>>());
+        let forms = forms.collect();
+        let places = (0..unknowns.len()).filter(|i| unknowns[*i].role == Role::Size).collect();
+        self.all.push(Hypothesis { id, name, group, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
+    }
+}

@@ -1,0 +1,5 @@
+//! Measured recordings: read through a model's `[log]`, put on an even grid, and what was found wrong with them.
+
+pub mod grid;
+pub mod smooth;
+pub(crate) mod table;

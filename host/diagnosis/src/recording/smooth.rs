@@ -1,0 +1,170 @@
+//! Motion from sampled positions: band-limited value, rate and acceleration on a finer grid, without phase.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+use std::f64::consts::PI;
+
+/// The pass band ends at this share of the cut-off.
+const PASS: f64 = 0.8;
+
+/// A position and its derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Position.
+    pub value: Vec<f64>,
+    /// First derivative \[1/s\].
+    pub rate: Vec<f64>,
+    /// Second derivative \[1/s^2\].
+    pub acceleration: Vec<f64>,
+}
+
+/// The low-passed motion of samples at equal steps \[s\], `finer` instants a step from the first to the last sample.
+///
+/// The samples less their chord are continued point-symmetrically at both ends, which makes them a sine series; its
+/// terms above the cut-off \[Hz\] are dropped and the rest is differentiated term by term, so that no band-limited
+/// motion is distorted. Near the ends, where the acceleration jumps in the continuation, a few periods of the cut-off
+/// ring.
+pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
+    let n = samples.len() - 1;
+    let chord = (samples[n] - samples[0]) / n as f64;
+    let odd: Vec<f64> = samples.iter().enumerate().map(|(i, y)| y - samples[0] - chord * i as f64).collect();
+    let mut whole = odd.clone();
+    whole.extend(odd[1..n].iter().rev().map(|y| -y));
+    let mut planner = RealFftPlanner::<f64>::new();
+    let forward = planner.plan_fft_forward(2 * n);
+    let mut spectrum = forward.make_output_vec();
+    forward.process(&mut whole, &mut spectrum).expect("buffers of the plan's lengths");
+
+    let base = PI / (n as f64 * step);
+    let backward = planner.plan_fft_inverse(2 * n * finer);
+    let derivative = |order: u32| -> Vec<f64> {
+        let mut wide = backward.make_input_vec();
+        for (k, (wide, narrow)) in wide.iter_mut().zip(&spectrum).enumerate() {
+            let omega = base * k as f64;
+            let gain = low_pass(omega / (2.0 * PI), cutoff) / (2 * n) as f64;
+            // The series is odd: only the sine terms carry it.
+            let sine = Complex::new(0.0, narrow.im) * gain;
+            *wide = sine * Complex::new(0.0, omega).powu(order);
+        }
+        wide[0] = Complex::default();
+        let last = wide.len() - 1;
+        wide[last].im = 0.0;
+        let mut out = backward.make_output_vec();
+        backward.process(&mut wide, &mut out).expect("buffers of the plan's lengths");
+        out.truncate(n * finer + 1);
+        out
+    };
+    let (mut value, mut rate) = (derivative(0), derivative(1));
+    let acceleration = derivative(2);
+    for (i, value) in value.iter_mut().enumerate() {
+        *value += samples[0] + chord * i as f64 / finer as f64;
+    }
+    rate.iter_mut().for_each(|rate| *rate += chord / step);
+    Motion { value, rate, acceleration }
+}
+
+/// 1 in the pass band, 0 above the cut-off, half a cosine between.
+fn low_pass(frequency: f64, cutoff: f64) -> f64 {
+    let place = (frequency / cutoff - PASS) / (1.0 - PASS);
+    0.5 + 0.5 * (PI * place.clamp(0.0, 1.0)).cos()
+}
+
+/// Power of a series in equal bands up to its Nyquist frequency, the ends tapered (Hann).
+pub fn band_powers(series: &[f64], bands: usize) -> Vec<f64> {
+    let n = series.len();
+    let mean = series.iter().sum::<f64>() / n as f64;
+    let taper = |i: usize| 0.5 - 0.5 * (2.0 * PI * (i as f64 + 0.5) / n as f64).cos();
+    let mut tapered: Vec<f64> = series.iter().enumerate().map(|(i, y)| (y - mean) * taper(i)).collect();
+    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut spectrum = forward.make_output_vec();
+    forward.process(&mut tapered, &mut spectrum).expect("buffers of the plan's lengths");
+    let mut powers = vec![0.0; bands];
+    for (k, value) in spectrum.iter().enumerate() {
+        powers[(2 * k * bands / n).min(bands - 1)] += value.norm_sqr();
+    }
+    powers
+}
+
+/// A linear-phase low-pass with decimation: what it gives is aligned with the samples that it keeps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decimator {
+    taps: Vec<f64>,
+    every: usize,
+}
+
+impl Decimator {
+    /// For samples at equal steps \[s\]: keeps every so many, and of the frequencies those below 0.8 of the new Nyquist
+    /// frequency. A windowed sinc (Blackman), 10 kept samples long to either side.
+    pub fn new(every: usize) -> Self {
+        let half = 10 * every as i64;
+        let cutoff = 0.45 / every as f64;
+        let tap = |i: i64| {
+            let x = i as f64;
+            let sinc = if i == 0 { 2.0 * cutoff } else { (2.0 * PI * cutoff * x).sin() / (PI * x) };
+            let phase = PI * x / half as f64;
+            sinc * (0.42 + 0.5 * phase.cos() + 0.08 * (2.0 * phase).cos())
+        };
+        let taps: Vec<f64> = (-half..=half).map(tap).collect();
+        let sum: f64 = taps.iter().sum();
+        Self { taps: taps.iter().map(|tap| tap / sum).collect(), every }
+    }
+
+    /// Steps of the samples that one kept sample stands for.
+    pub fn every(&self) -> usize {
+        self.every
+    }
+
+    /// Samples at either end for which nothing is given.
+    pub fn margin(&self) -> usize {
+        self.taps.len() / 2
+    }
+
+    /// How many samples are kept of so many.
+    pub fn kept(&self, samples: usize) -> usize {
+        (samples + self.every).saturating_sub(self.taps.len()) / self.every
+    }
+
+    /// Filters and decimates every `stride`-th number of a list from `first`.
+    pub fn pass(&self, list: &[f64], first: usize, stride: usize) -> Vec<f64> {
+        let samples = list.len() / stride;
+        let at = |kept: usize| {
+            let from = kept * self.every;
+            self.taps.iter().enumerate().map(|(i, tap)| tap * list[(from + i) * stride + first]).sum()
+        };
+        (0..self.kept(samples)).map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_below_the_cutoff_is_differentiated_as_if_it_were_known() {
+        let (step, finer, f) = (0.004, 8, 7.0);
+        let omega = 2.0 * PI * f;
+        let samples: Vec<f64> = (0..1500).map(|i| 0.3 * i as f64 * step + (omega * i as f64 * step).sin()).collect();
+        let m = motion(&samples, step, 100.0, finer);
+        assert_eq!(m.value.len(), 1499 * finer + 1);
+        for i in (2000..10_000).step_by(333) {
+            let t = i as f64 * step / finer as f64;
+            assert!((m.value[i] - 0.3 * t - (omega * t).sin()).abs() < 1e-5, "{t}");
+            assert!((m.rate[i] - 0.3 - omega * (omega * t).cos()).abs() < 1e-4 * omega, "{t}");
+            assert!((m.acceleration[i] + omega * omega * (omega * t).sin()).abs() < 1e-3 * omega * omega, "{t}");
+        }
+    }
+
+    #[test]
+    fn decimation_keeps_slow_waves_in_place_and_drops_what_would_alias() {
+        let wave = |f: f64| -> Vec<f64> { (0..1000).map(|i| (2.0 * PI * f * f64::from(i)).cos()).collect() };
+        let decimator = Decimator::new(2);
+        let slow = decimator.pass(&wave(0.1), 0, 1);
+        for (k, value) in slow.iter().enumerate() {
+            let at = (decimator.margin() + 2 * k) as f64;
+            assert!((value - (2.0 * PI * 0.1 * at).cos()).abs() < 1e-3, "{k}");
+        }
+        assert!(decimator.pass(&wave(0.31), 0, 1).iter().all(|value| value.abs() < 1e-3));
+        assert_eq!(slow.len(), decimator.kept(1000));
+        assert_eq!(decimator.pass(&wave(0.1).repeat(2), 0, 2).len(), slow.len(), "every second number");
+    }
+}

@@ -1,0 +1,118 @@
+//! Columns of numbers from a CSV or Parquet file, by the names that a model file gives.
+
+use crate::{Error, Result};
+use std::path::Path;
+
+/// What is made of a cell that holds no number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gaps {
+    /// The file is refused.
+    Refused,
+    /// It is a gap in the recording: NaN.
+    Kept,
+}
+
+/// The columns that are wanted of a file.
+pub(crate) struct Wanted<'a> {
+    /// Signal and column.
+    pub(crate) columns: Vec<(&'a str, &'a str)>,
+    /// The model file whose `[log]` names them.
+    pub(crate) model: &'a str,
+    /// What is made of cells without a number.
+    pub(crate) gaps: Gaps,
+}
+
+impl Wanted<'_> {
+    /// Reads the columns in their order; the ending `.parquet` tells Parquet from CSV.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
+        let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
+        if is_parquet { self.parquet(path) } else { self.csv(path) }
+    }
+
+    /// The error for a column that the file lacks.
+    fn no_column(&self, path: &Path, line: Option<usize>, name: &str, known: &[String]) -> Error {
+        let signal = self.columns.iter().find(|column| column.1 == name).map_or("", |column| column.0);
+        let what = format!("there is no column `{name}`, which [log] of {} names for `{signal}`", self.model);
+        let shown: Vec<&str> = known.iter().take(12).map(String::as_str).collect();
+        let more = if known.len() > shown.len() { ", ..." } else { "" };
+        Error::log(path, line, what, format!("name one of its columns there: {}{more}", shown.join(", ")))
+    }
+
+    fn parquet(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
+        let known = softdock_results::foreign::column_names(path)?;
+        let names: Vec<&str> = self.columns.iter().map(|column| column.1).collect();
+        if let Some(name) = names.iter().find(|name| !known.iter().any(|column| column == *name)) {
+            return Err(self.no_column(path, None, name, &known));
+        }
+        let columns = softdock_results::foreign::number_columns(path, &names).map_err(|error| match error {
+            softdock_results::Error::Contract { what, .. } => {
+                Error::log(path, None, what, format!("name columns of numbers in [log] of {}", self.model))
+            }
+            other => other.into(),
+        })?;
+        for (name, values) in names.iter().zip(&columns) {
+            let row = values.iter().position(|value| !value.is_finite());
+            if let (Gaps::Refused, Some(row)) = (self.gaps, row) {
+                let what = format!("row {} of column `{name}` is no finite number", row + 1);
+                return Err(Error::log(path, None, what, COMPLETE));
+            }
+        }
+        Ok(columns)
+    }
+
+    fn csv(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
+        let bytes = std::fs::read(path)
+            .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Error::log(path, None, "is not UTF-8 text", "save it as UTF-8, or as Parquet with the ending .parquet")
+        })?;
+        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let Some((_, header)) = lines.next() else {
+            return Err(Error::log(
+                path,
+                None,
+                "the file is empty",
+                "name a CSV file with a header, or a Parquet file",
+            ));
+        };
+        let known: Vec<String> = header.split(',').map(|cell| clean(cell).to_owned()).collect();
+        let place = |name: &str| {
+            let place = known.iter().position(|column| column == name);
+            place.ok_or_else(|| self.no_column(path, Some(1), name, &known))
+        };
+        let places: Vec<usize> = self.columns.iter().map(|column| place(column.1)).collect::<Result<_>>()?;
+        let mut columns = vec![Vec::new(); self.columns.len()];
+        for (number, line) in lines {
+            let cells: Vec<&str> = line.split(',').collect();
+            if cells.len() != known.len() {
+                let what = format!("{} values where the header names {} columns", cells.len(), known.len());
+                return Err(Error::log(path, Some(number + 1), what, "complete or remove the row"));
+            }
+            for (((_, name), place), column) in self.columns.iter().zip(&places).zip(&mut columns) {
+                column.push(self.number(clean(cells[*place])).ok_or_else(|| {
+                    let what = format!("`{}` in column `{name}` is no finite number", clean(cells[*place]));
+                    Error::log(path, Some(number + 1), what, COMPLETE)
+                })?);
+            }
+        }
+        Ok(columns)
+    }
+
+    /// The number in a cell; without one NaN or nothing.
+    fn number(&self, cell: &str) -> Option<f64> {
+        let gap = |cell: &str| cell.is_empty() || ["nan", "null", "na"].contains(&cell.to_ascii_lowercase().as_str());
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() => Some(value),
+            _ if self.gaps == Gaps::Kept && (gap(cell) || cell.parse::<f64>().is_ok()) => Some(f64::NAN),
+            _ => None,
+        }
+    }
+}
+
+/// What to do about a row without a number.
+const COMPLETE: &str = "cut the recording so that every row is complete";
+
+/// A cell without spaces and quotes.
+fn clean(cell: &str) -> &str {
+    cell.trim().trim_start_matches('\u{feff}').trim_matches('"').trim()
+}

@@ -1,0 +1,45 @@
+//! Simulates blocks of the loop from their recordings on a GPU, in f32: one lane for every parameter set.
+
+use super::{GpuEngine, WORKGROUP};
+use crate::EngineError;
+use crate::blocks::{Kind, Outputs};
+use softdock_kernels::block::Recorded;
+
+/// Lanes of one dispatch: what their outputs leave of WebGPU's 128 MiB binding.
+const MOST_OUTPUTS: usize = 24 << 20;
+
+impl GpuEngine {
+    /// Simulates a block for every recording and every parameter set; the result as of [`crate::blocks::simulate`].
+    ///
+    /// # Errors
+    /// Those of the device, see [`EngineError`].
+    pub fn simulate(&self, kind: Kind, recordings: &[Recorded], sets: &[Vec<f64>]) -> Result<Outputs, EngineError> {
+        recordings.iter().map(|recorded| self.simulate_one(kind, recorded, sets)).collect()
+    }
+
+    fn simulate_one(&self, kind: Kind, recorded: &Recorded, sets: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, EngineError> {
+        let text = kind.kernel(recorded.step);
+        let numbers = recorded.samples() * kind.outputs().len();
+        let mut out = Vec::with_capacity(sets.len());
+        for chunk in sets.chunks((MOST_OUTPUTS / numbers).max(1)) {
+            let lanes = chunk.len();
+            let parameters = (0..chunk[0].len()).flat_map(|field| chunk.iter().map(move |set| set[field]));
+            let buffers = [
+                vec![lanes as u32, recorded.instants as u32, recorded.stride as u32],
+                words(recorded.inputs.iter().copied()),
+                words(recorded.late.iter().copied()),
+                words(parameters),
+                vec![0; numbers * lanes],
+            ];
+            let groups = lanes.div_ceil(WORKGROUP) as u32;
+            let outputs = self.compute(&text, "replay", groups, &buffers)?.pop().expect("the last buffer");
+            let number = |lane: usize, i: usize| f64::from(f32::from_bits(outputs[i * lanes + lane]));
+            out.extend((0..lanes).map(|lane| (0..numbers).map(|i| number(lane, i)).collect()));
+        }
+        Ok(out)
+    }
+}
+
+fn words(values: impl Iterator<Item = f64>) -> Vec<u32> {
+    values.map(|value| (value as f32).to_bits()).collect()
+}
