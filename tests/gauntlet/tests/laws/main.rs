@@ -1,0 +1,4 @@
+//! The gauntlet from outside: sets are repeatable, hide what they say, and hide it by its law.
+
+mod sets;
+mod support;
