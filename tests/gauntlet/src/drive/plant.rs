@@ -7,11 +7,11 @@ use crate::ode::System;
 /// Index of a state: motor angle and rate, bristle, link angle and rate, motor torque behind the current loop, angle and
 /// rate of the elastic part.
 pub(crate) const MOTOR: usize = 0;
-const MOTOR_RATE: usize = 1;
+pub(crate) const MOTOR_RATE: usize = 1;
 const BRISTLE: usize = 2;
-const LINK: usize = 3;
-const LINK_RATE: usize = 4;
-const CURRENT: usize = 5;
+pub(crate) const LINK: usize = 3;
+pub(crate) const LINK_RATE: usize = 4;
+pub(crate) const CURRENT: usize = 5;
 const PART: usize = 6;
 const PART_RATE: usize = 7;
 

@@ -1,4 +1,5 @@
 //! The gauntlet from outside: sets are repeatable, hide what they say, and hide it by its law.
 
+mod drive;
 mod sets;
 mod support;
