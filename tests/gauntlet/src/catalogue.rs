@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
-use crate::drive;
 use crate::error::Error;
+use crate::{contact, drive};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +11,8 @@ pub enum Rig {
         /// Whether the link has an encoder of its own.
         link_encoder: bool,
     },
+    /// A body pushed, slid and bounced against a plate.
+    Contact,
 }
 
 /// Which sizes of an effect show more of it.
@@ -71,6 +73,7 @@ impl EffectCase {
 pub fn effects(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::EFFECTS,
+        Rig::Contact => contact::EFFECTS,
     }
 }
 
@@ -78,6 +81,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
 pub fn outside(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::OUTSIDE,
+        Rig::Contact => contact::OUTSIDE,
     }
 }
 

@@ -8,8 +8,10 @@
 //! The crate knows nothing of softdock: what it shared with the fitter would flatter the fitter's score.
 
 mod catalogue;
+mod contact;
 mod drive;
 mod error;
+mod instrument;
 mod motion;
 mod ode;
 mod random;

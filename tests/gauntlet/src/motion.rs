@@ -1,6 +1,6 @@
 //! Commanded motions as sums of faded-in waves, with exact rates and accelerations.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Time over which a wave fades in and out \[s\].
 const FADE_S: f64 = 0.4;
@@ -28,6 +28,11 @@ pub(crate) const fn sine(amplitude: f64, hz: f64, phase: f64) -> Wave {
 /// A sine inside a window.
 pub(crate) const fn burst(amplitude: f64, hz: f64, opens_s: f64, closes_s: f64) -> Wave {
     Wave { amplitude, from_hz: hz, to_hz: hz, phase: 0.0, opens_s, closes_s }
+}
+
+/// A constant inside a window.
+pub(crate) const fn plateau(amplitude: f64, opens_s: f64, closes_s: f64) -> Wave {
+    Wave { amplitude, from_hz: 0.0, to_hz: 0.0, phase: FRAC_PI_2, opens_s, closes_s }
 }
 
 /// A sweep of the frequency inside a window.

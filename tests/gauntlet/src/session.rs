@@ -1,10 +1,10 @@
 //! A session at a rig: three repeats of every experiment in mixed order, a held-out motion, and the truth apart from them.
 
 use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
-use crate::drive;
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
+use crate::{contact, drive};
 use std::path::Path;
 use std::{fs, io};
 
@@ -52,6 +52,7 @@ pub(crate) trait Bench {
 fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
     match rig {
         Rig::Drive { link_encoder } => Box::new(drive::DriveBench::new(sizes, link_encoder, seed)),
+        Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
     }
 }
 

@@ -13,9 +13,10 @@ mod plant;
 mod tests;
 
 use crate::catalogue::{Parameter, Sizes};
+use crate::instrument::{Instrument, stamped};
 use crate::motion::Motion;
 use crate::ode::advance;
-use crate::random::{Disturbance, Stream};
+use crate::random::Disturbance;
 use crate::session::{Bench, Run};
 use crate::table::{Column, Table, column};
 use build::{Inner, Nuisances};
@@ -30,25 +31,16 @@ const STEPS: usize = 10;
 /// Periods of the controller in one of the log: 250 Hz.
 const LOGGED: usize = 4;
 /// Encoder: quantum and standard deviation of the noise \[rad\].
-const QUANTUM: f64 = 6e-6;
+const ENCODER_QUANTUM: f64 = 6e-6;
 const ENCODER_NOISE: f64 = 5e-6;
-/// Standard deviation of the noise on the logged torque, and of the disturbance inside the plant \[N m\].
+/// Torque channel: standard deviation of the noise and quantum \[N m\].
 const TORQUE_NOISE: f64 = 1.0;
+const TORQUE_QUANTUM: f64 = 0.01;
+/// Standard deviation of the disturbance inside the plant \[N m\].
 const DISTURBANCE: f64 = 0.6;
 
 const COLUMNS: [Column; 4] = [column("t_s", 3), column("ref_rad", 9), column("q_rad", 7), column("tau_nm", 4)];
 const LINK_COLUMN: Column = column("ql_rad", 7);
-
-/// An encoder: quantised and noisy, or exact.
-struct Encoder(Option<Stream>);
-
-impl Encoder {
-    /// The reading of an angle \[rad\].
-    fn read(&mut self, angle: f64) -> f64 {
-        let Some(noise) = &mut self.0 else { return angle };
-        ((angle + ENCODER_NOISE * noise.normal()) / QUANTUM).round() * QUANTUM
-    }
-}
 
 /// What happened at each tick.
 #[derive(Default)]
@@ -79,8 +71,8 @@ impl DriveBench {
     fn simulate(&self, motion: &Motion, run: &Run, steps: usize) -> Trace {
         let mut disturbance =
             run.noise.map(|colour| Disturbance::new(colour, DISTURBANCE, PERIOD, run.stream("disturbance torque")));
-        let mut motor = Encoder(run.noise.map(|_| run.stream("motor encoder")));
-        let mut link = Encoder(run.noise.map(|_| run.stream("link encoder")));
+        let mut motor = Instrument::new(run, "motor encoder", ENCODER_NOISE, ENCODER_QUANTUM);
+        let mut link = Instrument::new(run, "link encoder", ENCODER_NOISE, ENCODER_QUANTUM);
         let start = motion.at(0.0)[0];
         let (mut plant, mut state) = (self.plant.clone(), self.plant.at_rest(start));
         let (mut path, mut controller) = (CommandPath::new(&self.sizes, start), Controller::new());
@@ -103,12 +95,6 @@ impl DriveBench {
     }
 }
 
-/// The torque \[N m\] at a tick, off by a clock offset \[s\] smaller than a tick; the drive's monitor interpolates.
-fn stamped(torque: &[f64], tick: usize, offset: f64) -> f64 {
-    let other = if offset >= 0.0 { tick + 1 } else { tick.saturating_sub(1) };
-    torque[tick] + (offset / PERIOD).abs() * (torque[other] - torque[tick])
-}
-
 impl Bench for DriveBench {
     fn model(&self) -> String {
         nominal::text(self.link_encoder)
@@ -121,13 +107,12 @@ impl Bench for DriveBench {
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let motion = motions::motion(experiment);
         let trace = self.simulate(&motion, run, STEPS);
-        let mut noise = run.noise.map(|_| run.stream("torque channel"));
+        let mut monitor = Instrument::new(run, "torque channel", TORQUE_NOISE, TORQUE_QUANTUM);
         let columns = if self.link_encoder { [&COLUMNS[..], &[LINK_COLUMN]].concat() } else { COLUMNS.to_vec() };
         let mut table = Table::new(&columns);
         for tick in (0..trace.motor.len() - 1).step_by(LOGGED) {
             let time = tick as f64 * PERIOD;
-            let noise = noise.as_mut().map_or(0.0, |noise| TORQUE_NOISE * noise.normal());
-            let torque = stamped(&trace.torque, tick, self.nuisances.clock_offset) + noise;
+            let torque = monitor.read(stamped(&trace.torque, tick, self.nuisances.clock_offset / PERIOD));
             let row = [run.start_s + time, motion.at(time)[0], trace.motor[tick], torque, trace.link[tick]];
             table.push(&row[..columns.len()]);
         }
