@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
 use crate::error::Error;
-use crate::{contact, drive};
+use crate::{contact, drive, sensor};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub enum Rig {
     },
     /// A body pushed, slid and bounced against a plate.
     Contact,
+    /// A six-axis force/torque sensor under known loads.
+    Sensor,
 }
 
 /// Which sizes of an effect show more of it.
@@ -74,6 +76,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::EFFECTS,
         Rig::Contact => contact::EFFECTS,
+        Rig::Sensor => sensor::EFFECTS,
     }
 }
 
@@ -82,6 +85,7 @@ pub fn outside(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::OUTSIDE,
         Rig::Contact => contact::OUTSIDE,
+        Rig::Sensor => sensor::OUTSIDE,
     }
 }
 

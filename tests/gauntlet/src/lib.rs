@@ -15,7 +15,9 @@ mod instrument;
 mod motion;
 mod ode;
 mod random;
+mod sensor;
 mod session;
+mod space;
 mod table;
 
 pub use catalogue::{EffectCase, Hidden, Parameter, Rig, Stronger, effects, outside};

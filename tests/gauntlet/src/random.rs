@@ -84,8 +84,16 @@ pub(crate) struct Disturbance {
 
 impl Disturbance {
     /// With a standard deviation (any unit), for ticks of so many seconds.
-    pub(crate) fn new(colour: NoiseColour, deviation: f64, tick: f64, mut stream: Stream) -> Self {
-        let times = colour.correlation_times();
+    pub(crate) fn new(colour: NoiseColour, deviation: f64, tick: f64, stream: Stream) -> Self {
+        Self::of_times(colour.correlation_times(), deviation, tick, stream)
+    }
+
+    /// First order with a correlation time \[s\] of its own.
+    pub(crate) fn first_order(time: f64, deviation: f64, tick: f64, stream: Stream) -> Self {
+        Self::of_times(&[time], deviation, tick, stream)
+    }
+
+    fn of_times(times: &[f64], deviation: f64, tick: f64, mut stream: Stream) -> Self {
         let keep = times.iter().map(|time| if *time > 0.0 { (-tick / time).exp() } else { 0.0 }).collect();
         let deviation = deviation / (times.len() as f64).sqrt();
         let state = times.iter().map(|_| deviation * stream.normal()).collect();

@@ -4,7 +4,7 @@ use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
-use crate::{contact, drive};
+use crate::{contact, drive, sensor};
 use std::path::Path;
 use std::{fs, io};
 
@@ -53,6 +53,7 @@ fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
     match rig {
         Rig::Drive { link_encoder } => Box::new(drive::DriveBench::new(sizes, link_encoder, seed)),
         Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
+        Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
     }
 }
 

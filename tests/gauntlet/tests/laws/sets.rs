@@ -81,9 +81,8 @@ fn every_effect_survives_the_largest_size_and_a_partner() {
                 if case.largest < f64::MAX { case.largest } else { case.size / 4.0 }
             };
             let pair = [Hidden { size: strongest, ..*hidden }, all[(i + 1) % all.len()]];
-            for text in [&pair[..1], &pair[..]].map(|hidden| fresh(rig, hidden, 2).expect("a motion").with_effect) {
-                assert!(!text.contains("NaN") && !text.contains("inf"), "{}", hidden.id);
-            }
+            let text = fresh(rig, &pair, 2).expect("a motion").with_effect;
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{}", hidden.id);
         }
     }
 }
