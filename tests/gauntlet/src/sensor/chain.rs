@@ -81,9 +81,9 @@ pub(crate) struct Chain {
     pub(crate) quantum: f64,
     /// Mass of the tool \[kg\].
     pub(crate) tool_mass: f64,
-    /// Memory: centre of the hysteresis, filtered wrench.
+    /// Memory: centre of the hysteresis; the last signal and what the filter made of it.
     play: Wrench,
-    filtered: Option<Wrench>,
+    filtered: Option<(Wrench, Wrench)>,
 }
 
 impl Chain {
@@ -124,10 +124,14 @@ impl Chain {
         if self.low_pass == 0.0 {
             return signal;
         }
-        let before = self.filtered.unwrap_or(signal);
+        // Exact for a signal that is linear over the step: the filter ends T slope behind it.
+        let (before, filtered) = self.filtered.unwrap_or((signal, signal));
         let keep = (-step / self.low_pass).exp();
-        let filtered = std::array::from_fn(|i| signal[i] + keep * (before[i] - signal[i]));
-        self.filtered = Some(filtered);
+        let filtered = std::array::from_fn(|i| {
+            let behind = self.low_pass * (signal[i] - before[i]) / step;
+            signal[i] - behind + keep * (filtered[i] - before[i] + behind)
+        });
+        self.filtered = Some((signal, filtered));
         filtered
     }
 
@@ -187,6 +191,7 @@ mod tests {
     fn a_low_pass_rises_with_its_time_constant() {
         let mut chain = chain("S5_low_pass", 0.002);
         chain.element([0.0; 6], 1e-4, 0.0);
+        chain.element(WRENCH, 1e-12, 0.0);
         let end = (0..20).fold([0.0; 6], |_, _| chain.element(WRENCH, 1e-4, 0.0));
         near(end, WRENCH.map(|x| x * (1.0 - (-1.0_f64).exp())));
     }

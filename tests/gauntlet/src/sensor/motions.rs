@@ -1,6 +1,6 @@
 //! The sensor bench's experiments: poses and moves without load, a hung mass, blows with an instrumented hammer.
 
-use crate::motion::{Motion, Wave, plateau, sine};
+use crate::motion::{Motion, Wave, sine};
 use crate::session::{FRESH, HOLDOUT};
 use crate::space::{Quaternion, Vector, body_rate, carried, cross, difference, from_angles, into_body, scaled, sum};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -121,12 +121,8 @@ fn hammer(start_s: f64, peak: f64) -> Vec<Blow> {
 
 /// The experiment of a name.
 pub(crate) fn experiment(name: &str) -> Experiment {
-    let tumbling = |faster: f64| {
-        [
-            about(0.1, &[sine(1.5, 0.31 * faster, 0.4), plateau(0.8, 2.0, 3.6)]),
-            about(-0.2, &[sine(1.3, 0.23 * faster, 1.0)]),
-            about(0.0, &[sine(0.6, 0.5 * faster, 0.0)]),
-        ]
+    let tumbling = |roll: f64| {
+        [about(roll, &[sine(1.0, 0.24, 0.0)]), about(-0.2, &[sine(1.1, 0.2, 0.0)]), about(0.0, &[sine(0.6, 0.4, 0.0)])]
     };
     let shaking = |amplitude: f64| {
         [
@@ -137,8 +133,8 @@ pub(crate) fn experiment(name: &str) -> Experiment {
     };
     let place = [0.03, 0.02, 0.2];
     match name {
-        "poses" => Experiment { angles: tumbling(1.0), position: shaking(0.03), hung: (0.0, place), blows: Vec::new() },
-        "load" => Experiment { angles: tumbling(0.8), position: still(), hung: (12.0, place), blows: Vec::new() },
+        "poses" => Experiment { angles: tumbling(0.1), position: shaking(0.03), hung: (0.0, place), blows: Vec::new() },
+        "load" => Experiment { angles: tumbling(1.8), position: still(), hung: (12.0, place), blows: Vec::new() },
         "hammer" => Experiment {
             angles: [about(PI, &[]), about(0.0, &[]), about(0.3, &[])],
             position: still(),
@@ -146,13 +142,13 @@ pub(crate) fn experiment(name: &str) -> Experiment {
             blows: hammer(0.6, 180.0),
         },
         HOLDOUT => Experiment {
-            angles: [about(0.4, &[sine(0.9, 0.4, 2.0)]), about(0.0, &[sine(1.2, 0.27, 0.0)]), about(0.0, &[])],
+            angles: [about(0.9, &[sine(0.7, 0.3, 0.0)]), about(0.5, &[sine(-1.0, 0.22, 0.0)]), about(0.0, &[])],
             position: shaking(0.02),
             hung: (7.0, [-0.02, 0.04, 0.17]),
             blows: hammer(1.2, 110.0),
         },
         FRESH => Experiment {
-            angles: [about(0.0, &[sine(1.1, 0.35, 1.0)]), about(FRAC_PI_2, &[sine(0.8, 0.29, 2.5)]), about(1.0, &[])],
+            angles: [about(-0.7, &[sine(0.8, 0.27, 0.0)]), about(FRAC_PI_2, &[sine(0.9, 0.21, 0.0)]), about(1.0, &[])],
             position: shaking(0.025),
             hung: (9.0, [0.05, -0.03, 0.18]),
             blows: hammer(0.9, 150.0),
