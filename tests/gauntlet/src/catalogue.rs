@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
 use crate::error::Error;
-use crate::{contact, drive, sensor};
+use crate::{command, contact, drive, sensor};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +15,8 @@ pub enum Rig {
     Contact,
     /// A six-axis force/torque sensor under known loads.
     Sensor,
+    /// Commands as sent and as received.
+    Command,
 }
 
 /// Which sizes of an effect show more of it.
@@ -77,6 +79,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
         Rig::Drive { .. } => drive::EFFECTS,
         Rig::Contact => contact::EFFECTS,
         Rig::Sensor => sensor::EFFECTS,
+        Rig::Command => command::EFFECTS,
     }
 }
 
@@ -86,6 +89,7 @@ pub fn outside(rig: Rig) -> &'static [EffectCase] {
         Rig::Drive { .. } => drive::OUTSIDE,
         Rig::Contact => contact::OUTSIDE,
         Rig::Sensor => sensor::OUTSIDE,
+        Rig::Command => command::OUTSIDE,
     }
 }
 

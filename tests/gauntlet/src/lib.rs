@@ -8,6 +8,7 @@
 //! The crate knows nothing of softdock: what it shared with the fitter would flatter the fitter's score.
 
 mod catalogue;
+mod command;
 mod contact;
 mod drive;
 mod error;

@@ -4,7 +4,7 @@ use softdock_gauntlet::{Hidden, NoiseColour, Rig, Set, generate};
 
 /// All rigs.
 pub(crate) const RIGS: &[Rig] =
-    &[Rig::Drive { link_encoder: false }, Rig::Drive { link_encoder: true }, Rig::Contact, Rig::Sensor];
+    &[Rig::Drive { link_encoder: false }, Rig::Drive { link_encoder: true }, Rig::Contact, Rig::Sensor, Rig::Command];
 
 /// A recording's columns.
 pub(crate) struct Recording {
