@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
 use crate::error::Error;
-use crate::{command, contact, drive, sensor};
+use crate::{body, command, contact, drive, sensor};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum Rig {
     Sensor,
     /// Commands as sent and as received.
     Command,
+    /// A free body under known wrenches.
+    Body,
 }
 
 /// Which sizes of an effect show more of it.
@@ -80,6 +82,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
         Rig::Contact => contact::EFFECTS,
         Rig::Sensor => sensor::EFFECTS,
         Rig::Command => command::EFFECTS,
+        Rig::Body => body::EFFECTS,
     }
 }
 
@@ -90,6 +93,7 @@ pub fn outside(rig: Rig) -> &'static [EffectCase] {
         Rig::Contact => contact::OUTSIDE,
         Rig::Sensor => sensor::OUTSIDE,
         Rig::Command => command::OUTSIDE,
+        Rig::Body => body::OUTSIDE,
     }
 }
 

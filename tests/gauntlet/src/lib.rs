@@ -7,6 +7,7 @@
 //!
 //! The crate knows nothing of softdock: what it shared with the fitter would flatter the fitter's score.
 
+mod body;
 mod catalogue;
 mod command;
 mod contact;

@@ -4,7 +4,7 @@ use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
-use crate::{command, contact, drive, sensor};
+use crate::{body, command, contact, drive, sensor};
 use std::path::Path;
 use std::{fs, io};
 
@@ -55,6 +55,7 @@ fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
         Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
         Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
         Rig::Command => Box::new(command::CommandBench::new(sizes, seed)),
+        Rig::Body => Box::new(body::BodyBench::new(sizes, seed)),
     }
 }
 

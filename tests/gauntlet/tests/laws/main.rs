@@ -1,5 +1,6 @@
 //! The gauntlet from outside: sets are repeatable, hide what they say, and hide it by its law.
 
+mod body;
 mod drive;
 mod sensor;
 mod sets;

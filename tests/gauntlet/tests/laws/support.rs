@@ -3,8 +3,14 @@
 use softdock_gauntlet::{Hidden, NoiseColour, Rig, Set, generate};
 
 /// All rigs.
-pub(crate) const RIGS: &[Rig] =
-    &[Rig::Drive { link_encoder: false }, Rig::Drive { link_encoder: true }, Rig::Contact, Rig::Sensor, Rig::Command];
+pub(crate) const RIGS: &[Rig] = &[
+    Rig::Drive { link_encoder: false },
+    Rig::Drive { link_encoder: true },
+    Rig::Contact,
+    Rig::Sensor,
+    Rig::Command,
+    Rig::Body,
+];
 
 /// A recording's columns.
 pub(crate) struct Recording {
