@@ -41,6 +41,9 @@ pub struct EffectCase {
     pub unit: &'static str,
     /// A plausible size, in that unit.
     pub size: f64,
+    /// The smallest size that the rig can show, in that unit: below it a spring or a filter is too fast for the
+    /// integration step.
+    pub smallest: f64,
     /// The largest size that the rig can show, in that unit.
     pub largest: f64,
     /// Which sizes show more.
@@ -56,7 +59,7 @@ impl EffectCase {
         (parameter, size, unit): (&'static str, f64, &'static str),
         law: &'static str,
     ) -> Self {
-        Self { id, parameter, unit, size, largest: 20.0 * size, stronger: Stronger::Larger, law }
+        Self { id, parameter, unit, size, smallest: 0.0, largest: 20.0 * size, stronger: Stronger::Larger, law }
     }
 
     /// An effect that fades as its size grows.
@@ -65,7 +68,13 @@ impl EffectCase {
         (parameter, size, unit): (&'static str, f64, &'static str),
         law: &'static str,
     ) -> Self {
-        Self { id, parameter, unit, size, largest: f64::MAX, stronger: Stronger::Smaller, law }
+        Self { id, parameter, unit, size, smallest: 0.0, largest: f64::MAX, stronger: Stronger::Smaller, law }
+    }
+
+    /// The same with a smallest size.
+    pub(crate) const fn from(mut self, smallest: f64) -> Self {
+        self.smallest = smallest;
+        self
     }
 
     /// The same with another largest size.
@@ -129,7 +138,7 @@ pub(crate) struct Sizes(Vec<(EffectCase, f64)>);
 
 impl Sizes {
     /// # Errors
-    /// An id that the rig does not have, an id named twice, a size that is no positive number or too large.
+    /// An id that the rig does not have, an id named twice, a size that is no positive number or out of the case's range.
     pub(crate) fn check(rig: Rig, hidden: &[Hidden]) -> Result<Self, Error> {
         let all: Vec<EffectCase> = effects(rig).iter().chain(outside(rig)).copied().collect();
         let mut sizes: Vec<(EffectCase, f64)> = Vec::new();
@@ -141,8 +150,8 @@ impl Sizes {
             if sizes.iter().any(|(case, _)| case.id == id) {
                 return Err(Error::Repeated { id });
             }
-            if !(size > 0.0 && size <= case.largest) {
-                return Err(Error::Size { id, size, largest: case.largest, unit: case.unit });
+            if !(size > 0.0 && size >= case.smallest && size <= case.largest) {
+                return Err(Error::Size { size, case: *case });
             }
             sizes.push((*case, size));
         }

@@ -1,5 +1,6 @@
 //! What can be wrong with a request for recordings.
 
+use crate::catalogue::EffectCase;
 use std::fmt;
 
 /// Why no recordings were made.
@@ -17,16 +18,12 @@ pub enum Error {
         /// Its id.
         id: &'static str,
     },
-    /// A size is not a positive number, or beyond what the plant bears.
+    /// A size is not a positive number, or out of the range that the rig can show.
     Size {
-        /// The effect.
-        id: &'static str,
         /// The size asked for, in the effect's unit.
         size: f64,
-        /// The largest size that the rig can show, in the same unit.
-        largest: f64,
-        /// The unit.
-        unit: &'static str,
+        /// The effect with its range.
+        case: EffectCase,
     },
 }
 
@@ -37,8 +34,11 @@ impl fmt::Display for Error {
                 write!(f, "the rig has no effect `{id}`; it can hide {}", known.join(", "))
             }
             Self::Repeated { id } => write!(f, "effect `{id}` is hidden twice; give it one size"),
-            Self::Size { id, size, largest, unit } => {
-                write!(f, "effect `{id}` of size {size} {unit}: give a number above 0 and up to {largest} {unit}")
+            Self::Size { size, case: EffectCase { id, unit, smallest, largest, .. } } => {
+                write!(
+                    f,
+                    "effect `{id}` of size {size} {unit}: give a number above 0, from {smallest:e} to {largest:e} {unit}"
+                )
             }
         }
     }

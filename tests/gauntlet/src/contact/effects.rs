@@ -15,8 +15,10 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("K8_adhesion", ("force", 10.0, "N"), "tension, gone 0.1 mm from the plate"),
     EffectCase::growing("K9_plastic", ("share", 0.15, ""), "unloading slope k / (1 - share), dent share x deepest")
         .up_to(0.9),
-    EffectCase::growing("K10_fixture", ("compliance", 7.5e-7, "m/N"), "plate of 1.5 kg on a spring"),
-    EffectCase::growing("S5_low_pass", ("time_constant", 0.001, "s"), "1/(T s + 1) on the force").up_to(0.02),
+    EffectCase::growing("K10_fixture", ("compliance", 7.5e-7, "m/N"), "plate of 1.5 kg on a spring").from(1e-9),
+    EffectCase::growing("S5_low_pass", ("time_constant", 0.001, "s"), "1/(T s + 1) on the force")
+        .from(3e-5)
+        .up_to(0.02),
 ];
 
 /// Forms outside the catalogue.

@@ -11,12 +11,15 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("J5_load_friction", ("share", 0.15, ""), "f |static load of the gear| sgn v").up_to(1.0),
     EffectCase::growing("J6_warm_up", ("loss", 0.4, ""), "viscous friction b exp(-loss (1 - exp(-t/T)))").up_to(5.0),
     EffectCase::growing("J7_backlash", ("half_gap", 0.0005, "rad"), "dead zone between motor and link"),
-    EffectCase::growing("J8_elasticity", ("compliance", 1.17e-5, "rad/(N m)"), "linear spring between motor and link"),
+    EffectCase::growing("J8_elasticity", ("compliance", 1.17e-5, "rad/(N m)"), "linear spring between motor and link")
+        .from(2e-9),
     EffectCase::growing("J9_torque_ripple", ("amplitude", 3.0, "N m"), "A sin(n q + phase)"),
     EffectCase::growing("J10_transmission_error", ("amplitude", 0.0003, "rad"), "q_l = q + e sin(n q + phase)")
         .up_to(0.01),
     EffectCase::growing("J11_torque_constant", ("share", 0.05, ""), "(1 + share) tau").up_to(0.5),
-    EffectCase::growing("J12_current_loop", ("time_constant", 0.002, "s"), "1/(T s + 1) on the torque").up_to(0.01),
+    EffectCase::growing("J12_current_loop", ("time_constant", 0.002, "s"), "1/(T s + 1) on the torque")
+        .from(5e-5)
+        .up_to(0.01),
     EffectCase::limit("J13_saturation", ("limit", 150.0, "N m"), "torque cut at the limit"),
     EffectCase::growing("J14_payload", ("mass", 1.5, "kg"), "m (r^2 a + g r cos q) at the payload's radius"),
     EffectCase::growing("J15_link_inertia", ("inertia", 1.5, "kg m^2"), "dJ a"),
@@ -45,7 +48,8 @@ pub(crate) const OUTSIDE: &[EffectCase] = &[
         "second_resonance",
         ("compliance", 3.0e-5, "rad/(N m)"),
         "an elastic part of the link's inertia",
-    ),
+    )
+    .from(1e-9),
     EffectCase::growing("asymmetric_backlash", ("gap", 0.0005, "rad"), "one flank loose, six times softer"),
     EffectCase::growing("load_dependent_delay", ("delay", 0.003, "s"), "reference received T |tau| / 100 N m later")
         .up_to(0.02),

@@ -1,14 +1,19 @@
 //! What holds for the sets of every rig.
 
 use crate::support::{RIGS, Recording, distance, set};
-use softdock_gauntlet::{Error, Hidden, NoiseColour, Rig, effects, fresh, generate, outside};
+use softdock_gauntlet::{EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, fresh, generate, outside};
 use std::time::Instant;
 
 const DRIVE: Rig = Rig::Drive { link_encoder: false };
 
+/// Every effect of a rig.
+fn cases(rig: Rig) -> impl Iterator<Item = &'static EffectCase> {
+    effects(rig).iter().chain(outside(rig))
+}
+
 /// Every effect of a rig at its plausible size.
 fn every(rig: Rig) -> impl Iterator<Item = Hidden> {
-    effects(rig).iter().chain(outside(rig)).map(|case| Hidden { id: case.id, size: case.size })
+    cases(rig).map(|case| Hidden { id: case.id, size: case.size })
 }
 
 #[test]
@@ -51,39 +56,72 @@ fn the_log_table_of_the_model_names_the_columns() {
     }
 }
 
+/// How far a size of an effect moves the truth: the sum over columns of the change's share of the column.
+fn change(rig: Rig, id: &'static str, size: f64) -> f64 {
+    let fresh = fresh(rig, &[Hidden { id, size }], 5).expect(id);
+    let (with, without) = (Recording::read(&fresh.with_effect), Recording::read(&fresh.without_effect));
+    let zero = vec![0.0; without.len()];
+    let share = |name: &String| {
+        let before = without.column(name);
+        distance(&with.column(name), &before) / distance(&before, &zero).max(1e-9)
+    };
+    with.names().iter().map(share).sum()
+}
+
 #[test]
 fn every_effect_changes_the_truth_and_a_smaller_one_changes_it_less() {
     for &rig in RIGS {
-        for Hidden { id, size } in every(rig) {
-            let changes = |size: f64| {
-                let fresh = fresh(rig, &[Hidden { id, size }], 5).expect(id);
-                let (with, without) = (Recording::read(&fresh.with_effect), Recording::read(&fresh.without_effect));
-                let change = |name: &String| distance(&with.column(name), &without.column(name));
-                let scale = |name: &String| distance(&without.column(name), &vec![0.0; without.len()]).max(1e-9);
-                with.names().iter().map(|name| change(name) / scale(name)).sum::<f64>()
+        for case in cases(rig) {
+            let full = change(rig, case.id, case.size);
+            assert!(full.is_finite() && full > 1e-6, "{}: {full}", case.id);
+            let weaker = match case.stronger {
+                Stronger::Larger => (case.size / 50.0).max(case.smallest),
+                Stronger::Smaller => case.size * 50.0,
             };
-            let full = changes(size);
-            assert!(full.is_finite() && full > 1e-6, "{id}: {full}");
-            let growing = effects(rig).iter().chain(outside(rig)).find(|case| case.id == id).expect(id).stronger;
-            let less = if growing == softdock_gauntlet::Stronger::Larger { size / 50.0 } else { size * 50.0 };
-            assert!(changes(less) < 0.5 * full, "{id}: {} of {full}", changes(less));
+            let less = change(rig, case.id, weaker);
+            assert!(less < 0.5 * full, "{}: {less} of {full}", case.id);
         }
     }
 }
 
 #[test]
-fn every_effect_survives_the_largest_size_and_a_partner() {
+fn every_effect_bears_the_ends_of_its_range_and_a_partner() {
     for &rig in RIGS {
         let all: Vec<Hidden> = every(rig).collect();
-        for (i, hidden) in all.iter().enumerate() {
-            let strongest = {
-                let case = effects(rig).iter().chain(outside(rig)).find(|case| case.id == hidden.id).expect("a case");
-                if case.largest < f64::MAX { case.largest } else { case.size / 4.0 }
-            };
-            let pair = [Hidden { size: strongest, ..*hidden }, all[(i + 1) % all.len()]];
-            let text = fresh(rig, &pair, 2).expect("a motion").with_effect;
-            assert!(!text.contains("NaN") && !text.contains("inf"), "{}", hidden.id);
+        for (i, case) in cases(rig).enumerate() {
+            let smallest = Some(case.smallest).filter(|smallest| *smallest > 0.0);
+            for size in smallest.into_iter().chain([case.largest.min(1000.0 * case.size)]) {
+                let pair = [Hidden { id: case.id, size }, all[(i + 1) % all.len()]];
+                let text = fresh(rig, &pair, 2).expect("a motion").with_effect;
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{} of {size}", case.id);
+            }
         }
+    }
+}
+
+#[test]
+fn the_rigs_hide_what_the_catalogue_lists() {
+    let short =
+        |rig: Rig| effects(rig).iter().map(|case| case.id.split('_').next().expect("a number")).collect::<Vec<_>>();
+    let numbers = |letter: char, range: std::ops::RangeInclusive<u32>| range.map(move |i| format!("{letter}{i}"));
+    assert!(numbers('J', 1..=18).all(|id| short(DRIVE).contains(&&id[..])));
+    assert!(numbers('C', 1..=7).all(|id| short(Rig::Command).contains(&&id[..])));
+    assert!(numbers('S', 1..=8).all(|id| short(Rig::Sensor).contains(&&id[..])));
+    assert!(numbers('K', 1..=10).all(|id| short(Rig::Contact).contains(&&id[..])));
+    assert!(numbers('P', 1..=3).all(|id| short(Rig::Body).contains(&&id[..])));
+    assert!(["C1", "C2", "C5", "C6", "C7"].iter().all(|id| short(DRIVE).contains(id)));
+    for &rig in RIGS {
+        assert!(!outside(rig).is_empty());
+        let ids: std::collections::BTreeSet<&str> = cases(rig).map(|case| case.id).collect();
+        assert_eq!(ids.len(), cases(rig).count(), "{rig:?}");
+    }
+}
+
+#[test]
+fn noise_has_the_colour_asked_for() {
+    for &rig in RIGS {
+        let logs = NoiseColour::ALL.map(|colour| generate(rig, &[], colour, 1).expect("a set").logs);
+        assert!(logs[0] != logs[1] && logs[1] != logs[2] && logs[0] != logs[2], "{rig:?}");
     }
 }
 
@@ -95,8 +133,9 @@ fn a_bad_request_says_what_is_wrong() {
     assert!(ask(&[Hidden { id: "J1", size: 2.0 }]).to_string().contains("J1_coulomb"));
     assert_eq!(ask(&[known, known]), Error::Repeated { id: "J1_coulomb" });
     for size in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
-        assert!(ask(&[Hidden { size, ..known }]).to_string().contains("N m"), "{size}");
+        assert!(ask(&[Hidden { size, ..known }]).to_string().contains("8e1 N m"), "{size}");
     }
+    assert!(matches!(ask(&[Hidden { id: "J8_elasticity", size: 1e-10 }]), Error::Size { .. }));
 }
 
 #[test]
