@@ -40,12 +40,13 @@ pub(crate) const fn chirp(amplitude: f64, from_hz: f64, to_hz: f64, opens_s: f64
     Wave { amplitude, from_hz, to_hz, phase: 0.0, opens_s, closes_s }
 }
 
-/// Smooth step from 0 to 1 with its first two derivatives; both vanish at the ends.
+/// Smooth step from 0 to 1 with its first two derivatives. At the ends the third vanishes too: who rebuilds rate and
+/// acceleration from a log of the position finds no kink there.
 fn fade(time: f64) -> [f64; 3] {
     let s = (time / FADE_S).clamp(0.0, 1.0);
-    let slope = 30.0 * (s * (1.0 - s)).powi(2) / FADE_S;
-    let bend = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (FADE_S * FADE_S);
-    [s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), slope, bend]
+    let slope = 140.0 * (s * (1.0 - s)).powi(3) / FADE_S;
+    let bend = 420.0 * (s * (1.0 - s)).powi(2) * (1.0 - 2.0 * s) / (FADE_S * FADE_S);
+    [s.powi(4) * (35.0 - s * (84.0 - s * (70.0 - 20.0 * s))), slope, bend]
 }
 
 /// Product of two functions given with their first two derivatives.

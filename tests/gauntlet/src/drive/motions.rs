@@ -51,7 +51,7 @@ fn creep() -> Motion {
 
 /// Other frequencies, another pose, and a slow end.
 fn validation() -> Motion {
-    let mut waves = vec![sine(0.25, 0.27, 1.0), chirp(0.015, 3.2, 1.1, 0.3, 4.4), burst(0.002, 5.3, 1.0, 3.5)];
+    let mut waves = vec![sine(0.25, 0.27, 0.5), chirp(0.015, 3.2, 1.1, 0.3, 4.4), burst(0.002, 5.3, 1.0, 3.5)];
     waves.extend([burst(0.05, 0.7, 0.0, 4.2), burst(0.012, 0.9, 4.3, 6.0)]);
     Motion { centre: 0.4, waves }
 }

@@ -2,6 +2,7 @@
 
 mod body;
 mod drive;
+mod replay;
 mod sensor;
 mod sets;
 mod support;
