@@ -20,7 +20,7 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("J12_current_loop", ("time_constant", 0.002, "s"), "1/(T s + 1) on the torque")
         .from(5e-5)
         .up_to(0.01),
-    EffectCase::limit("J13_saturation", ("limit", 150.0, "N m"), "torque cut at the limit"),
+    EffectCase::limit("J13_saturation", ("limit", 230.0, "N m"), "torque cut at the limit"),
     EffectCase::growing("J14_payload", ("mass", 1.5, "kg"), "m (r^2 a + g r cos q) at the payload's radius"),
     EffectCase::growing("J15_link_inertia", ("inertia", 1.5, "kg m^2"), "dJ a"),
     EffectCase::growing("J16_gravity_compensation", ("torque", 5.0, "N m"), "dG cos q"),
@@ -35,7 +35,7 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("C2_lag", ("time_constant", 0.003, "s"), "1/(T s + 1) on the reference"),
     EffectCase::growing("C5_skew", ("skew", 0.0005, ""), "reference's clock slow by a share").up_to(0.02),
     EffectCase::growing("C6_hold", ("period", 0.004, "s"), "reference held over a period").up_to(0.04),
-    EffectCase::limit("C7_rate_limit", ("rate", 0.6, "rad/s"), "|d ref/dt| <= rate"),
+    EffectCase::limit("C7_rate_limit", ("rate", 0.9, "rad/s"), "|d ref/dt| <= rate"),
 ];
 
 /// Forms outside the catalogue. `stribeck_squared` is the catalogue's J3 with another exponent: naming J3 is right there.
@@ -53,7 +53,7 @@ pub(crate) const OUTSIDE: &[EffectCase] = &[
     EffectCase::growing("asymmetric_backlash", ("gap", 0.0005, "rad"), "one flank loose, six times softer"),
     EffectCase::growing("load_dependent_delay", ("delay", 0.003, "s"), "reference received T |tau| / 100 N m later")
         .up_to(0.02),
-    EffectCase::growing("table_kinematics", ("amplitude", 0.0003, "rad"), "periodic error of triangular shape")
+    EffectCase::growing("table_kinematics", ("amplitude", 0.0008, "rad"), "periodic error of triangular shape")
         .up_to(0.005),
     EffectCase::growing("temperature_load", ("share", 0.2, ""), "f |static load| sgn v that comes with warming up")
         .up_to(1.0),

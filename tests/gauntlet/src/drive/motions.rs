@@ -49,17 +49,17 @@ fn creep() -> Motion {
     Motion { centre: 1.1, waves }
 }
 
-/// Other frequencies, another pose, and a slow end.
+/// Other frequencies, another pose, and 2.4 s of creeping at other speeds.
 fn validation() -> Motion {
-    let mut waves = vec![sine(0.25, 0.27, 0.5), chirp(0.015, 3.2, 1.1, 0.3, 4.4), burst(0.002, 5.3, 1.0, 3.5)];
-    waves.extend([burst(0.05, 0.7, 0.0, 4.2), burst(0.012, 0.9, 4.3, 6.0)]);
+    let mut waves = vec![burst(0.25, 0.37, 0.0, 3.6), chirp(0.015, 3.2, 1.1, 0.3, 3.5), burst(0.002, 5.3, 1.0, 3.3)];
+    waves.extend([burst(0.05, 0.8, 0.0, 3.6), burst(0.011, 0.55, 3.6, 6.0)]);
     Motion { centre: 0.4, waves }
 }
 
 /// What the true gain is measured on: no line of it is in a recording.
 fn fresh() -> Motion {
-    let mut waves = vec![sine(0.35, 0.23, 2.5), sine(0.06, 0.81, 0.4), chirp(0.004, 6.0, 2.0, 1.5, 5.5)];
-    waves.extend([burst(0.015, 1.7, 0.2, 3.0), burst(0.03, 0.55, 3.0, 6.0)]);
+    let mut waves = vec![burst(0.35, 0.31, 0.0, 3.4), burst(0.05, 1.01, 0.0, 3.4), chirp(0.004, 6.0, 2.0, 0.5, 3.3)];
+    waves.extend([burst(0.015, 1.7, 0.2, 3.0), burst(0.016, 0.45, 3.4, 6.0)]);
     Motion { centre: 0.75, waves }
 }
 
