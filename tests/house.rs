@@ -27,13 +27,15 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 fn arrows_between_crates_point_one_way() {
     let house = dependencies();
     let own = |name: &str| house[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect();
-    let allowed: [(&str, &[&str]); 6] = [
+    let allowed: [(&str, &[&str]); 7] = [
         ("softdock-engine", &["softdock-kernels"]),
         ("softdock-realtime", &["softdock-kernels", "softdock-campaign"]),
         ("softdock-campaign", &["softdock-kernels"]),
         ("softdock-results", &["softdock-kernels"]),
         ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
         ("softdock-diagnosis", &["softdock-kernels", "softdock-campaign", "softdock-results", "softdock-analysis"]),
+        // It makes the data that the diagnosis is judged by: whatever it shared with the fitter would flatter the score.
+        ("softdock-gauntlet", &[]),
     ];
     for (name, allowed) in allowed {
         let known: Vec<&str> = own(name);

@@ -1,0 +1,175 @@
+//! A session at a rig: three repeats of every experiment in mixed order, a held-out motion, and the truth apart from them.
+
+use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
+use crate::error::Error;
+use crate::random::{NoiseColour, Stream};
+use crate::table::Table;
+use crate::{body, command, contact, drive, sensor};
+use std::path::Path;
+use std::{fs, io};
+
+/// Repeats of every experiment; they differ in noise only.
+const REPEATS: u64 = 3;
+/// From the start of one record to that of the next \[s\].
+const SPACING_S: f64 = 10.0;
+/// Name of the held-out experiment, and of the one that no recording shows.
+pub(crate) const HOLDOUT: &str = "validation";
+pub(crate) const FRESH: &str = "fresh";
+
+/// Circumstances of one record.
+pub(crate) struct Run {
+    /// Seed of the data set.
+    pub(crate) seed: u64,
+    /// Place in the session's order: names the streams of its noise.
+    pub(crate) number: u64,
+    /// When it starts, on the session's clock \[s\].
+    pub(crate) start_s: f64,
+    /// Colour of the disturbance; none for the truth: no disturbance, no instruments.
+    pub(crate) noise: Option<NoiseColour>,
+}
+
+impl Run {
+    /// The stream of a noise of this record.
+    pub(crate) fn stream(&self, purpose: &str) -> Stream {
+        Stream::new(self.seed, purpose, self.number)
+    }
+}
+
+/// A bench with its hidden effects and its nuisances.
+pub(crate) trait Bench {
+    /// The nominal model, as its owner would write it down.
+    fn model(&self) -> String;
+    /// Names of the training experiments.
+    fn training(&self) -> &'static [&'static str];
+    /// Runs one experiment.
+    fn record(&self, experiment: &str, run: &Run) -> Table;
+    /// Further true parameters of a hidden effect than its size.
+    fn further(&self, id: &str) -> Vec<Parameter>;
+    /// What this data set drew within the model's tolerances.
+    fn nuisances(&self) -> Vec<Parameter>;
+}
+
+fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
+    match rig {
+        Rig::Drive { link_encoder } => Box::new(drive::DriveBench::new(sizes, link_encoder, seed)),
+        Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
+        Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
+        Rig::Command => Box::new(command::CommandBench::new(sizes, seed)),
+        Rig::Body => Box::new(body::BodyBench::new(sizes, seed)),
+    }
+}
+
+/// One hidden effect as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HiddenTruth {
+    /// Its id.
+    pub id: &'static str,
+    /// Whether it lies outside the catalogue, so that no name is right.
+    pub outside: bool,
+    /// Its parameters; the first is the one that the size set.
+    pub parameters: Vec<Parameter>,
+}
+
+/// The answer to a data set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// What is hidden; empty for a null set.
+    pub hidden: Vec<HiddenTruth>,
+    /// What the set drew within the model's tolerances, as differences from the model or factors on it.
+    pub nuisances: Vec<Parameter>,
+}
+
+/// What a bench's owner hands over, and the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Set {
+    /// TOML text of the nominal model.
+    pub model: String,
+    /// Training recordings: file name (`sweep_1.csv`) and CSV text.
+    pub logs: Vec<(String, String)>,
+    /// Recordings of a different motion.
+    pub holdout: Vec<(String, String)>,
+    /// The answer, to stay sealed until scored.
+    pub truth: Truth,
+}
+
+impl Set {
+    /// Writes `model.toml`, `training/*.csv` and `holdout/*.csv` into a folder. The truth is not written.
+    ///
+    /// # Errors
+    /// What the file system refuses.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        for (name, files) in [("training", &self.logs), ("holdout", &self.holdout)] {
+            fs::create_dir_all(folder.join(name))?;
+            for (file, text) in files {
+                fs::write(folder.join(name).join(file), text)?;
+            }
+        }
+        fs::write(folder.join("model.toml"), &self.model)
+    }
+}
+
+/// A motion that no recording shows, free of noise, disturbance and instruments; CSV with the recordings' columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fresh {
+    /// As the bench moves.
+    pub with_effect: String,
+    /// As the same bench, nuisances and all, would move if nothing were hidden.
+    pub without_effect: String,
+}
+
+/// The session's order: every round runs all experiments once, in mixed order, so that a drift is no experiment's own.
+fn order(experiments: &[&'static str], seed: u64) -> Vec<(&'static str, u64)> {
+    let mut stream = Stream::new(seed, "order", 0);
+    let mut order = Vec::new();
+    for repeat in 1..=REPEATS {
+        let mut round: Vec<(f64, &str)> = experiments.iter().map(|name| (stream.uniform(), *name)).collect();
+        round.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.extend(round.into_iter().map(|(_, name)| (name, repeat)));
+    }
+    order
+}
+
+fn truth(rig: Rig, sizes: &Sizes, bench: &dyn Bench) -> Truth {
+    let hidden = sizes.iter().map(|(case, size)| {
+        let mut parameters = vec![Parameter::new(case.parameter, *size, case.unit)];
+        parameters.extend(bench.further(case.id));
+        HiddenTruth { id: case.id, outside: outside(rig).contains(case), parameters }
+    });
+    Truth { hidden: hidden.collect(), nuisances: bench.nuisances() }
+}
+
+/// Makes a data set: recordings of a bench with hidden effects (none, one or more), noise of a colour, and nuisances
+/// drawn from a seed.
+///
+/// # Errors
+/// An effect that the rig does not have or that is named twice, a size that is not a positive number or too large.
+pub fn generate(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> Result<Set, Error> {
+    let sizes = Sizes::check(rig, hidden)?;
+    let bench = bench(rig, &sizes, seed);
+    let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
+    let mut set =
+        Set { model: bench.model(), logs: Vec::new(), holdout: Vec::new(), truth: truth(rig, &sizes, &*bench) };
+    for (number, (experiment, repeat)) in (0..).zip(order(&experiments, seed)) {
+        let run = Run { seed, number, start_s: number as f64 * SPACING_S, noise: Some(noise) };
+        let file = (format!("{experiment}_{repeat}.csv"), bench.record(experiment, &run).csv());
+        if experiment == HOLDOUT { set.holdout.push(file) } else { set.logs.push(file) }
+    }
+    set.logs.sort();
+    set.holdout.sort();
+    Ok(set)
+}
+
+/// The truth on a fresh motion, with the nuisances of the data set of the same seed: what a true gain is measured on.
+///
+/// # Errors
+/// As [`generate`].
+pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
+    let sizes = Sizes::check(rig, hidden)?;
+    let record = |sizes: &Sizes| {
+        let bench = bench(rig, sizes, seed);
+        let number = REPEATS * (bench.training().len() as u64 + 1);
+        let run = Run { seed, number, start_s: number as f64 * SPACING_S, noise: None };
+        bench.record(FRESH, &run).exact().csv()
+    };
+    Ok(Fresh { with_effect: record(&sizes), without_effect: record(&Sizes::none()) })
+}
