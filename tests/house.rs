@@ -33,7 +33,10 @@ fn arrows_between_crates_point_one_way() {
         ("softdock-campaign", &["softdock-kernels"]),
         ("softdock-results", &["softdock-kernels"]),
         ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
-        ("softdock-diagnosis", &["softdock-kernels", "softdock-campaign", "softdock-results", "softdock-analysis"]),
+        (
+            "softdock-diagnosis",
+            &["softdock-kernels", "softdock-engine", "softdock-campaign", "softdock-results", "softdock-analysis"],
+        ),
         // It makes the data that the diagnosis is judged by: whatever it shared with the fitter would flatter the score.
         ("softdock-gauntlet", &[]),
     ];

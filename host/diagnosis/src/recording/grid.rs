@@ -116,7 +116,7 @@ impl Clock {
             return Err(Error::log(path, None, what, format!("record at least {FEWEST} rows, better several seconds")));
         }
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if let Some(row) = steps.iter().position(|step| !(*step > 0.0)) {
+        if let Some(row) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
             let what = format!("the clock does not run forwards after row {}: {} s", row + 1, time[row]);
             return Err(Error::log(path, None, what, "sort the rows by time and remove those that stand twice"));
         }
