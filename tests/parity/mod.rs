@@ -1,5 +1,6 @@
 //! Parity of the GPU's f32 with the f64 truth, function by function and tick by tick, on every adapter there is.
 
+mod blocks;
 mod frame;
 mod integers;
 mod programs;

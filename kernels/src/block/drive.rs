@@ -1,8 +1,8 @@
 //! A joint's drive between the torque that it was told and the motion that it made.
 //!
-//! The motor's motion is prescribed as measured. What is hidden is behind it: the link on its gear, the friction's
-//! presliding, the current loop. The output is the torque that the motion asks for beyond what the motor gave, which
-//! is nothing if the model is whole, and where a second encoder sits the place of the link behind the motor's.
+//! The drive is simulated under the measured torque and held to the measured motion by a weak observer, whose spring and
+//! damper stand far below every effect: what is left between measured and simulated angle is what the model lacks, and
+//! the encoder's noise stays at the output, where it does not depend on the parameters.
 //! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
 
 use super::Block;
@@ -12,6 +12,7 @@ use crate::manipulator::{Levels, bristle};
 use crate::math::{exp, sin_cos};
 use crate::params::UNLIMITED;
 use crate::real::Real;
+use std::f64::consts::TAU;
 
 bundle! {
     /// A drive's values, effects and what may differ unnoticed.
@@ -57,9 +58,10 @@ bundle! {
         angle: R, "rad", "motor angle";
         rate: R, "rad/s", "motor rate";
         acceleration: R, "rad/s^2", "motor acceleration";
-        carried: R, "N m", "torque of the link on a rigid gear by the model";
+        load: R, "N m", "torque against the link by the model, its own inertia left out";
         inertia: R, "kg m^2", "inertia of the link about the joint by the model";
-        payload: R, "m^2 rad/s^2", "torque of a kilogram at the payload's place, N m/kg";
+        payload_weight: R, "m^2/s^2", "torque of the weight of a kilogram at the payload's place, N m/kg";
+        payload_inertia: R, "m^2", "inertia of a kilogram at the payload's place, kg m^2/kg";
         time: R, "s", "time since the drive was switched on";
     }
 }
@@ -74,20 +76,23 @@ bundle! {
 bundle! {
     /// What is hidden in a drive.
     DriveHidden {
+        centre: R, "rad", "angle of motor and link, weighted by their inertias";
+        centre_rate: R, "rad/s", "its rate, half a step later";
+        centre_acceleration: R, "rad/s^2", "its acceleration";
+        windup: R, "rad", "motor angle less link angle, transmission error included";
+        windup_rate: R, "rad/s", "its rate";
+        pull: R, "N m", "torque that the gear would transmit if it were rigid";
         given: R, "N m", "torque behind the current loop";
         slip: R, "1", "presliding state of the friction, -1 to 1";
         cable: R, "1", "state of the cables' hysteresis, -1 to 1";
-        windup: R, "rad", "motor angle less link angle, transmission error included";
-        windup_rate: R, "rad/s", "its rate";
-        pull: R, "N m", "torque of the link on a rigid gear";
     }
 }
 
 bundle! {
     /// What a drive's model says of a recording.
     DriveOutput {
-        missing: R, "N m", "torque that the motion asks for beyond what the drive was told";
-        lag_angle: R, "rad", "link angle less motor angle";
+        angle: R, "rad", "motor angle";
+        link_angle: R, "rad", "link angle";
     }
 }
 
@@ -100,6 +105,9 @@ impl DriveValues<f64> {
         values
     }
 }
+
+/// Angular frequency of the observer that holds the simulated drive to the measured motion \[rad/s\]; critically damped.
+const OBSERVER: f64 = TAU * 4.0;
 
 /// Least compliance that counts \[rad/(N m)\]: a gear without any is rigid far beyond this.
 const RIGID: f64 = 1e-12;
@@ -126,19 +134,24 @@ impl Block for Drive {
     #[inline(always)]
     fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
         let zero = R::lit(0.0);
-        let cable = zero;
-        let pull = pull(p, u, cable);
-        let side = flank(pull, p.half_backlash);
+        let inertia = Inertia::of(p, u);
+        let slip = direction(u.rate);
+        let pull = u.acceleration.mul_add(inertia.link, load(p, u, inertia.link, zero));
+        let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
         DriveHidden {
-            given: limited(p, late.torque),
-            slip: direction(u.rate),
-            cable,
-            windup: pull.mul_add(p.compliance, side),
+            centre: u.angle - inertia.share() * windup,
+            centre_rate: u.rate,
+            centre_acceleration: u.acceleration,
+            windup,
             windup_rate: zero,
             pull,
+            given: limited(p, late.torque),
+            slip,
+            cable: zero,
         }
     }
 
+    /// Drift, then kick: the rate lives half a step after the angle, which makes the step exact to second order.
     #[inline(always)]
     fn advance<R: Real>(
         &self,
@@ -148,17 +161,35 @@ impl Block for Drive {
         u: &DriveMotion<R>,
         late: &Torque<R>,
     ) -> DriveHidden<R> {
-        let moved = u.rate * R::lit(step);
-        let cable = bristle(s.cable, moved, p.cable_travel);
-        let pull = pull(p, u, cable);
-        let (windup, windup_rate) = wind(step, p, s, link_inertia(p, u), pull);
+        let dt = R::lit(step);
+        let inertia = Inertia::of(p, u);
+        let centre = s.centre_rate.mul_add(dt, s.centre);
+        let centre_rate = s.centre_acceleration.mul_add(dt * R::lit(0.5), s.centre_rate);
+        let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
+        let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
+        let (slip, cable) = (bristle(s.slip, moved, p.presliding_travel), bristle(s.cable, moved, p.cable_travel));
+        let given = current_loop(step, p, s.given, limited(p, late.torque));
+
+        let friction = friction(p, slip, motor_rate, u.time, gear_torque(p, s, inertia.reduced()));
+        let driving = applied(p, u, given) - friction;
+        let load = load(p, u, inertia.link, cable);
+        let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
+        let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
+
+        let behind = u.angle - windup.mul_add(inertia.share(), centre);
+        let slower = u.rate - windup_rate.mul_add(inertia.share(), centre_rate);
+        let held = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER));
+        let centre_acceleration = (driving - load) / (inertia.motor + inertia.link) + held;
         DriveHidden {
-            given: current_loop(step, p, s.given, limited(p, late.torque)),
-            slip: bristle(s.slip, moved, p.presliding_travel),
-            cable,
+            centre,
+            centre_rate: centre_acceleration.mul_add(dt, s.centre_rate),
+            centre_acceleration,
             windup,
             windup_rate,
             pull,
+            given,
+            slip,
+            cable,
         }
     }
 
@@ -170,20 +201,36 @@ impl Block for Drive {
         u: &DriveMotion<R>,
         _late: &Torque<R>,
     ) -> DriveOutput<R> {
-        let gear = gear_torque(p, s, link_inertia(p, u));
-        let asked = u.acceleration.mul_add(p.motor_inertia, gear + friction(p, s, u, gear));
-        let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
-        let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
-        // In units of the measured torque, so that its noise counts the same whatever the torque constant.
-        let reported = (asked - ripple) / (R::lit(1.0) + p.torque_constant_error) + p.offset;
-        DriveOutput { missing: reported - s.given, lag_angle: wave(p, u).angle - s.windup }
+        let angle = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
+        DriveOutput { angle, link_angle: angle - s.windup + wave(p, u).angle }
     }
 }
 
-/// Inertia of the link, never nothing.
-#[inline(always)]
-fn link_inertia<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
-    (u.inertia + p.inertia_error).max(R::lit(LIGHTEST))
+/// Inertias on both sides of the gear.
+#[derive(Clone, Copy)]
+struct Inertia<R> {
+    motor: R,
+    link: R,
+}
+
+impl<R: Real> Inertia<R> {
+    #[inline(always)]
+    fn of(p: &DriveValues<R>, u: &DriveMotion<R>) -> Self {
+        let link = u.payload_inertia.mul_add(p.payload, u.inertia + p.inertia_error);
+        Self { motor: p.motor_inertia, link: link.max(R::lit(LIGHTEST)) }
+    }
+
+    /// The link's share of the whole.
+    #[inline(always)]
+    fn share(&self) -> R {
+        self.link / (self.motor + self.link)
+    }
+
+    /// Of motor and link against one another.
+    #[inline(always)]
+    fn reduced(&self) -> R {
+        self.motor * self.share()
+    }
 }
 
 /// Torque within the motor's limit.
@@ -207,9 +254,18 @@ fn current_loop<R: Real>(step: f64, p: &DriveValues<R>, given: R, told: R) -> R 
     R::select(p.current_lag.le(zero), told, (told - given).mul_add(share, given))
 }
 
+/// Torque of the motor: what it was given, as the drive's scale has it, and the ripple.
+#[inline(always)]
+fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
+    let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
+    let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
+    let net = given - p.offset;
+    net.mul_add(p.torque_constant_error, net + ripple)
+}
+
 /// Friction on the motor's side against its motion, `gear` the torque that the gear transmits.
 #[inline(always)]
-fn friction<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, u: &DriveMotion<R>, gear: R) -> R {
+fn friction<R: Real>(p: &DriveValues<R>, slip: R, rate: R, time: R, gear: R) -> R {
     let levels = Levels {
         coulomb: p.coulomb,
         viscous: p.viscous,
@@ -217,8 +273,8 @@ fn friction<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, u: &DriveMotion<R>,
         stribeck_speed: p.stribeck_speed,
         load_coefficient: p.load_coefficient,
     };
-    let torque = s.slip.abs().mul_add(p.coulomb_asymmetry, levels.torque(s.slip, u.rate, gear));
-    let cold = exp(-(u.time / p.warm_up)) * p.cold_friction;
+    let torque = slip.abs().mul_add(p.coulomb_asymmetry, levels.torque(slip, rate, gear));
+    let cold = exp(-(time / p.warm_up)) * p.cold_friction;
     torque.mul_add(cold, torque)
 }
 
@@ -237,15 +293,14 @@ fn wave<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> Wave<R> {
     Wave { angle, acceleration: slope * u.acceleration - speed * speed * angle }
 }
 
-/// Torque that the link would ask for on a rigid gear: what the model carries, and the effects behind the gear.
+/// Torque against the link, its own inertia left out: what the model says, and the effects behind the gear.
 #[inline(always)]
-fn pull<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, cable: R) -> R {
+fn load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, inertia: R, cable: R) -> R {
     let (sin, cos) = sin_cos(u.angle);
     let gravity = cos.mul_add(p.gravity_cos, sin * p.gravity_sin);
     let spring = (u.angle - p.cable_centre).mul_add(p.cable_stiffness, cable * p.cable_hysteresis);
-    let loads = u.payload.mul_add(p.payload, gravity + spring);
-    let inertial = u.acceleration.mul_add(p.inertia_error, wave(p, u).acceleration * link_inertia(p, u));
-    u.carried + (inertial + loads)
+    let loads = u.payload_weight.mul_add(p.payload, gravity + spring);
+    u.load + wave(p, u).acceleration.mul_add(inertia, loads)
 }
 
 /// The flank that carries a torque; without one the middle of the play.

@@ -18,10 +18,10 @@ const BAND: f64 = 0.8;
 
 /// The block of a drive's recordings; `held_out` of an experiment's name.
 pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
-    let decimator = Decimator::new(judged_steps(pieces, "tau"));
+    let decimator = Decimator::new(judged_steps(pieces, "q"));
     let linked = pieces.iter().all(|piece| piece.signals.contains_key("q_link"));
     let trial = |piece: &Piece| trial(rig, piece, held_out(&piece.experiment), finer, linked);
-    let mut channels = vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }];
+    let mut channels = vec![Channel { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
     if linked {
         channels.push(Channel { name: "link", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
     }
@@ -53,22 +53,21 @@ fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bo
     let q = motion(&piece.signals["q"], piece.step, BAND * nyquist, each);
     let torque = motion(&piece.signals["tau"], piece.step, nyquist, each).value;
     let step = piece.step / each as f64;
-    let mut inputs = Vec::with_capacity(q.value.len() * 7);
+    let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
+    let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
+    let mut inputs = Vec::with_capacity(q.value.len() * 8);
     for i in 0..q.value.len() {
-        let (angle, acceleration) = (q.value[i], q.acceleration[i]);
+        let angle = q.value[i];
         let place = if rig.prismatic { 1.0 } else { (angle - rig.gravity_angle).cos() };
-        let carried = rig.link_inertia * acceleration + rig.gravity_torque * place;
-        let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
-        let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
-        let payload = arm * arm * acceleration + GRAVITY * arm * place * weighted;
+        let payload_weight = GRAVITY * arm * place * weighted;
+        let load = rig.gravity_torque * place;
         let time = piece.start + i as f64 * step;
-        inputs.extend([angle, q.rate[i], acceleration, carried, rig.link_inertia, payload, time]);
+        let inertia = rig.link_inertia;
+        inputs.extend([angle, q.rate[i], q.acceleration[i], load, inertia, payload_weight, arm * arm, time]);
     }
-    let samples = piece.samples();
-    let mut measured = vec![vec![0.0; samples]];
+    let mut measured = vec![piece.signals["q"].clone()];
     if linked {
-        let link = &piece.signals["q_link"];
-        measured.push((0..samples).map(|i| link[i] - q.value[i * each]).collect());
+        measured.push(piece.signals["q_link"].clone());
     }
     Trial {
         experiment: piece.experiment.clone(),

@@ -39,7 +39,7 @@ impl Spans {
         let motor = block.base[block.field("motor_inertia")];
         let link = column(4).next().unwrap_or(0.0);
         let (lo, hi) = range(0);
-        let (start, end) = range(6);
+        let (start, end) = range(7);
         Self {
             torque: (torque().map(|t| t * t).sum::<f64>() / torque().count() as f64).sqrt(),
             peak: torque().fold(0.0, |peak, t| peak.max(t.abs())),

@@ -72,7 +72,7 @@ fn a_delay_of_the_reference_shows_in_the_controller_alone() {
 
 #[test]
 fn friction_and_load_are_told_apart() {
-    for (id, size) in [("J3_stribeck", 8.0), ("J14_payload", 1.5)] {
+    for (id, size) in [("J3_stribeck", 8.0), ("J14_payload", 1.5), ("J8_elasticity", 2e-6)] {
         let [drive, _] = blocks(&[Hidden { id, size }], 3);
         let (found, odds, _) = best(&drive);
         assert!(found == id && odds > 20.0, "{id}: {found} {odds}");
