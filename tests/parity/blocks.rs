@@ -39,7 +39,7 @@ fn drives() -> (Recorded, Vec<Vec<f64>>) {
             viscous: 30.0,
             stribeck: 8.0 * draw("stribeck", i),
             compliance: 1e-6 * draw("compliance", i),
-            half_backlash: if i % 3 == 0 { 2e-4 * draw("play", i) } else { 0.0 },
+            half_backlash: if i.is_multiple_of(3) { 2e-4 * draw("play", i) } else { 0.0 },
             gear_damping: 0.3,
             ripple_sin: 3.0 * draw("ripple", i),
             ripple_cycles: 40.0,
