@@ -29,8 +29,8 @@ fn robot(args: &RobotArgs) -> miette::Result<Exit> {
     let options = Options { preparation, lambda: args.weight, ..Options::default() };
     let marks =
         args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_marks(path, prior.joints.len())).map_err(told)?;
-    let found =
-        softdock_diagnosis::identify::identify(&prior, &paths(&args.logs), &paths(&args.validate), &options).map_err(told)?;
+    let found = softdock_diagnosis::identify::identify(&prior, &paths(&args.logs), &paths(&args.validate), &options)
+        .map_err(told)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", prior.id)));
     let remarks = [
         format!("{}, identified by softdock {}", prior.title, env!("CARGO_PKG_VERSION")),

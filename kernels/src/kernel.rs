@@ -1,6 +1,7 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
 use crate::fields::Field;
+use crate::fixture::gives_way;
 use crate::frame::{Batch, Loops};
 use crate::load::loaded;
 use crate::model::CompensatorKind;
@@ -137,7 +138,8 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\n",
+         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
+         const GIVES_WAY = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -149,6 +151,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         compensates(plant),
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
+        gives_way(plant),
     )
 }
 
