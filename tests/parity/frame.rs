@@ -140,7 +140,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
         "no arithmetic",
         call("let r0 = f32(enter(id, RUNNING)) + 2.0 * f32(enter(id, FRESH));", &["f32"], NONE),
     ),
-    row("begin", 100.0, "as reset", call("", &[], NONE)),
+    row("begin", 90.0, "as reset", call("", &[], NONE)),
     row(
         "end",
         100_000.0,

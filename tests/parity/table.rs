@@ -108,7 +108,7 @@ fn contact_rows() -> Vec<Row<Twin>> {
 
 fn facility_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        transport(p: Params<f64>, time: f64) => robot::transport(m, &p, time), 6.0, "three sums of delays";
+        transport(p: Params<f64>, time: f64) => robot::transport(m, &p, time), 400.0, "the age of a held command, a difference of two times";
         progress(p: Params<f64>, share: f64) => robot::progress(m, &p, share), 0.0, COPIED;
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
         yield_to(s: Yielding<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::yield_to(m, &s, parts.a, w), 20.0, "a row of six products";
