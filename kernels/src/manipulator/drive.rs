@@ -225,13 +225,14 @@ fn friction<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R,
     (torque, slip)
 }
 
-/// What is left of a cold drive's additional friction at a time since the start \[s\], 1 to 0.
+/// The time since the start after a further tick \[s\], and what is left of a cold drive's additional friction before
+/// it, 1 to 0.
 #[inline(always)]
-pub(crate) fn cold<R: Real>(effects: EffectSet, p: &DriveParams<R>, age: R) -> R {
+pub(crate) fn cold<R: Real>(effects: EffectSet, p: &DriveParams<R>, age: R, tick: R) -> (R, R) {
     if !effects.has(TEMPERATURE) {
-        return R::lit(0.0);
+        return (age, R::lit(0.0));
     }
-    exp(-(age / p.warm_up.max(R::lit(1e-9))))
+    (age + tick, exp(-(age / p.warm_up.max(R::lit(1e-9)))))
 }
 
 /// Torque of cables and hoses on the joint, behind the gear, and the state of their hysteresis after the substep.

@@ -58,7 +58,7 @@ fn cold_friction_is_higher_by_a_share_that_decays_with_the_time_of_warming_up() 
     let p = DriveParams { cold_friction: 0.8, warm_up: 600.0, ..plain() };
     let warm = bench.friction(&plain(), SPEED, 0.0);
     for age in [0.0, 300.0, 1800.0] {
-        let left = cold(EffectSet::ALL, &p, age);
+        let (_, left) = cold(EffectSet::ALL, &p, age, STEP);
         assert_near("cold friction", bench.friction(&p, SPEED, left), warm * (1.0 + 0.8 * (-age / 600.0).exp()));
     }
 }

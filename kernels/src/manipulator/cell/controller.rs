@@ -64,7 +64,7 @@ pub fn set_point<R: Real>(
         limited = limited.max(R::select(beyond, one, zero));
     }
     let torque = feedforward(cell, p, angle, rate, acceleration);
-    let (age, cold) = (last.age + tick, cold(cell.effects, p, last.age));
+    let (age, cold) = cold(cell.effects, p, last.age, tick);
     SetPoint { angle, rate, speed, torque, age, cold, limited: last.limited.max(limited), ..*last }
 }
 
