@@ -2,6 +2,7 @@
 
 use crate::parity::evaluate;
 use proptest::prelude::*;
+use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Batch;
 use softdock_kernels::kernel::kernel;
 use softdock_kernels::lanes::{Lane, plain};
@@ -41,6 +42,25 @@ fn a_stage_is_short_enough_to_read_and_to_compile() {
     let kernel = kernel(&shipped("probe_drogue.toml"), Batch::whole());
     for function in &kernel.functions {
         assert!(function.operations() <= 5000, "{}: {} operations", function.name, function.operations());
+    }
+}
+
+#[test]
+fn an_effect_that_no_run_has_is_not_in_the_kernel() {
+    let whole = shipped("smoke_joint.toml");
+    let own = EffectSet::of(&whole.nominal, &whole.timing);
+    let bare = whole.clone().with_effects(own);
+    let of = |plant: &Plant, name: &str| {
+        let kernel = kernel(plant, Batch::whole());
+        let stage = kernel.functions.into_iter().find(|function| function.name == name).expect("a stage");
+        (stage.operations(), stage.listing())
+    };
+    for (stage, parameter) in
+        [("drive1", "robot1_cable_hysteresis"), ("drive2", "robot2_torque_ripple"), ("contact_point", "exponent_error")]
+    {
+        let ((operations, text), (most, all)) = (of(&bare, stage), of(&whole, stage));
+        println!("{stage}: {operations} operations of {most}");
+        assert!(operations < most && all.contains(parameter) && !text.contains(parameter), "{stage}: {parameter}");
     }
 }
 

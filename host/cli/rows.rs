@@ -27,9 +27,10 @@ impl<'a> Ledger<'a> {
     /// Prepares a campaign.
     pub(crate) fn new(campaign: &'a Campaign) -> Self {
         let requirement = |r: &Requirement| RequirementColumn { id: r.column_id(), unit: r.unit.to_owned() };
+        let plant = Plant::new(campaign.scenario.model.clone()).with_effects(campaign.effects());
         Self {
             campaign,
-            job: Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, needs_noise(campaign)),
+            job: Job::new(plant, campaign.seed, needs_noise(campaign)),
             schema: RunsSchema::new(campaign.requirements.iter().map(requirement).collect()),
         }
     }

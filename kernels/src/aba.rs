@@ -150,7 +150,7 @@ pub(crate) struct Folded<R, const N: usize> {
 /// Outwards: inertial forces of the links while no joint accelerates, from the base's twist and acceleration.
 #[inline(always)]
 pub(crate) fn drift_forces<R: Real, const N: usize>(
-    masses: &[f64],
+    masses: &[R; N],
     links: &[PlacedLink<R>; N],
     axes: &[Spatial<R>; N],
     rate: [R; N],
@@ -163,7 +163,7 @@ pub(crate) fn drift_forces<R: Real, const N: usize>(
         drift = twist.cross_motion(axes[i]).scale_add(rate[i], drift);
         twist = axes[i].scale_add(rate[i], twist);
         let link = &links[i];
-        force[i] = inertial_force(R::lit(masses[i]), link.com, link.inertia, twist, drift);
+        force[i] = inertial_force(masses[i], link.com, link.inertia, twist, drift);
     }
     force
 }
@@ -174,7 +174,7 @@ pub(crate) fn drift_forces<R: Real, const N: usize>(
 /// force on the last link.
 #[inline(always)]
 pub(crate) fn fold<R: Real, const N: usize>(
-    masses: &[f64],
+    masses: &[R; N],
     links: &[PlacedLink<R>; N],
     axes: [Spatial<R>; N],
     force: &[Spatial<R>; N],
@@ -193,7 +193,7 @@ pub(crate) fn fold<R: Real, const N: usize>(
     };
     for i in (0..N).rev() {
         let link = &links[i];
-        chain.outboard = chain.outboard.plus_rigid(R::lit(masses[i]), link.com, link.inertia);
+        chain.outboard = chain.outboard.plus_rigid(masses[i], link.com, link.inertia);
         chain.load = chain.load.plus(force[i]);
         chain.resist[i] = chain.outboard.times(axes[i]);
         let mut inertia = axes[i].dot(chain.resist[i]);

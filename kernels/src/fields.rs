@@ -43,6 +43,7 @@ pub fn unit_suffix(unit: &str) -> &'static str {
         "N m" => "n_m",
         "N s" => "n_s",
         "N/m" => "n_per_m",
+        "m/N" => "m_per_n",
         "N s/m" => "n_s_per_m",
         "N m/rad" => "n_m_per_rad",
         "N m s/rad" => "n_m_s_per_rad",

@@ -11,6 +11,7 @@ use crate::compensator::{Compensation, look_back, new_compensation};
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
+use crate::fixture::gives_way;
 use crate::impedance::{Yielding, not_yielding};
 use crate::lanes::Lane;
 use crate::load::{Load, load_at, loaded, sensor_at};
@@ -26,8 +27,8 @@ use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
     advance, carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, finish, followed, gather,
-    guide, interpolate, kinematics, latch, low_pass, metrics, normals, observe, relieved, sample, start, substitute,
-    track, update_kinematics, with_test, yield_to,
+    guide, interpolate, kinematics, latch, low_pass, metrics, normals, observe, push_fixture, relieved, sample, start,
+    substitute, track, update_kinematics, with_test, yield_to,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -222,7 +223,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
             self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
-        let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params) + L::lit(1.0)));
+        let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params, zero) + L::lit(1.0)));
         self.place_robots(m, &at, fresh);
         let a = crate::robot::mounted_parts(m, &self.params, &self.robots).a;
         let load = load_at(m, &self.params, a);
@@ -322,7 +323,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     fn tick_facility(&mut self, m: &Plant, simulated: &Parts<L>, now: L, jitter: L, live: L::Mask) {
         let substeps = f64::from(m.timing.substeps);
         let delay =
-            (crate::robot::transport(m, &self.params) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
+            (crate::robot::transport(m, &self.params, now) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
@@ -332,7 +333,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let begin = (L::lit(1.0 / substeps) - delay) - oldest;
         self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &yielding));
         for substep in 1..=m.timing.substeps {
-            let place = (L::lit(f64::from(substep) / substeps) - delay) - oldest;
+            let share = crate::robot::progress(m, &self.params, L::lit(f64::from(substep) / substeps));
+            let place = (share - delay) - oldest;
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &yielding));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
@@ -341,6 +343,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
+            if gives_way(m) {
+                self.robots = push_fixture(m, &self.params, &self.robots, pushed);
+            }
             let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
             if loaded(m) {
                 load = carry(m, &load, parts.a);

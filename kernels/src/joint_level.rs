@@ -8,15 +8,16 @@ use crate::real::Real;
 use crate::robot::{Axes, Robots};
 use crate::space::{Motion, Parts, Wrench};
 
-/// The parts where the joints and the rail hold them.
+/// The parts where the joints and the rail hold them; part B's mount stays as it is.
 #[inline(always)]
-pub fn held_parts<R: Real>(m: &Plant, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
+pub fn held_parts<R: Real>(m: &Plant, s: &Robots<R>, drives1: &Drives<R>, drives2: &Drives<R>) -> Robots<R> {
     let [cell1, cell2] = m.robots();
     let axes = |(motion, [rail, rail_rate]): (Motion<R>, [R; 2])| Axes { motion, rail, rail_rate };
     Robots {
         robot1: axes(held_part(cell1, drives1)),
         robot2: axes(held_part(cell2, drives2)),
         limited: drives1.limited.max(drives2.limited),
+        ..*s
     }
 }
 

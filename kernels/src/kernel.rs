@@ -1,6 +1,8 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
+use crate::effects::EffectId;
 use crate::fields::Field;
+use crate::fixture::gives_way;
 use crate::frame::{Batch, Loops};
 use crate::load::loaded;
 use crate::model::CompensatorKind;
@@ -41,7 +43,7 @@ const STATE: [(&str, &str); 10] = [
 const JOINT_STATE: [(&str, &str); 5] =
     [("drives_a", "Drives"), ("drives_b", "Drives"), ("set_a", "SetPoint"), ("set_b", "SetPoint"), ("push", "Wrench")];
 
-/// What a finished run leaves besides parameters and metrics, as `member of a variable`.
+/// What a finished run leaves besides its metrics, as `member of a variable`.
 const EXTRAS: [&str; 13] = [
     "space_watch.unstable",
     "space_watch.contact_work",
@@ -100,33 +102,44 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
         let compensation = compensates(plant).then_some(&("compensation", "Compensation"));
         let joint_level = JOINT_STATE.iter().filter(|_| plant.cells.is_some());
         let all = STATE.iter().chain(load).chain(compensation).chain(joint_level);
-        all.map(|(variable, name)| (*variable, fields(name))).chain(bristles)
+        let all = all.map(|(variable, name)| (*variable, fields(name))).chain(bristles);
+        all.flat_map(|(variable, fields)| fields.iter().map(move |field| (variable, field)))
+            .filter(|(_, field)| moves(plant, &field.name))
     };
-    let (load, state) = access(variables(), Direction::Load("states"));
-    let (store, _) = access(variables(), Direction::Store("states"));
-    let (params, inputs) = access([("p", fields("Params"))].into_iter(), Direction::Load("inputs"));
-    let (mut outcome, mut size) = access(
-        [("p", fields("Params")), ("in_space", fields("Metrics")), ("on_facility", fields("Metrics"))].into_iter(),
-        Direction::Store("outcomes"),
-    );
-    for extra in EXTRAS {
-        let _ = writeln!(outcome, "    outcomes[{size}u * batch.lanes + lane] = {extra};");
-        size += 1;
-    }
+    let listings: Vec<String> = functions.iter().map(Function::listing).collect();
+    // A driver compiles loads and stores slowly: only parameters that something reads are loaded.
+    let read = |field: &&Field| {
+        let name = format!("p.{}", field.name);
+        FRAME.contains(&name) || listings.iter().any(|listing| listing.contains(&name))
+    };
+    let parameters = fields("Params").iter().enumerate().filter(|(_, field)| read(field));
+    let params: String = parameters.map(|(index, field)| load("p", field, "inputs", index)).collect();
+    let metrics = || fields("Metrics").iter();
+    let state = variables().count();
+    let loaded: String = variables().enumerate().map(|(index, (v, field))| load(v, field, "states", index)).collect();
+    let stored =
+        |value: String, buffer: &str, index: usize| format!("    {buffer}[{index}u * batch.lanes + lane] = {value};\n");
+    let member = |(variable, field): (&str, &Field)| format!("{variable}.{}", field.name);
+    let kept: String =
+        variables().map(member).enumerate().map(|(index, value)| stored(value, "states", index)).collect();
+    let in_space = metrics().map(|field| member(("in_space", field)));
+    let outcomes =
+        in_space.chain(metrics().map(|field| member(("on_facility", field)))).chain(EXTRAS.map(str::to_owned));
+    let size = 2 * metrics().count() + EXTRAS.len();
+    let outcome: String = outcomes.enumerate().map(|(index, value)| stored(value, "outcomes", index)).collect();
     let _ = write!(
         text,
-        "\nfn load_params() {{\n{params}}}\n\nfn load_state() {{\n{load}}}\n\nfn store_state() {{\n{store}}}\n\n\
+        "\nfn load_params() {{\n{params}}}\n\nfn load_state() {{\n{loaded}}}\n\nfn store_state() {{\n{kept}}}\n\n\
          fn store_outcome(in_space: Metrics, on_facility: Metrics) {{\n{outcome}}}\n"
     );
     let (commands, wrenches) = (fields("Parts").len(), fields("Wrench").len());
     text.push_str(&line("command", "Parts", fields("Parts"), 0));
     text.push_str(&line("wrench", "Wrench", fields("Wrench"), slots * commands));
     text.push_str(&touches(plant));
-    functions.iter().for_each(|f| {
+    listings.iter().for_each(|listing| {
         text.push('\n');
-        text.push_str(&f.listing());
+        text.push_str(listing);
     });
-    debug_assert_eq!(inputs, fields("Params").len());
     let lines = slots * (commands + wrenches);
     Kernel { text, functions, state, lines, outcome: size, structs }
 }
@@ -137,7 +150,8 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\n",
+         const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
+         const GIVES_WAY = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -149,6 +163,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         compensates(plant),
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
+        gives_way(plant),
     )
 }
 
@@ -190,26 +205,22 @@ fn touches(plant: &Plant) -> String {
     out + "}\n"
 }
 
-#[derive(Clone, Copy)]
-enum Direction {
-    Load(&'static str),
-    Store(&'static str),
+/// A statement that reads a variable's member from a buffer laid out field by field.
+fn load(variable: &str, field: &Field, buffer: &str, index: usize) -> String {
+    format!("    {variable}.{} = {buffer}[{index}u * batch.lanes + lane];\n", field.name)
 }
 
-/// One statement per scalar between variables and a buffer laid out field by field; and the number of scalars.
-fn access<'a>(variables: impl Iterator<Item = (&'a str, &'a [Field])>, direction: Direction) -> (String, usize) {
-    let (mut out, mut index) = (String::new(), 0);
-    for (variable, fields) in variables {
-        for field in fields {
-            let name = &field.name;
-            let _ = match direction {
-                Direction::Load(b) => writeln!(out, "    {variable}.{name} = {b}[{index}u * batch.lanes + lane];"),
-                Direction::Store(b) => writeln!(out, "    {b}[{index}u * batch.lanes + lane] = {variable}.{name};"),
-            };
-            index += 1;
-        }
+/// Whether a member of the state ever leaves zero: one that only an absent effect moves is not kept between slices.
+pub(crate) fn moves(plant: &Plant, member: &str) -> bool {
+    let by = |id: EffectId| plant.effects.has(id);
+    match member {
+        _ if member.starts_with("sway_0_") => by(EffectId::of("P2_slosh")),
+        _ if member.starts_with("sway_1_") => by(EffectId::of("P3_appendage")),
+        _ if member.starts_with("fixture_") => by(EffectId::of("K10_fixture")),
+        _ if member.starts_with("axis_") && member.ends_with("_cable") => by(EffectId::of("J17_cable_drag")),
+        "age" | "cold" => by(EffectId::of("J6_temperature")),
+        _ => true,
     }
-    (out, index)
 }
 
 /// Access functions of one delay line that begins `offset` numbers into a lane's share.

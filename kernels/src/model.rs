@@ -281,10 +281,6 @@ pub struct Facility {
     pub robot1_share: f64,
     /// The rail under robot 1: its axis in the laboratory and its share of robot 1's motion along it.
     pub rail: Option<Rail>,
-    /// Robot speed limit at the tool, per Cartesian axis \[m/s\].
-    pub max_speed: f64,
-    /// Robot rotation speed limit at the tool, per axis \[rad/s\].
-    pub max_rate: f64,
     /// Ticks during which a lost command is replaced by the last pose carried on along its twist;
     /// after that the pose alone is held.
     pub drop_hold_ticks: u32,

@@ -35,13 +35,32 @@ bundle! {
 
         mass_error: R, "1", "relative error of the target mass in the facility's simulation";
         inertia_error: R, "1", "relative error of the target inertia in the facility's simulation";
+        target_com_error: Vec3<R>, "m", "error of the target's centre of mass in the facility's simulation, target's body axes";
+        slosh_share: R, "1", "share of the simulated target's mass that sways in its tank; 0 = none";
+        slosh_frequency: R, "Hz", "frequency of the swaying mass in a target held fast";
+        slosh_damping: R, "1", "damping ratio of the swaying mass";
+        appendage_share: R, "1", "share of the simulated target's mass on a flexible appendage; 0 = none";
+        appendage_frequency: R, "Hz", "frequency of the appendage on a target held fast";
+        appendage_damping: R, "1", "damping ratio of the appendage";
         contact_stiffness_error: R, "1", "relative error of the contact stiffness of the parts mounted on the robots";
+        contact_exponent_error: R, "1", "error of the exponent of force over depth of the mounted parts: the spring times (d / 1 mm)^e";
         contact_damping_error: R, "1", "relative error of the contact damping of the parts mounted on the robots";
         contact_friction_error: R, "1", "relative error of the friction of the parts mounted on the robots";
+        contact_stribeck: R, "1", "share s by which the mounted parts' friction is higher at rest: mu (1 + s exp(-|v| / v_s)); 0 = none";
+        contact_stribeck_speed: R, "m/s", "sliding speed v_s at which that share has fallen to 1/e";
+        contact_anisotropy: R, "1", "share a by which the mounted parts' friction is higher along part B's y axis and lower across it: mu (1 + a cos 2 theta); 0 = none";
+        contact_adhesion: R, "N", "tension that each contact point of the mounted parts bears before it parts; 0 = none";
+        fixture_compliance: R, "m/N", "compliance of part B's mount on robot 2, each translation; 0 = rigid";
+        fixture_frequency: R, "Hz", "frequency of part B on its mount";
+        fixture_damping: R, "1", "damping ratio of part B on its mount";
 
         loop_delay: R, "s", "whole effective dead time of the HIL loop: command transport, sensor, stage order and half the hold";
         delay_jitter: R, "s", "standard deviation of the command transport delay, per packet";
         drop_probability: R, "1", "probability that a command packet is lost";
+        clock_skew: R, "1", "growth of the command delay with time, seconds per second; 0 = none";
+        command_hold: R, "s", "period over which the robots hold a command (pose and twist) instead of interpolating; 0 = none";
+        tool_speed_limit: R, "m/s", "greatest speed of a robot's tool along each laboratory axis";
+        tool_rotation_limit: R, "rad/s", "greatest rotation speed of a robot's tool about each laboratory axis";
 
         robot1_lag: R, "s", "1/w of robot 1's response w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2); 0 = ideal";
         robot1_lag_damping: R, "1", "damping ratio z of robot 1's response";
@@ -107,7 +126,14 @@ impl Params<f64> {
         zero.test_frequency = 1.0;
         for robot in [&mut zero.robot1, &mut zero.robot2] {
             (robot.position_gain, robot.velocity_gain, robot.gear_ratio) = (1.0, 1.0, 1.0);
+            robot.warm_up = 1800.0;
         }
+        (zero.tool_speed_limit, zero.tool_rotation_limit) = (UNLIMITED, UNLIMITED);
+        // How effects go that are not there: of no consequence, but legal.
+        zero.contact_stribeck_speed = 0.01;
+        (zero.fixture_frequency, zero.fixture_damping) = (40.0, 0.02);
+        (zero.slosh_frequency, zero.slosh_damping) = (0.5, 0.02);
+        (zero.appendage_frequency, zero.appendage_damping) = (3.0, 0.005);
         zero.sensor_range_force = UNLIMITED;
         zero.sensor_range_moment = UNLIMITED;
         zero.compensator_energy = UNLIMITED;

@@ -2,6 +2,7 @@
 
 use crate::chain::Chain;
 use crate::contact::profile::Profile;
+use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::model::{JointLevel, Model, Solid};
 use crate::robot::{command, robots_at};
@@ -23,6 +24,8 @@ pub struct Plant {
     pub solids: Vec<PreparedSolid>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
+    /// The effects that a run may have; the stages leave out the terms of all others.
+    pub effects: EffectSet,
 }
 
 /// A solid with its placement as a matrix and its outline, if it is a body of revolution.
@@ -46,12 +49,24 @@ impl Plant {
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
         let chain = Chain::new(&model, &link_attitudes);
         let target_inverse_inertia = model.target_inertia.inverse();
-        let mut plant = Self { model, chain, tool_start, target_inverse_inertia, solids, cells: None };
+        let mut plant =
+            Self { model, chain, tool_start, target_inverse_inertia, solids, cells: None, effects: EffectSet::ALL };
         plant.cells = plant.model.facility.joint_level.clone().map(|level| {
             place(&plant, &level)
                 .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))
         });
         plant
+    }
+
+    /// The same for runs that have none but these effects: what the others' parameters say is not looked at.
+    ///
+    /// At its null value an effect changes no bit, so that a run gives the same in f64 whether its terms are left out
+    /// or not.
+    #[must_use]
+    pub fn with_effects(mut self, effects: EffectSet) -> Self {
+        self.effects = effects;
+        self.cells.iter_mut().flatten().for_each(|cell| cell.effects = effects);
+        self
     }
 
     /// Robots 1 and 2 in their places; only the joint level has them.

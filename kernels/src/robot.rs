@@ -4,13 +4,20 @@
 //! relative translation, robot 2 carries part B and makes the rest the other way; each turns its own part.
 
 use crate::bundle;
+use crate::delay_line::LINE_SPAN;
+use crate::effects::EffectId;
 use crate::fields::Bundle;
+use crate::fixture::{Fixture, at_rest, on_fixture};
 use crate::model::Rail;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Motion, Parts};
 use crate::vector::{Quat, Vec3};
+
+const SKEW: EffectId = EffectId::of("C5_clock_skew");
+const HOLD: EffectId = EffectId::of("C6_hold");
+const RATE_LIMIT: EffectId = EffectId::of("C7_rate_limit");
 
 bundle! {
     /// Second-order response of a robot's tool.
@@ -26,6 +33,7 @@ bundle! {
     Robots {
         robot1: Axes<R>, "1", "robot 1 with part A, on the rail";
         robot2: Axes<R>, "1", "robot 2 with part B";
+        fixture: Fixture<R>, "1", "part B's mount on robot 2";
         limited: R, "1", "1 once a robot has met a speed limit";
     }
 }
@@ -42,11 +50,39 @@ pub fn command<R: Real>(m: &Plant, parts: &Parts<R>) -> Parts<R> {
     }
 }
 
-/// Command transport delay in ticks: the loop's dead time less the sensor's and the frame's own.
+/// Command transport delay in ticks at a time \[s\]: the loop's dead time less the sensor's and the frame's own, what
+/// unequal clocks have added to it, and how long a held command is held already.
 #[inline(always)]
-pub fn transport<R: Real>(m: &Plant, p: &Params<R>) -> R {
+pub fn transport<R: Real>(m: &Plant, p: &Params<R>, time: R) -> R {
     let own = R::lit(m.timing.own_delay());
-    ((p.loop_delay - p.sensor_delay - own) * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0))
+    let mut delay = p.loop_delay - p.sensor_delay - own;
+    if m.effects.has(SKEW) {
+        delay = time.mul_add(p.clock_skew, delay).min(R::lit(LINE_SPAN));
+    }
+    let delay = (delay * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0));
+    if m.effects.has(HOLD) { (delay + held_for(m, p, time)).min(R::lit(LINE_SPAN / m.timing.tick())) } else { delay }
+}
+
+/// Whole ticks since a held command was taken.
+#[inline(always)]
+fn held_for<R: Real>(m: &Plant, p: &Params<R>, time: R) -> R {
+    let (zero, half, per_second) = (R::lit(0.0), R::lit(0.5), R::lit(1.0 / m.timing.tick()));
+    let holds = zero.lt(p.command_hold);
+    let period = R::select(holds, p.command_hold * per_second, R::lit(1.0));
+    let tick = time.mul_add(per_second, half).floor();
+    // Half a tick from every edge, so that rounding puts no tick into the period before it.
+    let begun = ((tick + half) / period).floor() * period;
+    R::select(holds, (tick - begun).max(zero), zero)
+}
+
+/// How much of a tick's commands the robots have come to see after a share of the tick: a held one stands at the
+/// first substep's.
+#[inline(always)]
+pub fn progress<R: Real>(m: &Plant, p: &Params<R>, share: R) -> R {
+    if !m.effects.has(HOLD) {
+        return share;
+    }
+    R::select(R::lit(0.0).lt(p.command_hold), R::lit(1.0 / f64::from(m.timing.substeps)), share)
 }
 
 /// A command carried on along its twist for `periods` command periods (backwards if negative).
@@ -119,13 +155,16 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
 #[inline(always)]
 pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>) -> Robots<R> {
     let (place, rate, told_a) = rail_share(m.facility.rail.as_ref(), told.a);
-    let (motion1, limited1) = follow(m, p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero, s.robot1.motion, told_a);
-    let (motion2, limited2) = follow(m, p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero, s.robot2.motion, told.b);
+    let response1 = Response { lag: p.robot1_lag, damping: p.robot1_lag_damping, zero: p.robot1_lag_zero };
+    let response2 = Response { lag: p.robot2_lag, damping: p.robot2_lag_damping, zero: p.robot2_lag_zero };
+    let (motion1, limited1) = follow(m, p, response1, s.robot1.motion, told_a);
+    let (motion2, limited2) = follow(m, p, response2, s.robot2.motion, told.b);
     let (rail, rail_rate) = slide(m, p, &s.robot1, place, rate);
     Robots {
         robot1: Axes { motion: motion1, rail, rail_rate },
         robot2: Axes { motion: motion2, ..s.robot2 },
         limited: s.limited.max(limited1).max(limited2),
+        ..*s
     }
 }
 
@@ -158,37 +197,92 @@ pub(crate) fn rail_share<R: Real>(rail: Option<&Rail>, told: Motion<R>) -> (R, R
     (position, rate, left)
 }
 
-/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2) on each axis, semi-implicit; rotations by the small error angle.
+/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2).
+#[derive(Clone, Copy)]
+struct Response<R> {
+    /// 1/w \[s\].
+    lag: R,
+    /// z.
+    damping: R,
+    /// T_z \[s\].
+    zero: R,
+}
+
+/// The response on each axis, semi-implicit, within the limits of speed; rotations by the small error angle. Gives 1
+/// where a limit was met.
 #[inline(always)]
-fn follow<R: Real>(m: &Plant, lag: R, damping: R, zero_time: R, at: Motion<R>, told: Motion<R>) -> (Motion<R>, R) {
+fn follow<R: Real>(m: &Plant, p: &Params<R>, response: Response<R>, at: Motion<R>, told: Motion<R>) -> (Motion<R>, R) {
     let (zero, one, two) = (R::lit(0.0), R::lit(1.0), R::lit(2.0));
     let dt = R::lit(m.timing.substep);
-    let ideal = lag.le(zero);
-    let w = one / lag.max(R::lit(1e-9));
-    let (pull, brake, lead) = (w * w, -(two * damping * w), w * w * zero_time);
-    let error = told.attitude.compose(at.attitude.conjugate());
-    let turn = error.v * R::select(error.w.lt(zero), -two, two);
-    let free_velocity = told
+    let ideal = response.lag.le(zero);
+    let w = one / response.lag.max(R::lit(1e-9));
+    let (pull, brake, lead) = (w * w, -(two * response.damping * w), w * w * response.zero);
+    let turn = turn_between(at.attitude, told.attitude);
+    let velocity = told
         .velocity
         .scale_add(lead, at.velocity.scale_add(brake, (told.position - at.position) * pull))
         .scale_add(dt, at.velocity);
-    let free_omega = told.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
-    let (velocity, omega) =
-        (free_velocity.clamp(R::lit(m.facility.max_speed)), free_omega.clamp(R::lit(m.facility.max_rate)));
-    let cut = (free_velocity - velocity).dot(free_velocity - velocity) + (free_omega - omega).dot(free_omega - omega);
+    let omega = told.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
+    let (velocity, omega, cut) = within_limits(m, p, velocity, omega);
     let lagging = Motion {
         position: velocity.scale_add(dt, at.position),
         attitude: Quat::from_rotation_vector(omega * dt).compose(at.attitude).normalized(),
         velocity,
         omega,
     };
+    let (at_once, held_back) = at_once(m, p, at, told, turn);
     let motion = Motion {
-        position: Vec3::select(ideal, told.position, lagging.position),
-        attitude: Quat::select(ideal, told.attitude, lagging.attitude),
-        velocity: Vec3::select(ideal, told.velocity, lagging.velocity),
-        omega: Vec3::select(ideal, told.omega, lagging.omega),
+        position: Vec3::select(ideal, at_once.position, lagging.position),
+        attitude: Quat::select(ideal, at_once.attitude, lagging.attitude),
+        velocity: Vec3::select(ideal, at_once.velocity, lagging.velocity),
+        omega: Vec3::select(ideal, at_once.omega, lagging.omega),
     };
-    (motion, R::select(ideal, zero, R::select(zero.lt(cut), one, zero)))
+    (motion, R::select(ideal, held_back, cut))
+}
+
+/// Rotation vector from one attitude to another that is near.
+#[inline(always)]
+fn turn_between<R: Real>(from: Quat<R>, to: Quat<R>) -> Vec3<R> {
+    let error = to.compose(from.conjugate());
+    error.v * R::select(error.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
+}
+
+/// A twist cut to the limits, and 1 where it was cut.
+#[inline(always)]
+fn within_limits<R: Real>(m: &Plant, p: &Params<R>, velocity: Vec3<R>, omega: Vec3<R>) -> (Vec3<R>, Vec3<R>, R) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    if !m.effects.has(RATE_LIMIT) {
+        return (velocity, omega, zero);
+    }
+    let (slower, calmer) = (velocity.clamp(p.tool_speed_limit), omega.clamp(p.tool_rotation_limit));
+    let (over, beyond) = (velocity - slower, omega - calmer);
+    (slower, calmer, R::select(zero.lt(over.dot(over) + beyond.dot(beyond)), one, zero))
+}
+
+/// A robot without lag: where it is told to be, or as near as the limits let it come in a substep; and 1 in that case.
+#[inline(always)]
+fn at_once<R: Real>(m: &Plant, p: &Params<R>, at: Motion<R>, told: Motion<R>, turn: Vec3<R>) -> (Motion<R>, R) {
+    let zero = R::lit(0.0);
+    if !m.effects.has(RATE_LIMIT) {
+        return (told, zero);
+    }
+    let (dt, per_second) = (R::lit(m.timing.substep), R::lit(1.0 / m.timing.substep));
+    let way = told.position - at.position;
+    let (velocity, omega, cut) = within_limits(m, p, way * per_second, turn * per_second);
+    let late = Motion {
+        position: velocity.scale_add(dt, at.position),
+        attitude: Quat::from_rotation_vector(omega * dt).compose(at.attitude).normalized(),
+        velocity,
+        omega,
+    };
+    let held_back = zero.lt(cut);
+    let motion = Motion {
+        position: Vec3::select(held_back, late.position, told.position),
+        attitude: Quat::select(held_back, late.attitude, told.attitude),
+        velocity: Vec3::select(held_back, late.velocity, told.velocity),
+        omega: Vec3::select(held_back, late.omega, told.omega),
+    };
+    (motion, cut)
 }
 
 /// Actual motions of the parts on the robots' tools.
@@ -201,7 +295,7 @@ pub fn mounted_parts<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>) -> Parts<
         a.position = axis.scale_add(s.robot1.rail, a.position);
         a.velocity = axis.scale_add(s.robot1.rail_rate, a.velocity);
     }
-    Parts { a, b: s.robot2.motion }
+    Parts { a, b: on_fixture(m, &s.fixture, s.robot2.motion) }
 }
 
 /// Robots at rest on their first command.
@@ -212,6 +306,7 @@ pub fn robots_at<R: Real>(m: &Plant, told: &Parts<R>) -> Robots<R> {
     Robots {
         robot1: Axes { motion: a, rail, rail_rate },
         robot2: Axes { motion: told.b, rail: zero, rail_rate: zero },
+        fixture: at_rest(),
         limited: zero,
     }
 }

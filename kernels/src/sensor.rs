@@ -1,11 +1,14 @@
 //! Sensor stage: the force/torque sensor between robot 1's flange and part A, in part A's axes about A's origin.
 
 use crate::bundle;
+use crate::effects::EffectId;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Motion, Wrench};
 use crate::vector::{Vec3, vec3};
+
+const CROSSTALK: EffectId = EffectId::of("S4_crosstalk");
 
 bundle! {
     /// The sensor; written by the sensor stage.
@@ -44,15 +47,15 @@ pub fn low_pass<R: Real>(m: &Plant, p: &Params<R>, s: &Sensor<R>, w: Wrench<R>) 
 /// What a sensor without noise, range and quantum reads: gain, crosstalk, bias and its drift until now.
 #[inline(always)]
 pub(crate) fn distorted<R: Real>(m: &Plant, p: &Params<R>, time: R, w: Wrench<R>) -> Wrench<R> {
-    let leak = crosstalk(m, w.force, w.moment);
     let gained_force = w.force.zip(p.sensor_gain_force, |v, gain| v.mul_add(gain, v));
     let gained_moment = w.moment.zip(p.sensor_gain_moment, |v, gain| v.mul_add(gain, v));
     let bias = p.sensor_drift_force.scale_add(time, p.sensor_bias_force);
     let bias_moment = p.sensor_drift_moment.scale_add(time, p.sensor_bias_moment);
-    Wrench {
-        force: leak.force.scale_add(p.sensor_crosstalk, gained_force) + bias,
-        moment: leak.moment.scale_add(p.sensor_crosstalk, gained_moment) + bias_moment,
+    let mut read = Wrench { force: gained_force, moment: gained_moment };
+    if m.effects.has(CROSSTALK) {
+        read = crosstalk(m, w.force, w.moment).scale_add(p.sensor_crosstalk, read);
     }
+    Wrench { force: read.force + bias, moment: read.moment + bias_moment }
 }
 
 /// One sample: distortion, noise (unit normal deviates), saturation, quantisation.

@@ -11,6 +11,7 @@ use crate::chain::Turn;
 use crate::chain::dynamics::{Composite, Posture, Reach};
 use crate::chain::inertia::Force;
 use crate::math::sin_cos;
+use crate::modes::{MODES, Mode, Sway, hil_modes, recoil, swayed};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -42,7 +43,8 @@ bundle! {
     Bodies<N> {
         chaser: Body<R>, "1", "base and arm together";
         arm: Arm<R, N>, "1", "joints";
-        target: Body<R>, "1", "target";
+        target: Body<R>, "1", "target, with what sways in it";
+        sway: [Sway<R>; MODES], "1", "hidden modes of the target: slosh, then the appendage";
         impulse: Vec3<R>, "N s", "external impulse so far (thrust, test field)";
         moment_impulse: Vec3<R>, "kg m^2/s", "external moment impulse so far, about the origin";
     }
@@ -81,6 +83,8 @@ bundle! {
         base_inertia_scale: R, "1", "factor on the base's nominal inertia";
         target_mass: R, "kg", "mass of the target";
         target_inertia_scale: R, "1", "factor on the target's nominal inertia";
+        target_com: Vec3<R>, "m", "centre of mass of the target from its nominal one, body axes";
+        modes: [Mode<R>; MODES], "1", "hidden modes of the target: slosh, then the appendage";
     }
 }
 
@@ -148,6 +152,8 @@ pub fn space_masses<R: Real>(p: &Params<R>) -> Masses<R> {
         base_inertia_scale: p.base_inertia_scale,
         target_mass: p.target_mass,
         target_inertia_scale: p.target_inertia_scale,
+        target_com: Vec3::zero(),
+        modes: crate::fields::filled(R::lit(0.0)),
     }
 }
 
@@ -158,6 +164,8 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
     Masses {
         target_mass: p.target_mass * (one + p.mass_error),
         target_inertia_scale: p.target_inertia_scale * (one + p.inertia_error),
+        target_com: p.target_com_error,
+        modes: hil_modes(p),
         ..space_masses(p)
     }
 }
@@ -210,7 +218,7 @@ pub fn update_kinematics<R: Real, const N: usize>(
         omega: k.axes.times(k.rate + k.reach.omega),
     };
     k.target_axes = s.target.attitude.matrix();
-    k.parts.b = seat_motion(m, masses, &s.target, k.target_axes);
+    k.parts.b = seat_motion(m, masses, s, k.target_axes);
 }
 
 /// The chaser's configuration for the chain's dynamics.
@@ -231,15 +239,23 @@ fn target_rate<R: Real>(m: &Plant, masses: Masses<R>, axes: Mat3<R>, spin: Vec3<
     axes.times(own * (R::lit(1.0) / masses.target_inertia_scale))
 }
 
+/// Part B's origin from the target's centre of mass, body axes.
+#[inline(always)]
+pub(crate) fn seat_lever<R: Real>(m: &Plant, masses: Masses<R>) -> Vec3<R> {
+    Vec3::lit(m.seat.position) - masses.target_com
+}
+
 /// Motion of part B: the target's twist at its seat.
 #[inline(always)]
-fn seat_motion<R: Real>(m: &Plant, masses: Masses<R>, target: &Body<R>, axes: Mat3<R>) -> Motion<R> {
-    let lever = axes.times(Vec3::lit(m.seat.position));
+fn seat_motion<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>, axes: Mat3<R>) -> Motion<R> {
+    let target = &s.target;
+    let lever = axes.times(seat_lever(m, masses));
+    let (shift, velocity) = recoil(m.effects, &masses.modes, &s.sway);
     let omega = target_rate(m, masses, axes, target.spin);
     Motion {
-        position: target.com + (target.com_step + lever),
+        position: target.com + (target.com_step + (lever + shift)),
         attitude: target.attitude.compose(Quat::lit(m.seat.attitude)),
-        velocity: target.momentum.scale_add(R::lit(1.0) / masses.target_mass, omega.cross(lever)),
+        velocity: target.momentum.scale_add(R::lit(1.0) / masses.target_mass, omega.cross(lever) + velocity),
         omega,
     }
 }
@@ -292,10 +308,12 @@ pub fn advance<R: Real, const N: usize>(
     let centre = s.chaser.com + s.chaser.com_step;
     let (target, target_push) = advance_target(m, masses, &s.target, k, w);
     let target_centre = s.target.com + s.target.com_step;
+    let pushed = w.force * -(R::lit(1.0) / masses.target_mass);
     Bodies {
         chaser,
         arm,
         target,
+        sway: swayed(m.effects, dt, &masses.modes, &s.sway, pushed),
         impulse: (push + target_push).scale_add(dt, s.impulse),
         moment_impulse: (moment + centre.cross(push) + target_centre.cross(target_push))
             .scale_add(dt, s.moment_impulse),

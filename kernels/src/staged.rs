@@ -85,6 +85,8 @@ staged! {
     robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
     robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
+    /// [`crate::fixture::push_fixture`]
+    fixture::push_fixture(m; p: &'a Params<L>, s: &'a Robots<L>, w: Wrench<L>) -> Robots<L>;
     /// [`crate::robot::robots`]
     robot::robots(m; p: &'a Params<L>, s: &'a Robots<L>, told: &'a Parts<L>) -> Robots<L>;
     /// [`crate::manipulator::cell::set_point`]
@@ -94,7 +96,7 @@ staged! {
     /// [`crate::manipulator::cell::drives_at`]
     manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, told: &'a Motion<L>) -> Drives<L>;
     /// [`crate::joint_level::held_parts`]
-    joint_level::held_parts(m; drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
+    joint_level::held_parts(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
     /// [`crate::joint_level::reaction`]
     joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]

@@ -3,6 +3,7 @@
 use crate::compensator::{self, Compensation};
 use crate::contact::{self, LatchState, Pair, Point, PointContact};
 use crate::fields::{Bundle, fields};
+use crate::fixture;
 use crate::impedance::{self, Yielding};
 use crate::joint_level;
 use crate::load::{self, Load};
@@ -122,7 +123,8 @@ fn contact_stages(m: &Plant) -> Vec<Function> {
 
 fn facility_stages(m: &Plant) -> Vec<Function> {
     vec![
-        stage!(transport(p: Params<Sym>) -> Sym => robot::transport(m, &p)),
+        stage!(transport(p: Params<Sym>, time: Sym) -> Sym => robot::transport(m, &p, time)),
+        stage!(progress(p: Params<Sym>, share: Sym) -> Sym => robot::progress(m, &p, share)),
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
         stage!(with_test(p: Params<Sym>, told: Parts<Sym>, time: Sym) -> Parts<Sym>
             => test_motion::with_test(m, &p, &told, time)),
@@ -140,6 +142,8 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
             => robot::interpolate(m, &first, &second, &third, place)),
         stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
         stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
+        stage!(push_fixture(p: Params<Sym>, s: Robots<Sym>, w: Wrench<Sym>) -> Robots<Sym>
+            => fixture::push_fixture(m, &p, &s, w)),
         stage!(mounted_parts(p: Params<Sym>, s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &p, &s)),
         stage!(to_sensor(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::to_sensor(parts.a, w)),
         stage!(low_pass(p: Params<Sym>, s: Sensor<Sym>, w: Wrench<Sym>) -> Sensor<Sym> => sensor::low_pass(m, &p, &s, w)),
@@ -176,8 +180,8 @@ fn joint_stages(m: &Plant) -> Vec<Function> {
             => cell::drive(robot2, &p.robot2, &s, &aim, load)),
         stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot1, &p.robot1, &told.a)),
         stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot2, &p.robot2, &told.b)),
-        stage!(held_parts(drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
-            => joint_level::held_parts(m, &drives1, &drives2)),
+        stage!(held_parts(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
+            => joint_level::held_parts(m, &s, &drives1, &drives2)),
         stage!(reaction(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => joint_level::reaction(&parts, w)),
         stage!(first_set_point(s: Drives<Sym>) -> SetPoint<Sym> => cell::first_set_point(&s)),
     ]

@@ -3,7 +3,7 @@
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::space::{Arm, Bodies, Body, Masses, kinematics};
+use crate::space::{Arm, Bodies, Body, Masses, kinematics, seat_lever};
 use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 
 /// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
@@ -11,10 +11,13 @@ use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 #[inline(always)]
 pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: Masses<R>) -> Bodies<R, N> {
     let zero = R::lit(0.0);
+    // The target's part B stands where it stands, wherever its centre of mass is taken to be.
+    let centre = Vec3::lit(m.target_pose.position) + Quat::lit(m.target_pose.attitude).rotate(masses.target_com);
     let mut s = Bodies {
         chaser: still(Vec3::zero(), Quat::lit(m.base_pose.attitude)),
         arm: Arm { angle: [zero; N], rate: [zero; N], turn: Vec3::zero() },
-        target: still(Vec3::lit(m.target_pose.position), Quat::lit(m.target_pose.attitude)),
+        target: still(centre, Quat::lit(m.target_pose.attitude)),
+        sway: crate::fields::filled(zero),
         impulse: Vec3::zero(),
         moment_impulse: Vec3::zero(),
     };
@@ -27,7 +30,7 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: Masses<R
     s.chaser.spin = spin(turned.axes, turned.inverse_inertia.inverse(), p.chaser_rate);
     let target_inertia = Sym3::<R>::lit(m.target_inertia).map(|e| e * masses.target_inertia_scale);
     s.target.spin = spin(turned.target_axes, target_inertia, p.target_rate);
-    let seat_lever = s.target.attitude.rotate(Vec3::lit(m.seat.position));
+    let seat_lever = s.target.attitude.rotate(seat_lever(m, masses));
     let tool_velocity = p.target_rate.cross(seat_lever) + vec3(p.closing_speed, zero, zero) + p.drift;
     s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
     s.arm.turn = p.chaser_rate;

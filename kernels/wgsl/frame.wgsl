@@ -102,7 +102,7 @@ fn send_command(parts: Parts, now: f32) -> f32 {
 // Robots, contact and sensor over the tick that ends now.
 fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let pair = hil_pair(p);
-    let delay = max(transport(p) + jitter * (1.0 / TICK), 0.0);
+    let delay = max(transport(p, now) + jitter * (1.0 / TICK), 0.0);
     let oldest = max(floor(1.0 / f32(SUBSTEPS) - delay), 3.0 - f32(SLOTS));
     // Three neighbouring commands cover the tick; they are read once, since storage is far away.
     let back = i32(1.0 - oldest);
@@ -112,7 +112,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let begin = (1.0 / f32(SUBSTEPS) - delay) - oldest;
     take_command(displaced(interpolate(first, second, third, begin), yielding));
     for (var substep = 1u; substep <= SUBSTEPS; substep++) {
-        let place = (f32(substep) / f32(SUBSTEPS) - delay) - oldest;
+        let place = (progress(p, f32(substep) / f32(SUBSTEPS)) - delay) - oldest;
         move_robots(displaced(interpolate(first, second, third, place), yielding));
         let parts = mounted_parts(p, robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
@@ -121,6 +121,9 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
         push_robots(pushed);
+        if (GIVES_WAY) {
+            robot = push_fixture(p, robot, pushed);
+        }
         var wrench = to_sensor(parts, pushed);
         if (LOADED) {
             load = carry(load, parts);
@@ -212,7 +215,7 @@ fn reset() {
         put_command(SLOTS - age, carry_on(told, -f32(age)));
         put_wrench(SLOTS - age, zero_wrench());
     }
-    place_robots(carry_on(told, -(transport(p) + 1.0)));
+    place_robots(carry_on(told, -(transport(p, 0.0) + 1.0)));
     let mounted = mounted_parts(p, robot);
     load = load_at(p, mounted);
     sensed = sensor_at(load, mounted);

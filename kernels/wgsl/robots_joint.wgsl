@@ -17,7 +17,7 @@ fn move_robots(told: Parts) {
     let push_b = reaction(mounted_parts(p, robot), push);
     drives_a = drive1(p, drives_a, set_a, push);
     drives_b = drive2(p, drives_b, set_b, push_b);
-    robot = held_parts(drives_a, drives_b);
+    robot = held_parts(robot, drives_a, drives_b);
 }
 
 // The wrench on part A, laboratory axes, that the next substep feels.
@@ -32,5 +32,5 @@ fn place_robots(told: Parts) {
     set_a = first_set_point(drives_a);
     set_b = first_set_point(drives_b);
     push = zero_wrench();
-    robot = held_parts(drives_a, drives_b);
+    robot = held_parts(robots_at(told), drives_a, drives_b);
 }

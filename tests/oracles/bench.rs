@@ -23,8 +23,6 @@ pub(super) fn ideal_facility() -> Facility {
     Facility {
         robot1_share: 0.5,
         rail: None,
-        max_speed: 1e6,
-        max_rate: 1e6,
         drop_hold_ticks: 3,
         sensor_substeps: 1,
         crosstalk: [[0.0; 6]; 6],

@@ -5,7 +5,7 @@ use super::lanes::six_joints;
 use softdock_engine::Engine;
 use softdock_engine::Job;
 use softdock_engine::cpu::CpuEngine;
-use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, Null};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::metrics::Metrics;
@@ -28,6 +28,17 @@ fn jointed() -> Model {
 /// Whether an effect is one of robots with joints.
 fn of_joints(effect: &Effect) -> bool {
     effect.id.starts_with('J')
+}
+
+/// Whether a tare takes an effect off.
+fn of_tare(effect: &Effect) -> bool {
+    effect.id == "S1_bias"
+}
+
+fn untared() -> Model {
+    let mut model = model();
+    model.facility.tared = false;
+    model
 }
 
 /// An arm that touches a plane with friction on a facility where every effect has something to act on.
@@ -54,8 +65,10 @@ fn plain() -> Params<f64> {
         drift: vec3(0.0, 0.02, 0.01),
         target_rate: vec3(0.0, 0.02, -0.01),
         contact_friction: 0.2,
+        loop_delay: model().timing.own_delay(),
         bristle_stiffness: 5e3,
-        ..closing(1.0, 0.06, 1e4, 30.0)
+        // Fast enough for every limit at its scale.
+        ..closing(1.0, 0.6, 1e4, 30.0)
     }
 }
 
@@ -93,6 +106,7 @@ fn an_effect_at_its_null_value_changes_no_bit() {
     let null = |parameter: &EffectParameter| match parameter.null {
         Null::Value(value) => value,
         Null::OwnDelay => own,
+        Null::Any => parameter.scale,
     };
     let params: Vec<_> =
         std::iter::once(plain()).chain(EFFECTS.iter().map(|effect| with(plain(), effect.parameters, null))).collect();
@@ -115,11 +129,30 @@ fn an_effect_at_its_null_value_changes_no_bit() {
     }
 }
 
+/// What no run has may be left out: kernels and lanes without a single effect's terms give the bits of those with all.
+#[test]
+fn an_effect_that_is_left_out_changes_no_bit() {
+    let compared = [(model(), plain()), (jointed(), plain_with_joints())];
+    for (model, params) in compared {
+        let whole = job(model, &[params]);
+        let effects = EffectSet::of(&params, &whole.plant.timing);
+        assert_eq!(effects.iter().next(), None, "an effect off its null");
+        let bare = Job { plant: whole.plant.clone().with_effects(effects), ..whole.clone() };
+        let [with, without] = [whole, bare].map(|job| {
+            let row = CpuEngine::new().run(&job, &numbered(&[params]), &|_| true).expect("nobody stops the batch")[0];
+            [bits(&row.space), bits(&row.hil)]
+        });
+        assert!(with == without, "{with:?}\n{without:?}");
+    }
+}
+
 #[test]
 fn an_effect_at_its_scale_changes_the_facility_and_never_space() {
-    for (model, joints) in [(model(), false), (jointed(), true)] {
-        let effects: Vec<_> = EFFECTS.iter().filter(|effect| of_joints(effect) == joints).collect();
-        let base = if joints { plain_with_joints() } else { plain() };
+    let others: fn(&Effect) -> bool = |effect| !of_joints(effect) && !of_tare(effect);
+    let cases =
+        [(model(), plain(), others), (untared(), plain(), of_tare), (jointed(), plain_with_joints(), of_joints)];
+    for (model, base, belongs) in cases {
+        let effects: Vec<_> = EFFECTS.iter().filter(|effect| belongs(effect)).collect();
         let params: Vec<_> = std::iter::once(base)
             .chain(effects.iter().map(|effect| with(base, effect.parameters, |parameter| parameter.scale)))
             .collect();

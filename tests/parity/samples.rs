@@ -115,8 +115,9 @@ fn observed(model: &mut Model) {
     });
 }
 
-/// Numbers for any compensator.
+/// Numbers for any compensator, and tools that are slow enough to meet their limits.
 fn tuned(p: &mut Params<f64>) {
+    (p.tool_speed_limit, p.tool_rotation_limit) = (0.06, 0.05);
     p.compensator_delay = 0.9 * p.loop_delay;
     p.compensator_lag = 1.3e-3;
     p.compensator_stiffness = 2e4;
@@ -449,6 +450,7 @@ fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &s
         "lost_before" => (u * 6.0).floor(),
         "last" | "created" => f64::from(u8::from(u < 0.5)),
         "place" => 2.0 * u,
+        "share" => 0.25 * (1.0 + (4.0 * u).floor()),
         "age" | "u" | "v" => u,
         other => panic!("no sampler for the scalar `{other}`"),
     }

@@ -6,6 +6,7 @@ use super::samples::CASES;
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
+use softdock_kernels::fixture;
 use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
 use softdock_kernels::impedance::{self, Yielding};
@@ -107,7 +108,8 @@ fn contact_rows() -> Vec<Row<Twin>> {
 
 fn facility_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        transport(p: Params<f64>) => robot::transport(m, &p), 6.0, "three sums of delays";
+        transport(p: Params<f64>, time: f64) => robot::transport(m, &p, time), 400.0, "the age of a held command, a difference of two times";
+        progress(p: Params<f64>, share: f64) => robot::progress(m, &p, share), 0.0, COPIED;
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
         yield_to(s: Yielding<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::yield_to(m, &s, parts.a, w), 20.0, "a row of six products";
         displaced(told: Parts<f64>, s: Yielding<f64>) => impedance::displaced(m, &told, &s), 8.0, "a sum, a turn";
@@ -122,6 +124,8 @@ fn facility_rows() -> Vec<Row<Twin>> {
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
         robots_at(told: Parts<f64>) => robot::robots_at(m, &told), 0.0, "a rail along an axis, a share of a half: exact";
         robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, &p, &s, &told), 40.0, "an error of attitude and place, times the square of a bandwidth";
+        push_fixture(p: Params<f64>, s: Robots<f64>, w: Wrench<f64>)
+            => fixture::push_fixture(m, &p, &s, w), 20.0, "a step of a resonance";
         mounted_parts(p: Params<f64>, s: Robots<f64>) => robot::mounted_parts(m, &p, &s), 4.0, "two sums";
         to_sensor(parts: Parts<f64>, w: Wrench<f64>) => sensor::to_sensor(parts.a, w), 4.0, "a rotation";
         low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, &p, &s, w), 6.0, "a division and a sum";
@@ -155,8 +159,8 @@ fn joint_rows() -> Vec<Row<Twin>> {
             => cell::drive(&m.robots()[0], &p.robot1, &s, &aim, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
         drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, load: Wrench<f64>)
             => cell::drive(&m.robots()[1], &p.robot2, &s, &aim, load), 200.0, "as drive1";
-        held_parts(drives1: Drives<f64>, drives2: Drives<f64>)
-            => joint_level::held_parts(m, &drives1, &drives2), 100.0, "velocities at the end of six levers";
+        held_parts(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
+            => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
         reaction(parts: Parts<f64>, w: Wrench<f64>) => joint_level::reaction(&parts, w), 6.0, "a cross product added to a moment";
         drives_at1(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &told.a), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
         drives_at2(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &told.b), 4000.0, "as drives_at1";

@@ -15,6 +15,7 @@ use crate::variant::{self, Variant};
 use crate::written::At;
 use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
 use crate::{derived as derived_values, idle, read};
+use softdock_kernels::effects::EffectSet;
 use softdock_kernels::fields::{Field, fields, from_slice};
 use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
@@ -250,6 +251,15 @@ impl Campaign {
             let derived = || self.derived.iter().find(|d| d.name == parameter).map(|d| d.place.clone());
             dispersed.or_else(derived).map(|place| (source.clone(), place))
         })
+    }
+
+    /// The effects that any of its runs may have: a property of the whole campaign, so that no run depends on what is
+    /// made beside it.
+    pub fn effects(&self) -> EffectSet {
+        let dispersed = self.dispersions.iter().map(|dispersion| dispersion.name.as_str());
+        let derived = self.derived.iter().map(|derived| derived.name.as_str());
+        let nominal = EffectSet::of(&self.nominal(), &self.scenario.model.timing);
+        dispersed.chain(derived).map(EffectSet::switched_by).fold(nominal, EffectSet::or)
     }
 
     /// Least and greatest value of every parameter.

@@ -3,9 +3,7 @@
 use crate::campaign::Campaign;
 use crate::dispersion::Class;
 use crate::units::show;
-use softdock_kernels::effects::{EFFECTS, Effect, Null};
-use softdock_kernels::fields::{fields, to_vec};
-use softdock_kernels::params::Params;
+use softdock_kernels::fields::to_vec;
 use std::fmt::Write;
 
 /// Classes of a histogram.
@@ -91,23 +89,8 @@ fn bars(values: &[f64], min: f64, max: f64) -> String {
 
 /// The rows of the effect table that differ from their null value in at least one run.
 fn effects(text: &mut String, campaign: &Campaign) {
-    let table = fields::<f64, Params<f64>>();
-    let nominal = to_vec(&campaign.nominal());
-    let own_delay = campaign.scenario.model.timing.own_delay();
-    let is_active = |effect: &&Effect| {
-        effect.parameters.iter().any(|parameter| {
-            let index = table.iter().position(|field| field.name == parameter.field);
-            let null = match parameter.null {
-                Null::Value(value) => value,
-                Null::OwnDelay => own_delay,
-            };
-            let dispersed = campaign.dispersions.iter().any(|d| d.name == parameter.field);
-            let derived = campaign.derived.iter().any(|d| d.name == parameter.field);
-            dispersed || derived || index.is_some_and(|index| nominal[index] != null)
-        })
-    };
     let active: Vec<String> =
-        EFFECTS.iter().filter(is_active).map(|effect| format!("  {}  {}", effect.id, effect.name)).collect();
+        campaign.effects().iter().map(|effect| format!("  {}  {}", effect.id, effect.name)).collect();
     let heading = if active.is_empty() { "\neffects on the facility: none" } else { "\neffects on the facility" };
     let _ = writeln!(text, "{heading}");
     for line in active {

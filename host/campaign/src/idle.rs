@@ -3,6 +3,7 @@
 use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::expression::Bounds;
+use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::model::{CompensatorKind, Model, NormalLaw};
@@ -37,6 +38,12 @@ const LINEAR: Idle = (
 const POWER: Idle = (
     "the contact law \"power\" has no linear damping",
     "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario",
+);
+const BILATERAL: Idle =
+    ("a bilateral contact never parts", "remove it, or write bilateral = false in [contact] of the scenario");
+const NO_EFFECT: Idle = (
+    "it says how an effect goes that no run has",
+    "remove it, or give the effect a size: `softdock check` lists the effects in play",
 );
 const NO_FRICTION: Idle = ("friction is always 0", "remove it, or give the contact a friction above 0");
 const NO_DAMPING: Idle =
@@ -84,8 +91,9 @@ pub(crate) fn targets(campaign: &Campaign, bounds: &[Bounds]) -> Vec<IdleTarget>
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, &d.place));
     let unused = |field: &usize| !campaign.derived.iter().any(|derived| derived.expression.names().contains(field));
     let parameters = bounds.len() - campaign.variables.len();
+    let effects = campaign.effects();
     let why = |field: usize, name: &str| match field < parameters {
-        true => idle(name, &campaign.scenario.model, bounds),
+        true => idle(name, &campaign.scenario.model, bounds).or(shapes_nothing(name, effects).then_some(NO_EFFECT)),
         false => Some(UNUSED),
     };
     let target = |(field, name, place): (usize, &String, &Range<usize>)| {
@@ -121,9 +129,13 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         "rail_lag_damping" => without(NO_LAG, never("rail_lag")),
         "contact_dissipation" => without(LINEAR, linear),
         "contact_damping" => without(POWER, !linear),
-        "bristle_stiffness" | "bristle_damping" | "contact_friction_error" => {
-            without(NO_FRICTION, never("contact_friction"))
-        }
+        "bristle_stiffness"
+        | "bristle_damping"
+        | "contact_friction_error"
+        | "contact_stribeck"
+        | "contact_anisotropy" => without(NO_FRICTION, never("contact_friction")),
+        "contact_adhesion" => without(BILATERAL, model.contact.bilateral),
+        "tool_speed_limit" | "tool_rotation_limit" => without(JOINTS, joints.is_some()),
         "contact_damping_error" => {
             without(NO_DAMPING, never(if linear { "contact_damping" } else { "contact_dissipation" }))
         }
@@ -134,6 +146,13 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         }
         _ => name.strip_prefix("compensator_").and_then(|name| idle_compensator(name, model, &never)),
     }
+}
+
+/// Whether a parameter says how an effect goes that is not there.
+fn shapes_nothing(name: &str, effects: EffectSet) -> bool {
+    let shapes = |p: &EffectParameter| p.field == name && p.null == Null::Any;
+    let shaped = |effect: &&Effect| effect.parameters.iter().any(shapes);
+    EFFECTS.iter().any(|effect| shaped(&effect)) && !effects.iter().any(|effect| shaped(&effect))
 }
 
 /// Why a parameter of a compensator changes nothing, if so.

@@ -87,3 +87,6 @@ fn pretty(schema: &schemars::Schema) -> String {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod effects_tests;

@@ -83,12 +83,32 @@ const RANGES: &[(&str, Range)] = &[
     // Relative errors: the erroneous value must stay physical.
     ("mass_error", Range::above(-1.0, 10.0)),
     ("inertia_error", Range::above(-1.0, 10.0)),
+    ("target_com_error", Range::size(LENGTH)),
+    // The structure of the target keeps a part of its mass, and a tick of 1 ms follows the modes.
+    ("slosh_share", Range::within(0.0, 0.45)),
+    ("slosh_frequency", Range::within(0.0, 50.0)),
+    ("slosh_damping", Range::within(0.0, 1.0)),
+    ("appendage_share", Range::within(0.0, 0.45)),
+    ("appendage_frequency", Range::within(0.0, 50.0)),
+    ("appendage_damping", Range::within(0.0, 1.0)),
     ("contact_stiffness_error", Range::within(-1.0, 10.0)),
     ("contact_damping_error", Range::within(-1.0, 10.0)),
     ("contact_friction_error", Range::within(-1.0, 10.0)),
+    ("contact_exponent_error", Range::within(-0.5, 2.0)),
+    ("contact_stribeck", Range::within(-1.0, 10.0)),
+    ("contact_stribeck_speed", Range::above(0.0, SPEED)),
+    ("contact_anisotropy", Range::size(1.0)),
+    ("contact_adhesion", Range::within(0.0, FORCE)),
+    ("fixture_compliance", Range::within(0.0, 1.0)),
+    ("fixture_frequency", Range::within(0.0, 1e3)),
+    ("fixture_damping", Range::within(0.0, 10.0)),
     ("loop_delay", Range::within(0.0, LONGEST_DELAY)),
     ("delay_jitter", Range::within(0.0, LONGEST_DELAY / 8.0)),
     ("drop_probability", Range::within(0.0, 1.0)),
+    ("clock_skew", Range::size(0.1)),
+    ("command_hold", Range::within(0.0, LONGEST_DELAY)),
+    ("tool_speed_limit", Range::above(0.0, UNLIMITED)),
+    ("tool_rotation_limit", Range::above(0.0, UNLIMITED)),
     ("test_amplitude", Range::within(0.0, 10.0)),
     ("test_frequency", Range::above(0.0, 100.0)),
     ("robot1_lag", Range::within(0.0, 10.0)),
@@ -106,11 +126,21 @@ const RANGES: &[(&str, Range)] = &[
     ("robot_stribeck", Range::within(0.0, 100.0)),
     ("robot_presliding", Range::within(0.0, 1e4)),
     ("robot_load_friction", Range::within(0.0, 1.0)),
+    ("robot_coulomb_asymmetry", Range::size(1.0)),
+    ("robot_cold_friction", Range::within(-1.0, 10.0)),
+    ("robot_warm_up", Range::above(0.0, 1e6)),
+    ("robot_cable_stiffness", Range::within(0.0, 100.0)),
+    ("robot_cable_hysteresis", Range::within(0.0, 100.0)),
     ("robot_gear_compliance", Range::within(0.0, 1e3)),
     ("robot_backlash", Range::within(0.0, 1e3)),
     ("robot_transmission_error", Range::within(0.0, 0.1)),
     ("robot_torque_ripple", Range::within(0.0, 1.0)),
     ("robot_torque_constant_error", Range::above(-1.0, 10.0)),
+    ("robot_torque_offset", Range::size(1.0)),
+    ("robot_torque_limit_cut", Range::within(0.0, 1.0)),
+    ("robot_speed_limit_cut", Range::within(0.0, 1.0)),
+    ("robot_payload_error", Range::within(0.0, 1e4)),
+    ("robot_payload_place", Range::size(LENGTH)),
     ("robot_current_lag", Range::within(0.0, 1.0)),
     ("robot_model_inertia_error", Range::within(-1.0, 10.0)),
     ("robot_model_gravity_error", Range::within(-1.0, 10.0)),
@@ -146,9 +176,12 @@ const RANGES: &[(&str, Range)] = &[
     ("compensator_threshold", Range::within(0.0, FORCE)),
 ];
 
-/// The name that both robots' drives have in common (`robot_backlash` of `robot1_backlash`).
+/// The name that both robots' drives have in common (`robot_backlash` of `robot1_backlash`), a whole vector's.
 fn either_robot(field: &str) -> Option<String> {
-    ["robot1_", "robot2_"].iter().find_map(|one| field.strip_prefix(one)).map(|rest| format!("robot_{rest}"))
+    ["robot1_", "robot2_"]
+        .iter()
+        .find_map(|one| field.strip_prefix(one))
+        .map(|rest| format!("robot_{}", vector_name(rest).unwrap_or(rest)))
 }
 
 /// The whole vector's name of a component (`offset` of `offset_y`).

@@ -4,6 +4,7 @@
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
+use softdock_kernels::contact::REFERENCE_DEPTH;
 use softdock_kernels::model::{ArmControl, CompensatorKind, Model, NormalLaw, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::Vec3;
@@ -67,6 +68,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     springs.extend(approach(m, &chaser));
     springs.extend(compensator(m, extremes, &chaser));
     springs.extend(servos(m, extremes));
+    springs.push(fixture(m, extremes));
     let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
     faults.extend(lags(m, extremes));
     faults
@@ -120,20 +122,11 @@ fn pair_mobility(m: &Model, low: &Params<f64>, chaser: &Chaser, point: Vec3<f64>
 /// The contact pair, its bristle, and the latch.
 fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
     let (low, high) = (&extremes.least, &extremes.greatest);
-    let errors = |value: f64| 1.0 + value.max(0.0);
-    let stiffness = high.contact_stiffness * errors(high.contact_stiffness_error);
-    let depth = m.task.max_depth;
-    let (slope, damping, damping_key, damping_name) = match m.contact.law {
-        NormalLaw::Linear => (stiffness, high.contact_damping, "contact.damping", "contact_damping"),
-        // Slope and damping of K d^n (1 + a d') at the deepest contact that is allowed.
-        NormalLaw::Power { exponent: n } => (
-            stiffness * n * depth.powf(n - 1.0),
-            stiffness * depth.powf(n) * high.contact_dissipation,
-            "contact.dissipation",
-            "contact_dissipation",
-        ),
+    let (slope, damping) = slope_and_damping(m, high);
+    let (damping_key, damping_name) = match m.contact.law {
+        NormalLaw::Linear => ("contact.damping", "contact_damping"),
+        NormalLaw::Power { .. } => ("contact.dissipation", "contact_dissipation"),
     };
-    let damping = damping * errors(high.contact_damping_error);
     let points = m.contact.points.iter().map(|point| pair_mobility(m, low, chaser, point.position));
     let mobility = points.fold(0.0, f64::max);
     let spring = |what: &str, key, parameter, stiffness, damping| Spring {
@@ -152,6 +145,34 @@ fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
     }
     springs.extend(latch(m, extremes, chaser));
     springs
+}
+
+/// Greatest slope \[N/m\] and damping \[N s/m\] of the mounted parts' normal force: at the deepest contact that is
+/// allowed.
+fn slope_and_damping(m: &Model, high: &Params<f64>) -> (f64, f64) {
+    let errors = |value: f64| 1.0 + value.max(0.0);
+    let depth = m.task.max_depth;
+    // K d^n (d / d_ref)^e has the exponent n + e, and n + e is at most n (1 + e).
+    let bent = high.contact_exponent_error.max(0.0);
+    let bend = (depth / REFERENCE_DEPTH).max(1.0).powf(bent);
+    let stiffness = high.contact_stiffness * errors(high.contact_stiffness_error) * bend;
+    let (slope, damping) = match m.contact.law {
+        NormalLaw::Linear => (stiffness, high.contact_damping),
+        NormalLaw::Power { exponent: n } => {
+            (stiffness * n * depth.powf(n - 1.0), stiffness * depth.powf(n) * high.contact_dissipation)
+        }
+    };
+    (slope * (1.0 + bent), damping * errors(high.contact_damping_error))
+}
+
+/// Part B on its mount, pushed by the contact: a mass of 1 / (c w^2) between two springs.
+fn fixture(m: &Model, extremes: &Extremes) -> Spring {
+    let high = &extremes.greatest;
+    let rate = std::f64::consts::TAU * high.fixture_frequency;
+    let (slope, damping) = slope_and_damping(m, high);
+    let (what, key) = ("part B on its mount".to_owned(), "facility.fixture.compliance");
+    let spring = held(what, key, slope, damping, rate * rate * high.fixture_compliance, "kg");
+    Spring { parameter: Some("fixture_compliance"), held: false, ..spring }
 }
 
 /// The closed latch.

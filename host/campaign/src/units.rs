@@ -143,6 +143,7 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("Hz", "a frequency", "Hz, kHz"),
     ("1/s", "a gain", "1/s"),
     ("N/m", "a stiffness", "N/m, N/mm, kN/m"),
+    ("m/N", "a compliance", "m/N, mm/N, mm / kN"),
     ("N s/m", "a damping", "N s/m, N s/mm"),
     ("s/m", "a dissipation", "s/m"),
     ("N/s", "a drift of a force", "N/s, N/min, mN/s"),

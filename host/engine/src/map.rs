@@ -5,6 +5,7 @@
 
 use crate::cpu::replay;
 use crate::{Job, RunInput};
+use softdock_kernels::effects::EffectSet;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::model::*;
 use softdock_kernels::params::Params;
@@ -82,7 +83,8 @@ impl Contact {
         model.facility.compensator.kind = kind;
         model.task.end_after_separation = 2.0 * self.delay;
         let mut gaps = Vec::new();
-        let job = Job::new(Plant::new(model), 1, false);
+        let effects = EffectSet::of(&params, &model.timing);
+        let job = Job::new(Plant::new(model).with_effects(effects), 1, false);
         let end = replay(&job, RunInput { run: 0, params }, &mut |signals| {
             gaps.push(signals.parts[1].a.position.x - signals.parts[1].b.position.x);
         });
@@ -222,8 +224,6 @@ fn bodies(step: f64, ticks: u32, gap: f64, nominal: Params<f64>) -> Model {
         facility: Facility {
             robot1_share: 0.5,
             rail: None,
-            max_speed: 1e6,
-            max_rate: 1e6,
             drop_hold_ticks: 3,
             sensor_substeps: 1,
             crosstalk: [[0.0; 6]; 6],

@@ -5,12 +5,15 @@
 //! the origin of part A's frame.
 
 pub mod distance;
+mod law;
 pub mod profile;
+
+pub use law::REFERENCE_DEPTH;
 
 use crate::bundle;
 use crate::contact::distance::part_distance;
-use crate::math::{atan2, power};
-use crate::model::NormalLaw;
+use crate::contact::law::{friction, normal_force};
+use crate::math::atan2;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -26,6 +29,11 @@ bundle! {
         friction: R, "1", "Coulomb friction coefficient";
         bristle_stiffness: R, "N/m", "tangential stiffness before slip";
         bristle_damping: R, "N s/m", "tangential damping before slip";
+        exponent_error: R, "1", "error e of the exponent: the spring times (d / 1 mm)^e";
+        stribeck: R, "1", "share s of the friction that falls with the sliding speed";
+        stribeck_speed: R, "m/s", "sliding speed at which that share has fallen to 1/e";
+        anisotropy: R, "1", "share a by which friction is higher along part B's y axis and lower across it";
+        adhesion: R, "N", "tension that a point bears before it parts";
     }
 }
 
@@ -61,6 +69,7 @@ bundle! {
 /// The true pair: the loop in space.
 #[inline(always)]
 pub fn space_pair<R: Real>(p: &Params<R>) -> Pair<R> {
+    let none = R::lit(0.0);
     Pair {
         stiffness: p.contact_stiffness,
         damping: p.contact_damping,
@@ -68,6 +77,11 @@ pub fn space_pair<R: Real>(p: &Params<R>) -> Pair<R> {
         friction: p.contact_friction,
         bristle_stiffness: p.bristle_stiffness,
         bristle_damping: p.bristle_damping,
+        exponent_error: none,
+        stribeck: none,
+        stribeck_speed: p.contact_stribeck_speed,
+        anisotropy: none,
+        adhesion: none,
     }
 }
 
@@ -81,6 +95,10 @@ pub fn hil_pair<R: Real>(p: &Params<R>) -> Pair<R> {
         damping: p.contact_damping * damping,
         dissipation: p.contact_dissipation * damping,
         friction: p.contact_friction * (one + p.contact_friction_error),
+        exponent_error: p.contact_exponent_error,
+        stribeck: p.contact_stribeck,
+        anisotropy: p.contact_anisotropy,
+        adhesion: p.contact_adhesion,
         ..space_pair(p)
     }
 }
@@ -117,49 +135,6 @@ pub fn contact_point<R: Real>(
 pub(crate) fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -> Vec3<R> {
     let from_b = (a.position - b.position) + lever;
     (a.velocity - b.velocity) + (a.omega.cross(lever) - b.omega.cross(from_b))
-}
-
-/// Normal force over depth and sink rate; never pulls unless the pair is bilateral.
-#[inline(always)]
-fn normal_force<R: Real>(m: &Plant, pair: &Pair<R>, depth: R, sink_rate: R) -> R {
-    let zero = R::lit(0.0);
-    let force = match m.contact.law {
-        NormalLaw::Linear => pair.stiffness.mul_add(depth, pair.damping * sink_rate),
-        NormalLaw::Power { exponent } => {
-            let spring = pair.stiffness * power(depth.max(zero), exponent);
-            (spring * pair.dissipation).mul_add(sink_rate, spring)
-        }
-    };
-    if m.contact.bilateral { force } else { R::select(zero.lt(depth), force.max(zero), zero) }
-}
-
-/// Bristle friction: a tangential spring and damper whose force is cut at mu N; the spring keeps what holds the cut.
-///
-/// Within the cut the deflection is a state of rest, so that a block on an incline stands: true stiction.
-/// All vectors in part B's axes, so that the bristle turns with the surface.
-#[inline(always)]
-fn friction<R: Real>(
-    m: &Plant,
-    pair: &Pair<R>,
-    normal_force: R,
-    slip: Vec3<R>,
-    bristle: Vec3<R>,
-    normal: Vec3<R>,
-) -> (Vec3<R>, Vec3<R>) {
-    let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let moved = slip.scale_add(R::lit(m.timing.substep), bristle);
-    let flat = normal.scale_add(-moved.dot(normal), moved);
-    let spring = flat * pair.bristle_stiffness;
-    let limit = pair.friction * normal_force.max(zero);
-    let size = spring.norm();
-    let cut = (limit / size.max(R::lit(1e-20))).min(one);
-    let held = spring * cut;
-    // Damping acts only while the bristle holds, and never beyond the cut.
-    let damped = slip.scale_add(pair.bristle_damping, held);
-    let over = (limit / damped.norm().max(R::lit(1e-20))).min(one);
-    let touching = zero.lt(normal_force);
-    let force = Vec3::select(touching, damped * -over, Vec3::zero());
-    (force, Vec3::select(touching, flat * cut, Vec3::zero()))
 }
 
 /// The capture latch: closes on geometry, then holds part A's latch frame to the seat.

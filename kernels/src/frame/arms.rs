@@ -56,7 +56,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let push_b = reaction(&crate::robot::mounted_parts(m, p, &self.robots), arms.push);
         arms.drives[0] = drive(cell1, &p.robot1, &arms.drives[0], &arms.set[0], arms.push);
         arms.drives[1] = drive(cell2, &p.robot2, &arms.drives[1], &arms.set[1], push_b);
-        self.robots = held_parts(m, &arms.drives[0], &arms.drives[1]);
+        self.robots = held_parts(m, &self.robots, &arms.drives[0], &arms.drives[1]);
     }
 
     /// The wrench on part A, laboratory axes, that the next substep feels.
@@ -75,7 +75,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let ([cell1, cell2], p) = (m.robots(), &self.params);
             let drives = [drives_at(cell1, &p.robot1, &told.a), drives_at(cell2, &p.robot2, &told.b)];
             let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
-            placed = held_parts(m, &drives[0], &drives[1]);
+            placed = held_parts(m, &placed, &drives[0], &drives[1]);
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
             arms.keep(fresh, &before);
         }

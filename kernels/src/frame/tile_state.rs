@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
-use crate::kernel::{bristle_names, compensates};
+use crate::kernel::{bristle_names, compensates, moves};
 use crate::manipulator::cell::{Drives, SetPoint};
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
@@ -28,6 +28,11 @@ pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f6
 
 /// The rows of a lane's state, in the order of the kernel's state buffer.
 pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
+    all_fields::<N>(m).into_iter().filter_map(|(kept, field)| kept.then_some(field)).collect()
+}
+
+/// Every row that a lane may have, and whether it is kept ([`moves`]).
+fn all_fields<const N: usize>(m: &Plant) -> Vec<(bool, Field)> {
     let mut variables = vec![
         ("space", fields::<f64, Bodies<f64, N>>()),
         ("space_watch", fields::<f64, Watch<f64>>()),
@@ -56,7 +61,10 @@ pub fn state_fields<const N: usize>(m: &Plant) -> Vec<Field> {
         ]);
     }
     let named = |(variable, fields): (String, Vec<Field>)| {
-        fields.into_iter().map(move |field| Field { name: join(&variable, &field.name), ..field })
+        fields.into_iter().map(move |field| {
+            let kept = moves(m, &field.name);
+            (kept, Field { name: join(&variable, &field.name), ..field })
+        })
     };
     let variables = variables.into_iter().map(|(variable, fields)| (variable.to_owned(), fields));
     let bristles = bristle_names(m.contact.points.len()).into_iter().map(|name| (name, fields::<f64, Vec3<f64>>()));
@@ -76,7 +84,12 @@ impl<const N: usize> Tile<f64, N> {
         let mut tile = Self::new(m, batch);
         tile.runs[0] = Some(run);
         (tile.params, tile.tick, tile.step) = (params, f64::from(tick), tick as usize % tile.slots);
-        let mut state = &lane.state[..];
+        let mut kept = lane.state.iter();
+        let mut whole = Vec::with_capacity(lane.state.len());
+        // What is not kept is at rest.
+        let at_rest = |is_kept: bool| if is_kept { kept.next().copied() } else { Some(0.0) };
+        whole.extend(all_fields::<N>(m).into_iter().map(|(is_kept, _)| is_kept).map_while(at_rest));
+        let mut state = &whole[..];
         let sides = [(space_masses(&params), space_pair(&params)), (hil_masses(&params), hil_pair(&params))];
         for (index, (masses, pair)) in sides.into_iter().enumerate() {
             let bristles = lane.bristles(index == 1, m.contact.points.len()).chunks(3).map(from_slice).collect();
@@ -137,7 +150,8 @@ impl<const N: usize> Tile<f64, N> {
         let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
         let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
         state.extend(self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>));
-        LaneState { state, lines: commands.chain(wrenches).collect() }
+        let kept = all_fields::<N>(m).into_iter().zip(state).filter_map(|((kept, _), value)| kept.then_some(value));
+        LaneState { state: kept.collect(), lines: commands.chain(wrenches).collect() }
     }
 
     /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
@@ -239,9 +253,8 @@ fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64
 /// What a finished run leaves, in the order of the kernel's outcome buffer.
 fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
     let (space, hil) = (&tile.space, &tile.hil);
-    let mut out = to_vec(&tile.params);
     let seen = followed(m, &tile.params, &tile.tracking);
-    out.extend(to_vec(&metrics(m, &space.watch, &space.bodies, &seen, 0.0)));
+    let mut out = to_vec(&metrics(m, &space.watch, &space.bodies, &seen, 0.0));
     out.extend(to_vec(&metrics(m, &hil.watch, &hil.bodies, &seen, 1.0)));
     out.extend([space.watch.unstable, space.watch.contact_work, space.watch.absorbed, hil.watch.unstable]);
     out.extend([tile.sensor.saturated, tile.robots.limited, tile.dropped]);

@@ -98,7 +98,7 @@ fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
     for base in [0.0, 1.7, -0.4] {
         let (torque, push) = chain_torques(&robot, angle, rate, joints, along * base);
         let force = push.dot(along) + mass * base;
-        let chain = fold_chain(&robot, &link_frames(&robot, angle), rate, &torque, &[0.0; 6], NOTHING);
+        let chain = fold_chain(&robot, &link_frames(&robot, angle), rate, &torque, &[0.0; 6], NOTHING, None);
         let slid = chain.slide(along, mass, force);
         assert!((slid - base).abs() < 1e-9, "{slid} for {base}");
         let found = chain.accelerations_on(along * slid);

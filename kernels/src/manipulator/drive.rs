@@ -2,11 +2,23 @@
 
 use super::{Joint, Levels, bristle};
 use crate::bundle;
+use crate::effects::{EffectId, EffectSet};
 use crate::math::{exp, sin_cos};
 use crate::real::Real;
+use crate::vector::Vec3;
 
 /// Torque ripple has so many cycles in a turn of the motor: six poles times two.
 const RIPPLE_CYCLES: f64 = 12.0;
+
+/// Travel in which the hysteresis of the cables turns to 1/e \[rad\]: they are soft against any gear.
+const CABLE_TRAVEL: f64 = 0.02;
+
+const TEMPERATURE: EffectId = EffectId::of("J6_temperature");
+const RIPPLE: EffectId = EffectId::of("J9_torque_ripple");
+const WAVE: EffectId = EffectId::of("J10_transmission_error");
+const SATURATION: EffectId = EffectId::of("J13_saturation");
+const CABLE: EffectId = EffectId::of("J17_cable_drag");
+const OFFSET: EffectId = EffectId::of("J18_drive_offset");
 
 bundle! {
     /// What is dispersible in the drives of one robot: all its joints together.
@@ -20,11 +32,21 @@ bundle! {
         stribeck: R, "1", "factor on the static friction beyond Coulomb's; 0 = none";
         presliding: R, "1", "factor on the travel before sliding; 0 = friction at once";
         load_friction: R, "1", "Coulomb friction per torque that the gear transmits; 0 = none";
+        coulomb_asymmetry: R, "1", "relative difference of the Coulomb friction: forwards higher, backwards lower; 0 = none";
+        cold_friction: R, "1", "share by which dry and viscous friction are higher at the start than when warm; 0 = none";
+        warm_up: R, "s", "time in which that share falls to 1/e";
+        cable_stiffness: R, "1", "spring of cables and hoses about the start posture, as a share of the joint's Coulomb friction per radian (per metre on the rail); 0 = none";
+        cable_hysteresis: R, "1", "hysteresis of cables and hoses, half its width as a share of the joint's Coulomb friction; 0 = none";
         gear_compliance: R, "1", "factor on the compliance of the gears; 0 = rigid";
         backlash: R, "1", "factor on the backlash of the gears; 0 = none";
         transmission_error: R, "rad", "amplitude of the gears' transmission error, once a turn of the motor; 0 = none";
         torque_ripple: R, "1", "amplitude of the motors' ripple as a share of their greatest torque; 0 = none";
         torque_constant_error: R, "1", "relative error of the motors' torque constant";
+        torque_offset: R, "1", "torque that the motors give unasked, as a share of their greatest torque; 0 = none";
+        torque_limit_cut: R, "1", "share by which the motors' greatest torque is lower; 0 = none";
+        speed_limit_cut: R, "1", "share by which the joints' greatest speed is lower; 0 = none";
+        payload_error: R, "kg", "point mass on the part that the feedforward does not know; 0 = none";
+        payload_place: Vec3<R>, "m", "place of that mass, part's frame";
         current_lag: R, "s", "time constant of the current loops; 0 = none";
         model_inertia_error: R, "1", "relative error of the feedforward's inertial torques";
         model_gravity_error: R, "1", "relative error of the feedforward's gravity torques";
@@ -42,6 +64,7 @@ bundle! {
         torque: R, "N m", "torque of the motor";
         integral: R, "N m", "integral part of the velocity loop";
         slip: R, "1", "presliding state of the friction, -1 to 1";
+        cable: R, "1", "state of the cables' hysteresis, -1 to 1";
     }
 }
 
@@ -65,6 +88,39 @@ pub(crate) struct Reference<R> {
     pub(crate) speed: R,
     /// Torque that the feedforward adds \[N m\].
     pub(crate) torque: R,
+    /// What is left of the cold drive's additional friction, 1 to 0.
+    pub(crate) cold: R,
+}
+
+/// A joint, or the rail, as its drive's stages see it.
+#[derive(Clone, Copy)]
+pub(crate) struct Axis<'a> {
+    /// Link, motor, gear, friction.
+    pub(crate) joint: &'a Joint,
+    /// Its velocity loop.
+    pub(crate) servo: &'a VelocityLoop,
+    /// Angle at the start posture \[rad\].
+    pub(crate) start: f64,
+    /// Substep \[s\].
+    pub(crate) substep: f64,
+    /// The effects that a run may have.
+    pub(crate) effects: EffectSet,
+}
+
+impl Axis<'_> {
+    /// Greatest torque of the motor \[N m\].
+    #[inline(always)]
+    fn torque_limit<R: Real>(&self, p: &DriveParams<R>) -> R {
+        let limit = R::lit(self.joint.drive.torque_limit) * p.gear_ratio;
+        if self.effects.has(SATURATION) { limit * (R::lit(1.0) - p.torque_limit_cut) } else { limit }
+    }
+
+    /// Greatest speed of the joint \[rad/s\]; another gear lets the motor turn no faster.
+    #[inline(always)]
+    pub(crate) fn speed_limit<R: Real>(&self, p: &DriveParams<R>) -> R {
+        let limit = R::lit(self.joint.limits.speed) / p.gear_ratio;
+        if self.effects.has(SATURATION) { limit * (R::lit(1.0) - p.speed_limit_cut) } else { limit }
+    }
 }
 
 /// Gains of one joint's velocity loop.
@@ -79,16 +135,13 @@ pub struct VelocityLoop {
 /// Control and motor up to the gear: what the drive would do over a substep; and 1 where its torque is at its limit.
 #[inline(always)]
 pub(crate) fn motor<R: Real>(
-    joint: &Joint,
-    servo: &VelocityLoop,
-    start: f64,
-    dt: f64,
+    axis: Axis,
     p: &DriveParams<R>,
     s: &JointState<R>,
     told: Reference<R>,
 ) -> (JointState<R>, Geared<R>, R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let limit = R::lit(joint.drive.torque_limit) * p.gear_ratio;
+    let (servo, dt, limit) = (axis.servo, axis.substep, axis.torque_limit(p));
     let error = told.speed - s.motor_rate;
     let gain = p.velocity_gain * R::lit(servo.gain);
     let integral = (error * gain).mul_add(R::lit(dt / servo.integral_time), s.integral);
@@ -100,37 +153,35 @@ pub(crate) fn motor<R: Real>(
     let share = one - exp(-(R::lit(dt) / p.current_lag.max(R::lit(1e-9))));
     let torque = R::select(p.current_lag.le(zero), cut, (cut - s.torque).mul_add(share, s.torque));
 
-    let motor_angle = s.angle + s.windup + R::lit(start);
-    let turned = motor_angle * (p.gear_ratio * R::lit(joint.drive.gear_ratio));
-    let ripple = sin_cos(turned * R::lit(RIPPLE_CYCLES)).0 * (p.torque_ripple * limit);
-    let applied = torque.mul_add(p.torque_constant_error, torque) + ripple;
-
-    let (gear, slip) = gear(joint, dt, p, s, turned, applied);
+    let motor_angle = s.angle + s.windup + R::lit(axis.start);
+    let turned = motor_angle * (p.gear_ratio * R::lit(axis.joint.drive.gear_ratio));
+    let mut applied = torque.mul_add(p.torque_constant_error, torque);
+    if axis.effects.has(RIPPLE) {
+        applied = applied + sin_cos(turned * R::lit(RIPPLE_CYCLES)).0 * (p.torque_ripple * limit);
+    }
+    if axis.effects.has(OFFSET) {
+        applied = p.torque_offset.mul_add(limit, applied);
+    }
+    let (gear, slip) = gear(axis, p, s, told.cold, turned, applied);
     (JointState { torque, integral, slip, ..*s }, gear, limited)
 }
 
 /// Friction and gear: an elastic gear is stepped explicitly, a rigid one (or one too stiff for the substep) implicitly.
 #[inline(always)]
-fn gear<R: Real>(
-    joint: &Joint,
-    dt: f64,
-    p: &DriveParams<R>,
-    s: &JointState<R>,
-    turned: R,
-    applied: R,
-) -> (Geared<R>, R) {
+fn gear<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, turned: R, applied: R) -> (Geared<R>, R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let drive = &joint.drive;
+    let (drive, dt) = (&axis.joint.drive, axis.substep);
     let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
     // The gear's own wave once a motor turn, then the dead zone of its backlash.
-    let wound = sin_cos(turned).0.mul_add(p.transmission_error, s.windup);
+    let wave = axis.effects.has(WAVE);
+    let wound = if wave { sin_cos(turned).0.mul_add(p.transmission_error, s.windup) } else { s.windup };
     let half = p.backlash * R::lit(0.5 * drive.backlash);
     let play = wound.min(half).max(-half);
     let engaged = half.le(zero) | half.lt(wound.abs());
     let stretch = wound - play;
 
     let load = R::select(compliance.le(zero), s.torque, stretch / R::select(compliance.le(zero), one, compliance));
-    let (friction, slip) = friction(joint, dt, p, s, load);
+    let (friction, slip) = friction(axis, p, s, cold, load);
 
     let inertia = p.gear_ratio * p.gear_ratio * R::lit(drive.reflected_inertia());
     let impulse = (applied - friction).mul_add(R::lit(dt), inertia * s.motor_rate);
@@ -151,8 +202,8 @@ fn gear<R: Real>(
 
 /// Friction torque against the motor's motion, and the presliding state after the substep.
 #[inline(always)]
-fn friction<R: Real>(joint: &Joint, dt: f64, p: &DriveParams<R>, s: &JointState<R>, load: R) -> (R, R) {
-    let own = Levels::<R>::of(&joint.friction);
+fn friction<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, load: R) -> (R, R) {
+    let own = Levels::<R>::of(&axis.joint.friction);
     let levels = Levels {
         coulomb: own.coulomb.mul_add(p.coulomb_error, own.coulomb),
         viscous: own.viscous.mul_add(p.viscous_error, own.viscous),
@@ -161,9 +212,38 @@ fn friction<R: Real>(joint: &Joint, dt: f64, p: &DriveParams<R>, s: &JointState<
         ..own
     };
     // A travel of 0 is friction at once, either way.
-    let travel = (p.presliding * R::lit(joint.friction.presliding_travel())).max(R::lit(1e-12));
-    let slip = bristle(s.slip, s.motor_rate * R::lit(dt), travel);
-    (levels.torque(slip, s.motor_rate, load), slip)
+    let travel = (p.presliding * R::lit(axis.joint.friction.presliding_travel())).max(R::lit(1e-12));
+    let slip = bristle(s.slip, s.motor_rate * R::lit(axis.substep), travel);
+    let mut torque = levels.torque(slip, s.motor_rate, load);
+    if axis.effects.has(OFFSET) {
+        // F_c (1 + a sign v), the sign that of the bristle.
+        torque = slip.abs().mul_add(levels.coulomb * p.coulomb_asymmetry, torque);
+    }
+    if axis.effects.has(TEMPERATURE) {
+        torque = torque.mul_add(p.cold_friction * cold, torque);
+    }
+    (torque, slip)
+}
+
+/// The time since the start after a further tick \[s\], and what is left of a cold drive's additional friction before
+/// it, 1 to 0.
+#[inline(always)]
+pub(crate) fn cold<R: Real>(effects: EffectSet, p: &DriveParams<R>, age: R, tick: R) -> (R, R) {
+    if !effects.has(TEMPERATURE) {
+        return (age, R::lit(0.0));
+    }
+    (age + tick, exp(-(age / p.warm_up.max(R::lit(1e-9)))))
+}
+
+/// Torque of cables and hoses on the joint, behind the gear, and the state of their hysteresis after the substep.
+#[inline(always)]
+pub(crate) fn cable<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>) -> (R, R) {
+    if !axis.effects.has(CABLE) {
+        return (R::lit(0.0), s.cable);
+    }
+    let state = bristle(s.cable, s.rate * R::lit(axis.substep), R::lit(CABLE_TRAVEL));
+    let pull = s.angle.mul_add(p.cable_stiffness, state * p.cable_hysteresis);
+    (pull * R::lit(-axis.joint.friction.coulomb), state)
 }
 
 /// The joint after the substep, from the acceleration that the chain found.
@@ -181,3 +261,7 @@ pub(crate) fn moved<R: Real>(dt: f64, s: &JointState<R>, geared: Geared<R>, acce
         ..*s
     }
 }
+
+#[cfg(test)]
+#[path = "drive_tests.rs"]
+mod tests;

@@ -15,7 +15,7 @@ pub mod sample;
 pub use cell::{drive, drives_at, set_point};
 pub use drive::{DriveParams, JointState, VelocityLoop};
 pub use forward_dynamics::accelerations;
-pub(crate) use forward_dynamics::fold_chain;
+pub(crate) use forward_dynamics::{PointMass, fold_chain};
 pub use friction::{Levels, bristle};
 pub(crate) use inverse_dynamics::chain_torques;
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
@@ -180,3 +180,6 @@ mod tests;
 
 #[cfg(test)]
 mod cell_tests;
+
+#[cfg(test)]
+mod effects_tests;

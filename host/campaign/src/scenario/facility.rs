@@ -2,7 +2,7 @@
 
 use super::{compensator, impedance, joint_level, whole_steps};
 use crate::check::Checker;
-use crate::ranges::{LENGTH, MASS, RATE, Range, SPEED};
+use crate::ranges::{LENGTH, MASS, Range, SPEED};
 use crate::source::Source;
 use crate::written::At;
 use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
@@ -31,6 +31,10 @@ pub(crate) fn read(
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
     p.delay_jitter = c.parameter_or(&table.delay_jitter, "delay_jitter", 0.0);
     p.drop_probability = c.parameter_or(&table.drop_probability, "drop_probability", 0.0);
+    p.clock_skew = c.parameter_or(&table.clock_skew, "clock_skew", 0.0);
+    p.command_hold = c.parameter_or(&table.command_hold, "command_hold", 0.0);
+    p.tool_speed_limit = c.parameter_or(&table.max_speed, "tool_speed_limit", UNLIMITED);
+    p.tool_rotation_limit = c.parameter_or(&table.max_rate, "tool_rotation_limit", UNLIMITED);
     p.robot1_lag = c.parameter_or(&table.robot1.lag, "robot1_lag", 0.0);
     p.robot1_lag_damping = c.parameter_or(&table.robot1.damping, "robot1_lag_damping", 1.0);
     p.robot1_lag_zero = c.parameter_or(&table.robot1.zero, "robot1_lag_zero", 0.0);
@@ -39,7 +43,6 @@ pub(crate) fn read(
     p.robot2_lag_zero = c.parameter_or(&table.robot2.zero, "robot2_lag_zero", 0.0);
     errors(c, table, p);
     let rail = table.rail.as_ref().map(|table| rail(c, table, p));
-    let (limit, rate) = (Range::above(0.0, SPEED), Range::above(0.0, RATE));
     let drop_hold_ticks = table.drop_hold_ticks.as_ref().map_or(DROP_HOLD_TICKS, |ticks| {
         let written = At { value: u64::from(ticks.value), span: ticks.span.clone() };
         c.count(&written, 0, 1000) as u32
@@ -49,15 +52,13 @@ pub(crate) fn read(
     let facility = Facility {
         robot1_share: c.number_or(&table.robot1_share, 0.5, "1", Range::within(0.0, 1.0)),
         rail,
-        max_speed: c.number_or(&table.max_speed, UNLIMITED, "m/s", limit),
-        max_rate: c.number_or(&table.max_rate, UNLIMITED, "rad/s", rate),
         drop_hold_ticks,
         sensor_substeps: whole_steps(c, table.sensor.period.as_ref(), period, timing.substep, 1000.0),
         crosstalk: crosstalk(c, &table.sensor),
         compensator: compensator::read(c, &table.compensator, p),
         load: table.sensor.load.as_ref().map(|load| sensor_load(c, load, p)),
         tared: table.sensor.tared.as_ref().is_some_and(|tared| tared.value),
-        unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", limit),
+        unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", Range::above(0.0, SPEED)),
         impedance: table.impedance.as_ref().and_then(|table| impedance::read(c, table)),
         test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
         joint_level,
@@ -100,13 +101,36 @@ fn joint_level(
 }
 
 fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
-    let e = &table.errors;
+    let (e, null) = (&table.errors, Params::null());
     p.mass_error = c.parameter_or(&e.mass, "mass_error", 0.0);
     p.inertia_error = c.parameter_or(&e.inertia, "inertia_error", 0.0);
+    p.target_com_error = c.parameter_vector(&e.centre_of_mass, "target_com_error");
     p.contact_stiffness_error = c.parameter_or(&e.contact_stiffness, "contact_stiffness_error", 0.0);
     p.contact_damping_error = c.parameter_or(&e.contact_damping, "contact_damping_error", 0.0);
     p.contact_friction_error = c.parameter_or(&e.contact_friction, "contact_friction_error", 0.0);
+    p.contact_exponent_error = c.parameter_or(&e.contact_exponent, "contact_exponent_error", 0.0);
+    p.contact_stribeck = c.parameter_or(&e.contact_stribeck, "contact_stribeck", 0.0);
+    p.contact_stribeck_speed =
+        c.parameter_or(&e.contact_stribeck_speed, "contact_stribeck_speed", null.contact_stribeck_speed);
+    p.contact_anisotropy = c.parameter_or(&e.contact_anisotropy, "contact_anisotropy", 0.0);
+    p.contact_adhesion = c.parameter_or(&e.contact_adhesion, "contact_adhesion", 0.0);
     p.place_error = c.parameter_vector(&e.place, "place_error");
+    resonances(c, table, p);
+}
+
+/// Fixture, slosh and appendage: what rings besides the robots.
+fn resonances(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
+    let null = Params::null();
+    let (fixture, slosh, appendage) = (&table.fixture, &table.slosh, &table.appendage);
+    p.fixture_compliance = c.parameter_or(&fixture.compliance, "fixture_compliance", 0.0);
+    p.fixture_frequency = c.parameter_or(&fixture.frequency, "fixture_frequency", null.fixture_frequency);
+    p.fixture_damping = c.parameter_or(&fixture.damping, "fixture_damping", null.fixture_damping);
+    p.slosh_share = c.parameter_or(&slosh.share, "slosh_share", 0.0);
+    p.slosh_frequency = c.parameter_or(&slosh.frequency, "slosh_frequency", null.slosh_frequency);
+    p.slosh_damping = c.parameter_or(&slosh.damping, "slosh_damping", null.slosh_damping);
+    p.appendage_share = c.parameter_or(&appendage.share, "appendage_share", 0.0);
+    p.appendage_frequency = c.parameter_or(&appendage.frequency, "appendage_frequency", null.appendage_frequency);
+    p.appendage_damping = c.parameter_or(&appendage.damping, "appendage_damping", null.appendage_damping);
 }
 
 fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {

@@ -15,6 +15,10 @@ pub(crate) struct FacilityTable {
     pub(crate) delay_jitter: Option<Quantity>,
     /// Probability that a command packet is lost.
     pub(crate) drop_probability: Option<Quantity>,
+    /// Growth of the command delay with time: clocks of unequal rate; default zero.
+    pub(crate) clock_skew: Option<Quantity>,
+    /// Period over which the robots hold a command instead of interpolating; default zero: they interpolate.
+    pub(crate) command_hold: Option<Quantity>,
     /// Ticks during which a lost command is carried on along its twist; default 2.
     pub(crate) drop_hold_ticks: Option<At<u32>>,
     /// Share of the relative translation that robot 1 (part A) makes; default 1/2.
@@ -47,6 +51,15 @@ pub(crate) struct FacilityTable {
     /// Differences between facility and space.
     #[serde(default)]
     pub(crate) errors: ErrorsTable,
+    /// Part B's mount on robot 2; default rigid.
+    #[serde(default)]
+    pub(crate) fixture: FixtureTable,
+    /// A mass that sways in the simulated target; default none.
+    #[serde(default)]
+    pub(crate) slosh: ModeTable,
+    /// A flexible appendage of the simulated target; default none.
+    #[serde(default)]
+    pub(crate) appendage: ModeTable,
 }
 
 /// M X'' + B X' + K X = measured wrench on part A; X is added to robot 1's command. Laboratory axes.
@@ -215,12 +228,48 @@ pub(crate) struct ErrorsTable {
     pub(crate) mass: Option<Quantity>,
     /// Target inertia in the facility's simulation.
     pub(crate) inertia: Option<Quantity>,
+    /// Centre of mass of the target in the facility's simulation, target's body axes.
+    pub(crate) centre_of_mass: Option<Quantities>,
     /// Stiffness of the mounted parts.
     pub(crate) contact_stiffness: Option<Quantity>,
     /// Damping of the mounted parts.
     pub(crate) contact_damping: Option<Quantity>,
     /// Friction of the mounted parts.
     pub(crate) contact_friction: Option<Quantity>,
+    /// Exponent of force over depth of the mounted parts: the spring times (d / 1 mm)^e.
+    pub(crate) contact_exponent: Option<Quantity>,
+    /// Share s of the mounted parts' friction mu (1 + s exp(-|v| / v_s)) that falls with the sliding speed.
+    pub(crate) contact_stribeck: Option<Quantity>,
+    /// The speed v_s of it; default 10 mm/s.
+    pub(crate) contact_stribeck_speed: Option<Quantity>,
+    /// Share a of the mounted parts' friction mu (1 + a cos 2 theta), theta from part B's y axis.
+    pub(crate) contact_anisotropy: Option<Quantity>,
+    /// Tension that each contact point of the mounted parts bears before it parts.
+    pub(crate) contact_adhesion: Option<Quantity>,
     /// Place of part A on its robot, laboratory axes.
     pub(crate) place: Option<Quantities>,
+}
+
+/// A mass on a spring and damper under part B, three equal translations.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FixtureTable {
+    /// Displacement per force; default zero: rigid.
+    pub(crate) compliance: Option<Quantity>,
+    /// Frequency; default 40 Hz.
+    pub(crate) frequency: Option<Quantity>,
+    /// Damping ratio; default 0.02.
+    pub(crate) damping: Option<Quantity>,
+}
+
+/// A hidden mass on a spring at the simulated target's centre of mass.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ModeTable {
+    /// Its share of the target's mass; default zero: none.
+    pub(crate) share: Option<Quantity>,
+    /// Its frequency in a target held fast; default 0.5 Hz (slosh), 3 Hz (appendage).
+    pub(crate) frequency: Option<Quantity>,
+    /// Damping ratio; default 0.02 (slosh), 0.005 (appendage).
+    pub(crate) damping: Option<Quantity>,
 }

@@ -58,6 +58,16 @@ pub(crate) struct DrivesTable {
     pub(crate) presliding: Option<Quantity>,
     /// Coulomb friction per transmitted torque, besides the model file's; default 0.
     pub(crate) load_friction: Option<Quantity>,
+    /// Relative difference of the Coulomb friction: forwards higher, backwards lower; default 0.
+    pub(crate) coulomb_asymmetry: Option<Quantity>,
+    /// Share by which friction is higher at the start than when warm; default 0.
+    pub(crate) cold_friction: Option<Quantity>,
+    /// Time in which that share falls to 1/e; default 30 min.
+    pub(crate) warm_up: Option<Quantity>,
+    /// Spring of cables and hoses, as a share of the joint's Coulomb friction per radian; default 0.
+    pub(crate) cable_stiffness: Option<Quantity>,
+    /// Hysteresis of cables and hoses, as a share of the joint's Coulomb friction; default 0.
+    pub(crate) cable_hysteresis: Option<Quantity>,
     /// Factor on the compliance of the gears; default 1, 0 is rigid.
     pub(crate) gear_compliance: Option<Quantity>,
     /// Factor on the backlash of the gears; default 1.
@@ -68,6 +78,16 @@ pub(crate) struct DrivesTable {
     pub(crate) torque_ripple: Option<Quantity>,
     /// Relative error of the torque constant; default 0.
     pub(crate) torque_constant_error: Option<Quantity>,
+    /// Torque that the motors give unasked, as a share of their greatest torque; default 0.
+    pub(crate) torque_offset: Option<Quantity>,
+    /// Share by which the motors' greatest torque is lower; default 0.
+    pub(crate) torque_limit_cut: Option<Quantity>,
+    /// Share by which the joints' greatest speed is lower; default 0.
+    pub(crate) speed_limit_cut: Option<Quantity>,
+    /// Point mass on the part that the feedforward does not know; default none.
+    pub(crate) payload_error: Option<Quantity>,
+    /// Place of that mass in the part's frame; default its origin.
+    pub(crate) payload_place: Option<Quantities>,
     /// Time constant of the current loops; default 1 / (2 pi 600 Hz).
     pub(crate) current_lag: Option<Quantity>,
     /// Relative error of the feedforward's inertial torques; default 0.

@@ -6,6 +6,7 @@ mod scene;
 use crate::{Engine, EngineError, Job, RunInput};
 pub use peak::{cpu_peak, device_peak};
 pub use scene::{ideal_step_flops, scene, with_joints};
+use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Loops;
 use std::time::Instant;
 
@@ -38,6 +39,9 @@ impl Scene {
             Self::IdealLoop | Self::HilLoop => scene(2.5e-4, 4, ticks),
             Self::JointLoop => with_joints(&scene(2.5e-4, 4, ticks)),
         };
+        // As a campaign without dispersions would: what its one parameter set has not is not computed.
+        let effects = EffectSet::of(&plant.nominal, &plant.timing);
+        let plant = plant.with_effects(effects);
         let both = matches!(self, Self::HilLoop | Self::JointLoop);
         let mut job = Job::new(plant, 1, both);
         job.batch.loops = if both { Loops::Both } else { Loops::SpaceOnly };

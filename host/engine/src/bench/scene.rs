@@ -93,6 +93,8 @@ fn nominal() -> Params<f64> {
         loop_delay: 0.008,
         robot1_lag: 0.01,
         robot2_lag: 0.01,
+        tool_speed_limit: 2.0,
+        tool_rotation_limit: 2.0,
         sensor_delay: 0.001,
         sensor_lag: 0.0005,
         sensor_noise_force: 0.1,
@@ -121,8 +123,6 @@ fn facility() -> Facility {
     Facility {
         robot1_share: 0.5,
         rail: None,
-        max_speed: 2.0,
-        max_rate: 2.0,
         drop_hold_ticks: 3,
         sensor_substeps: 1,
         crosstalk: [[0.0; 6]; 6],

@@ -202,12 +202,13 @@ impl<'a> Farm<'a> {
         Ok(ended.len())
     }
 
-    /// One lane's outcome: parameters as applied, metrics of both loops, and what the flags are made of.
+    /// One lane's outcome: parameters as it was given them, metrics of both loops, and what the flags are made of.
     fn finished(&self, outcomes: &[f32], lane: usize) -> Finished {
         let values: Vec<f64> =
             (0..self.kernel.outcome).map(|field| f64::from(outcomes[field * self.lanes.len() + lane])).collect();
-        let (params, rest) = values.split_at(fields::<f64, Params<f64>>().len());
-        let (space, rest) = rest.split_at(fields::<f64, Metrics<f64>>().len());
+        let lanes = self.lanes.len();
+        let params: Vec<f64> = self.parameters.iter().skip(lane).step_by(lanes).map(|v| f64::from(*v)).collect();
+        let (space, rest) = values.split_at(fields::<f64, Metrics<f64>>().len());
         let (hil, extra) = rest.split_at(space.len());
         let (space, hil): (Metrics<f64>, Metrics<f64>) = (from_slice(space), from_slice(hil));
         let end = RunEnd {
@@ -222,7 +223,7 @@ impl<'a> Farm<'a> {
         let [low, high] = self.lanes[lane].run;
         Finished {
             run: u64::from(low) | u64::from(high) << 32,
-            params: from_slice(params),
+            params: from_slice(&params),
             space,
             hil,
             flags: run_flags(self.plant, end),

@@ -22,7 +22,7 @@ fn setting(travel: f64, ideal: bool) -> Setting {
     if ideal {
         (p.robot1_lag, p.robot2_lag) = (0.0, 0.0);
     }
-    let configured = transport(&setting.plant, &setting.params) * setting.plant.timing.tick();
+    let configured = transport(&setting.plant, &setting.params, 0.0) * setting.plant.timing.tick();
     assert!((configured - travel).abs() < 1e-12);
     setting
 }

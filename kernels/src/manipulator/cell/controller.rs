@@ -3,6 +3,7 @@
 use super::reach::{Reach, posture};
 use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
+use crate::manipulator::drive::cold;
 use crate::manipulator::{DriveParams, Levels, chain_torques, counterweight_torque};
 use crate::real::Real;
 use crate::robot::rail_share;
@@ -49,21 +50,22 @@ pub fn set_point<R: Real>(
     let Course { angle, rate, mut limited } = course(cell, told);
     let (mut acceleration, mut speed) = ([zero; AXES], [zero; AXES]);
     for i in 0..cell.axes() {
-        let limits = &cell.axis(i).0.limits;
+        let axis = cell.axis(i);
         acceleration[i] = (rate[i] - last.rate[i]) * R::lit(1.0 / cell.tick);
         let motor = s.axis[i].angle + (s.axis[i].windup - last.sag[i]);
         let wanted = (angle[i] - motor).mul_add(p.position_gain, rate[i] * p.velocity_feedforward);
-        // Speed first, then its change: the limits that a drive's controller keeps. Another gear lets the motors turn no
-        // faster, but accelerate the joints with more torque.
-        let most = R::lit(limits.speed) / p.gear_ratio;
+        // Speed first, then its change: the limits that a drive's controller keeps. Another gear accelerates the joints
+        // with more torque.
+        let most = axis.speed_limit(p);
         let fastest = wanted.min(most).max(-most);
-        let change = R::lit(limits.acceleration) * p.gear_ratio * tick;
+        let change = R::lit(axis.joint.limits.acceleration) * p.gear_ratio * tick;
         speed[i] = fastest.min(last.speed[i] + change).max(last.speed[i] - change);
         let beyond = speed[i].lt(wanted) | wanted.lt(speed[i]);
         limited = limited.max(R::select(beyond, one, zero));
     }
     let torque = feedforward(cell, p, angle, rate, acceleration);
-    SetPoint { angle, rate, speed, torque, limited: last.limited.max(limited), ..*last }
+    let (age, cold) = cold(cell.effects, p, last.age, tick);
+    SetPoint { angle, rate, speed, torque, age, cold, limited: last.limited.max(limited), ..*last }
 }
 
 /// Torques of the feedforward, from a model that may be wrong.
@@ -90,7 +92,7 @@ pub(super) fn feedforward<R: Real>(
     }
     let moving = links(cell, angle, rate, acceleration);
     for i in 0..cell.axes() {
-        let (joint, ..) = cell.axis(i);
+        let joint = cell.axis(i).joint;
         let rotor = p.gear_ratio * p.gear_ratio * R::lit(joint.drive.reflected_inertia());
         let inertial = acceleration[i].mul_add(rotor, moving[i] - still[i]);
         // A commanded direction that changes smoothly: no step of the torque at a rate of zero.

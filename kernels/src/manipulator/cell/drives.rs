@@ -3,12 +3,17 @@
 use super::controller::{Course, course, feedforward, weight};
 use super::reach::{Reach, tool_pose};
 use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint, joints};
+use crate::effects::EffectId;
 use crate::fields::filled;
-use crate::manipulator::drive::{Reference, motor, moved};
-use crate::manipulator::{DriveParams, JointState, counterweight_torque, fold_chain, link_frames};
+use crate::manipulator::drive::{Reference, cable, motor, moved};
+use crate::manipulator::{
+    DriveParams, JointState, PointMass, counterweight_torque, fold_chain, joint_axis, link_frames,
+};
 use crate::real::Real;
 use crate::space::{Motion, Wrench};
-use crate::vector::{Quat, Vec3};
+use crate::vector::{Pose, Quat, Vec3};
+
+const PAYLOAD: EffectId = EffectId::of("J14_payload");
 
 /// One substep of a robot: drives, gears, the chain of its links and the carriage under it, under a wrench on its part.
 ///
@@ -25,20 +30,21 @@ pub fn drive<R: Real>(
     let (mut torque, mut armature, mut next) = ([zero; AXES], [zero; AXES], *s);
     let mut geared = [None; AXES];
     for i in 0..cell.axes() {
-        let (joint, servo, start) = cell.axis(i);
-        let reference = Reference { speed: told.speed[i], torque: told.torque[i] };
+        let axis = cell.axis(i);
+        let reference = Reference { speed: told.speed[i], torque: told.torque[i], cold: told.cold };
         // The errors of gears in angle are none of a rack's.
         let p = &if i == RAIL { DriveParams { transmission_error: zero, ..*p } } else { *p };
-        let (state, gear, limited) = motor(joint, servo, start, cell.substep, p, &s.axis[i], reference);
-        next.axis[i] = state;
+        let (state, gear, limited) = motor(axis, p, &s.axis[i], reference);
+        let (drag, cable) = cable(axis, p, &s.axis[i]);
+        next.axis[i] = JointState { cable, ..state };
         next.limited = next.limited.max(limited);
-        (torque[i], armature[i]) = (gear.torque, gear.armature);
-        if let Some(c) = joint.counterweight {
-            torque[i] = torque[i] + counterweight_torque(&c, s.axis[i].angle + R::lit(start));
+        (torque[i], armature[i]) = (gear.torque + drag, gear.armature);
+        if let Some(c) = axis.joint.counterweight {
+            torque[i] = torque[i] + counterweight_torque(&c, s.axis[i].angle + R::lit(axis.start));
         }
         geared[i] = Some(gear);
     }
-    let acceleration = accelerations(cell, s, &torque, &armature, load);
+    let acceleration = accelerations(cell, p, s, &torque, &armature, load);
     for i in 0..cell.axes() {
         let gear = geared[i].expect("one gear an axis");
         next.axis[i] = moved(cell.substep, &next.axis[i], gear, acceleration[i]);
@@ -51,6 +57,7 @@ pub fn drive<R: Real>(
 #[inline(always)]
 fn accelerations<R: Real>(
     cell: &Cell,
+    p: &DriveParams<R>,
     s: &Drives<R>,
     torque: &[R; AXES],
     armature: &[R; AXES],
@@ -58,11 +65,13 @@ fn accelerations<R: Real>(
 ) -> [R; AXES] {
     let (angle, rate) = motion(s);
     let frames = link_frames(&cell.robot, angle);
-    let part = frames[JOINTS - 1].position + frames[JOINTS - 1].attitude.rotate(Vec3::lit(cell.tool.position));
+    let last = frames[JOINTS - 1];
+    let part = last.position + last.attitude.rotate(Vec3::lit(cell.tool.position));
     let to_base = Quat::lit(cell.base_inverse.attitude);
     let force = to_base.rotate(load.force);
     let tip = Wrench { force, moment: to_base.rotate(load.moment) + part.cross(force) };
-    let chain = fold_chain(&cell.robot, &frames, rate, &joints(*torque), &joints(*armature), tip);
+    let unknown = unknown_payload(cell, p, last);
+    let chain = fold_chain(&cell.robot, &frames, rate, &joints(*torque), &joints(*armature), tip, unknown);
     let (along, mass) = cell.track();
     let along = Vec3::lit(along);
     let mut all = [R::lit(0.0); AXES];
@@ -72,6 +81,32 @@ fn accelerations<R: Real>(
     let joints = chain.accelerations_on(along * all[RAIL]);
     all[..JOINTS].copy_from_slice(&joints);
     all
+}
+
+/// The mass on the part that the feedforward does not know, and its place in base axes, if there may be one.
+#[inline(always)]
+fn unknown_payload<R: Real>(cell: &Cell, p: &DriveParams<R>, last: Pose<R>) -> Option<PointMass<R>> {
+    if !cell.effects.has(PAYLOAD) {
+        return None;
+    }
+    let place = Vec3::lit(cell.tool.position) + Quat::lit(cell.tool.attitude).rotate(p.payload_place);
+    Some(PointMass { mass: p.payload_error, place: last.position + last.attitude.rotate(place) })
+}
+
+/// Torques with which the joints carry that mass at rest.
+#[inline(always)]
+fn unknown_weight<R: Real>(cell: &Cell, p: &DriveParams<R>, angle: [R; AXES]) -> [R; AXES] {
+    let mut torque = [R::lit(0.0); AXES];
+    let frames = link_frames(&cell.robot, joints(angle));
+    let Some(unknown) = unknown_payload(cell, p, frames[JOINTS - 1]) else {
+        return torque;
+    };
+    let lift = Vec3::lit(cell.robot.gravity) * -unknown.mass;
+    for i in 0..JOINTS {
+        let axis = joint_axis(frames[i], cell.robot.joints[i].sign);
+        torque[i] = axis.dot((unknown.place - frames[i].position).cross(lift));
+    }
+    torque
 }
 
 /// Angles and rates of the joints.
@@ -106,11 +141,15 @@ pub fn held_part<R: Real>(cell: &Cell, s: &Drives<R>) -> (Motion<R>, [R; 2]) {
 pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> Drives<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Course { angle, rate, limited } = course(cell, told);
-    let torque = weight(cell, angle);
+    let mut torque = weight(cell, angle);
+    let unknown = unknown_weight(cell, p, angle);
+    for i in 0..JOINTS {
+        torque[i] = torque[i] + unknown[i];
+    }
     let ahead = feedforward(cell, p, angle, rate, [zero; AXES]);
     let mut s = Drives { axis: [filled(zero); AXES], limited };
     for i in 0..cell.axes() {
-        let drive = &cell.axis(i).0.drive;
+        let drive = &cell.axis(i).joint.drive;
         let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
         let play = p.backlash * R::lit(0.5 * drive.backlash);
         // Against the loaded flank of the gear; without load in the middle of the play.
@@ -125,6 +164,7 @@ pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> 
             torque: torque[i],
             integral: torque[i] - ahead[i],
             slip: zero,
+            cable: zero,
         };
     }
     s

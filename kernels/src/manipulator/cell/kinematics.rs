@@ -47,7 +47,7 @@ impl Cell {
 
     /// Limits of an axis in the robot's own angles; the rail's if there is one.
     pub fn limits(&self, index: usize) -> Option<crate::manipulator::Limits> {
-        (index < self.axes()).then(|| self.axis(index).0.limits)
+        (index < self.axes()).then(|| self.axis(index).joint.limits)
     }
 
     /// The axes at the start of an undispersed run.

@@ -12,10 +12,12 @@ pub use controller::{first_set_point, set_point};
 pub use drives::{drive, drives_at, held_part};
 pub use kinematics::Axes;
 
+use super::drive::Axis;
 use super::{
     Branch, Joint, JointState, Manipulator, SphericalWrist, VelocityLoop, best_posture, joint_axis, link_frames, turn,
 };
 use crate::bundle;
+use crate::effects::EffectSet;
 use crate::model::Rail;
 use crate::vector::{Pose, Vec3, vec3};
 
@@ -41,6 +43,8 @@ bundle! {
         rate: [R; AXES], "rad/s", "commanded rates";
         speed: [R; AXES], "rad/s", "motor speed that the position loops ask for";
         torque: [R; AXES], "N m", "torque of the feedforward";
+        age: R, "s", "time since the drives were switched on, at the next set-point";
+        cold: R, "1", "what is left of the cold drives' additional friction, 1 to 0";
         sag: [R; AXES], "rad", "windup of the gears under the weight at the start, which the start's alignment takes out";
         limited: R, "1", "1 once a command was out of reach, near a singular posture or beyond a limit";
     }
@@ -120,6 +124,8 @@ pub struct Cell {
     /// Command period and substep \[s\].
     tick: f64,
     substep: f64,
+    /// The effects that a run may have.
+    pub(crate) effects: EffectSet,
 }
 
 /// Why a robot cannot stand where it is put.
@@ -174,6 +180,7 @@ impl Cell {
             screws,
             tick: timing.tick(),
             substep: timing.substep,
+            effects: EffectSet::ALL,
         })
     }
 
@@ -194,11 +201,12 @@ impl Cell {
     }
 
     /// Constants of an axis.
-    fn axis(&self, index: usize) -> (&Joint, &VelocityLoop, f64) {
-        match &self.rail {
+    fn axis(&self, index: usize) -> Axis<'_> {
+        let (joint, servo, start) = match &self.rail {
             Some((_, carriage)) if index == RAIL => (&carriage.joint, &carriage.velocity, 0.0),
             _ => (&self.robot.joints[index], &self.servo.velocity[index], self.start[index]),
-        }
+        };
+        Axis { joint, servo, start, substep: self.substep, effects: self.effects }
     }
 
     /// Direction of the rail in base axes, and the mass of its carriage \[kg\]; zero without a rail.
