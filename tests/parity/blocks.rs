@@ -8,6 +8,9 @@ use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::philox;
 
+/// Every function of `wgsl/replay.wgsl`; all of them have a share in every number that is compared here.
+pub(crate) const REPLAY_FRAME: [&str; 5] = ["lanes", "instants", "stride", "late_at", "replay"];
+
 /// Parameter sets: more than a workgroup.
 const SETS: u64 = 100;
 const INSTANTS: usize = 2000;

@@ -1,5 +1,6 @@
 //! The twin table: every function of the kernels that is not the same text on both sides, and how far it may differ.
 
+use super::blocks::REPLAY_FRAME;
 use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
@@ -211,6 +212,8 @@ fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
     let mut written = defined(include_str!("../../kernels/wgsl/philox.wgsl"));
     written.extend(defined(include_str!("../../kernels/wgsl/math.wgsl")));
     assert_eq!(words, written, "philox.wgsl and math.wgsl against the table");
+    let replayed = defined(include_str!("../../kernels/wgsl/replay.wgsl"));
+    assert_eq!(owned(REPLAY_FRAME.to_vec()), replayed, "replay.wgsl against what whole recordings test");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels/wgsl");
-    assert_eq!(std::fs::read_dir(folder).expect("kernels/wgsl").count(), 5, "a hand-written file without rows");
+    assert_eq!(std::fs::read_dir(folder).expect("kernels/wgsl").count(), 6, "a hand-written file without rows");
 }
