@@ -124,7 +124,7 @@ mod tests {
         let systematic = DMatrix::from_fn(2, 4000, |c, t| ((t as f64) * 0.01 * (c + 1) as f64).sin() * 40.0);
         let repeats: Vec<_> = ["a", "b", "c"].iter().map(|s| coloured(4000, s) + &systematic).collect();
         let noise = Noise::fit(&deviations(&repeats)).expect("enough samples");
-        let white = noise.whiten(&coloured(4000, "fresh"), 1);
+        let white: Vec<f64> = ["d", "e", "f", "g"].iter().flat_map(|s| noise.whiten(&coloured(4000, s), 1)).collect();
         let power = white.iter().map(|w| w * w).sum::<f64>() / white.len() as f64;
         assert!((power - 1.0).abs() < 0.05, "{power}");
         let lagged: f64 = white.windows(3).map(|w| w[0] * w[2]).sum::<f64>() / white.len() as f64;
