@@ -46,6 +46,13 @@ pub fn sin_cos<R: Real>(angle: R) -> (R, R) {
     (R::select(upper, -a, a), R::select(upper, -b, b))
 }
 
+/// A first-order lag \[s\] after a step \[s\] over which `to` holds, exactly; without a time constant nothing lags.
+#[inline(always)]
+pub fn lagged<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
+    let share = R::lit(1.0) - exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
+    R::select(lag.le(R::lit(0.0)), to, (to - at).mul_add(share, at))
+}
+
 /// Angle of the vector (x, y) from +x, in (-pi, pi]; 0 for the zero vector.
 #[inline(always)]
 pub fn atan2<R: Real>(y: R, x: R) -> R {

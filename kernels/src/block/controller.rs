@@ -6,7 +6,7 @@
 use super::Block;
 use crate::bundle;
 use crate::fields::filled;
-use crate::math::exp;
+use crate::math::lagged;
 use crate::params::UNLIMITED;
 use crate::real::Real;
 
@@ -109,20 +109,20 @@ impl Block for Controller {
         late: &Reference<R>,
     ) -> ControllerHidden<R> {
         let slope = (u.angle - s.before) * R::lit(1.0 / step);
-        let lagged = Reference {
-            angle: follow(step, p.lag, s.reference.angle, late.angle),
-            rate: follow(step, p.lag, s.reference.rate, late.rate),
-            acceleration: follow(step, p.lag, s.reference.acceleration, late.acceleration),
-            feedforward: follow(step, p.lag, s.reference.feedforward, late.feedforward),
+        let came = Reference {
+            angle: lagged(step, p.lag, s.reference.angle, late.angle),
+            rate: lagged(step, p.lag, s.reference.rate, late.rate),
+            acceleration: lagged(step, p.lag, s.reference.acceleration, late.acceleration),
+            feedforward: lagged(step, p.lag, s.reference.feedforward, late.feedforward),
         };
         let reach = p.rate_limit * R::lit(step);
-        let way = lagged.angle - s.reference.angle;
+        let way = came.angle - s.reference.angle;
         let cut = way.min(reach).max(-reach);
-        let rate = lagged.rate.min(p.rate_limit).max(-p.rate_limit);
+        let rate = came.rate.min(p.rate_limit).max(-p.rate_limit);
         ControllerHidden {
             before: u.angle,
-            rate: follow(step, p.derivative_lag, s.rate, slope),
-            reference: Reference { angle: s.reference.angle + cut, rate, ..lagged },
+            rate: lagged(step, p.derivative_lag, s.rate, slope),
+            reference: Reference { angle: s.reference.angle + cut, rate, ..came },
         }
     }
 
@@ -140,11 +140,4 @@ impl Block for Controller {
         let asked = back + ahead + p.offset;
         ControllerOutput { asked: asked.min(p.torque_limit).max(-p.torque_limit) }
     }
-}
-
-/// First-order lag, exact for a value that holds over the step; without a time constant nothing lags.
-#[inline(always)]
-fn follow<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
-    let share = R::lit(1.0) - exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
-    R::select(lag.le(R::lit(0.0)), to, (to - at).mul_add(share, at))
 }

@@ -9,7 +9,7 @@ use super::Block;
 use crate::bundle;
 use crate::fields::filled;
 use crate::manipulator::{Levels, bristle};
-use crate::math::{exp, sin_cos};
+use crate::math::{exp, lagged, sin_cos};
 use crate::params::UNLIMITED;
 use crate::real::Real;
 use std::f64::consts::TAU;
@@ -168,7 +168,7 @@ impl Block for Drive {
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
         let (slip, cable) = (bristle(s.slip, moved, p.presliding_travel), bristle(s.cable, moved, p.cable_travel));
-        let given = current_loop(step, p, s.given, limited(p, late.torque));
+        let given = lagged(step, p.current_lag, s.given, limited(p, late.torque));
 
         let friction = friction(p, slip, motor_rate, u.time, gear_torque(p, s, inertia.reduced()));
         let driving = applied(p, u, given) - friction;
@@ -244,14 +244,6 @@ fn limited<R: Real>(p: &DriveValues<R>, torque: R) -> R {
 fn direction<R: Real>(rate: R) -> R {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     R::select(zero.lt(rate), one, R::select(rate.lt(zero), -one, zero))
-}
-
-/// Current loop of first order, exact for a torque that holds over the step.
-#[inline(always)]
-fn current_loop<R: Real>(step: f64, p: &DriveValues<R>, given: R, told: R) -> R {
-    let zero = R::lit(0.0);
-    let share = R::lit(1.0) - exp(-(R::lit(step) / p.current_lag.max(R::lit(1e-9))));
-    R::select(p.current_lag.le(zero), told, (told - given).mul_add(share, given))
 }
 
 /// Torque of the motor: what it was given, as the drive's scale has it, and the ripple.

@@ -1,9 +1,8 @@
 //! Blocks: parts of the loop on their own, fed with what was measured at their inputs, judged by what was measured at
 //! their outputs.
 //!
-//! A block that is fed with measured inputs shows its own errors and nobody else's. Its motion is prescribed by the
-//! recording, so that nothing drifts and only what is hidden inside is simulated (gear, friction, filters); what comes
-//! out is the quantity by which the recording and the block disagree, or are meant to agree.
+//! A block that is fed with measured inputs shows its own errors and nobody else's: what it says of its outputs is
+//! compared with what was measured there.
 
 pub mod controller;
 pub mod drive;

@@ -3,7 +3,7 @@
 use super::{Joint, Levels, bristle};
 use crate::bundle;
 use crate::effects::{EffectId, EffectSet};
-use crate::math::{exp, sin_cos};
+use crate::math::{exp, lagged, sin_cos};
 use crate::real::Real;
 use crate::vector::Vec3;
 
@@ -150,8 +150,7 @@ pub(crate) fn motor<R: Real>(
     let limited = R::select(wanted.lt(cut) | cut.lt(wanted), one, zero);
     // An integrator at the limit stands still.
     let integral = R::select(zero.lt(limited), s.integral, integral);
-    let share = one - exp(-(R::lit(dt) / p.current_lag.max(R::lit(1e-9))));
-    let torque = R::select(p.current_lag.le(zero), cut, (cut - s.torque).mul_add(share, s.torque));
+    let torque = lagged(dt, p.current_lag, s.torque, cut);
 
     let motor_angle = s.angle + s.windup + R::lit(axis.start);
     let turned = motor_angle * (p.gear_ratio * R::lit(axis.joint.drive.gear_ratio));

@@ -1,7 +1,6 @@
 //! The block from reference to torque of a joint's controller, from a rig's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps};
-use crate::inference::unknown::{Prior, Role, Unknown};
+use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::{ControllerRig, DriveRig};
@@ -18,20 +17,11 @@ pub fn controller_block(
 ) -> MeasuredBlock {
     let trial = |piece: &Piece| trial(controller, piece, held_out(&piece.experiment));
     let base = to_vec(&controller.values);
-    let fields = Kind::Controller.parameters();
-    let field = |name: &str| fields.iter().position(|field| field.name == name).expect("a field of the controller");
-    let tolerated = rig.tolerance.iter().filter(|(name, _)| *name == "clock_offset");
-    let unknown = |(name, sd): &(&'static str, f64)| Unknown {
-        name: (*name).to_owned(),
-        field: field(name),
-        unit: fields[field(name)].unit,
-        prior: Prior::Normal { mean: base[field(name)], sd: *sd },
-        role: Role::Nuisance,
-    };
+    let clock: Vec<_> = rig.tolerance.iter().copied().filter(|(name, _)| *name == "clock_offset").collect();
     MeasuredBlock {
         kind: Kind::Controller,
         name: "R2 reference to torque",
-        nuisances: tolerated.map(unknown).collect(),
+        nuisances: nuisances(Kind::Controller, &base, &clock),
         base,
         channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
         trials: pieces.iter().map(trial).collect(),

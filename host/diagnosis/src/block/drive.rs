@@ -1,7 +1,6 @@
 //! The block from torque to motion of a joint's drive, from a rig's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps};
-use crate::inference::unknown::{Prior, Role, Unknown};
+use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::DriveRig;
@@ -12,7 +11,7 @@ use softdock_kernels::manipulator::GRAVITY;
 
 /// Longest step of the simulation \[s\].
 const LONGEST_STEP: f64 = 5e-4;
-/// The prescribed motion reaches up to this share of the recording's Nyquist frequency: friction turns around faster
+/// The motion that the observer holds to reaches up to this share of the recording's Nyquist frequency: friction turns around faster
 /// than any command.
 const BAND: f64 = 0.8;
 
@@ -25,26 +24,16 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
     if linked {
         channels.push(Channel { name: "link", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
     }
+    let base = to_vec(&rig.values);
     MeasuredBlock {
         kind: Kind::Drive,
         name: "R3 torque to motion",
-        base: to_vec(&rig.values),
-        nuisances: nuisances(rig),
+        nuisances: nuisances(Kind::Drive, &base, &rig.tolerance),
+        base,
         channels,
         trials: pieces.iter().map(trial).collect(),
         decimator,
     }
-}
-
-fn nuisances(rig: &DriveRig) -> Vec<Unknown> {
-    let fields = Kind::Drive.parameters();
-    let base = to_vec(&rig.values);
-    let unknown = |(name, sd): &(&str, f64)| {
-        let field = fields.iter().position(|field| field.name == *name).expect("a field of the drive");
-        let prior = Prior::Normal { mean: base[field], sd: *sd };
-        Unknown { name: (*name).to_owned(), field, unit: fields[field].unit, prior, role: Role::Nuisance }
-    };
-    rig.tolerance.iter().map(unknown).collect()
 }
 
 fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool) -> Trial {

@@ -4,7 +4,7 @@ pub mod controller;
 pub mod drive;
 
 use crate::inference::noise::{Noise, deviations, mean};
-use crate::inference::unknown::Unknown;
+use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
@@ -94,11 +94,6 @@ impl Part<'_> {
         self.recordings.is_empty()
     }
 
-    /// Names of the experiments.
-    pub fn experiments(&self) -> impl Iterator<Item = &str> {
-        self.experiments.iter().map(|experiment| experiment.0.as_str())
-    }
-
     /// Residuals (measured less simulated, low-passed) of every trial for every parameter set: `[set][trial]`.
     fn of_trials(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let outputs = simulate(self.block.kind, &self.recordings, sets);
@@ -135,6 +130,15 @@ impl Part<'_> {
         };
         self.of_trials(sets).into_iter().map(whiten).collect()
     }
+}
+
+/// What may differ unnoticed: normal about the nominal values, with the standard deviations of a rig's tolerance.
+fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
+    let of = |(name, sd): &(&'static str, f64)| {
+        let unknown = Unknown::of(kind, name, Prior::Normal { mean: 0.0, sd: *sd }, Role::Nuisance);
+        Unknown { prior: Prior::Normal { mean: base[unknown.field], sd: *sd }, ..unknown }
+    };
+    tolerance.iter().map(of).collect()
 }
 
 /// Repeats cut to the shortest.

@@ -1,5 +1,7 @@
 //! The free numbers of a hypothesis, each with what is plausible before the data are seen.
 
+use softdock_engine::blocks::Kind;
+
 /// What is plausible of a number; `z` counts in its own spread and is standard normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Prior {
@@ -42,16 +44,6 @@ impl Prior {
         }
     }
 
-    /// The `z` of a value.
-    pub fn place(&self, value: f64) -> f64 {
-        match *self {
-            Self::Normal { mean, sd } => (value - mean) / sd,
-            Self::Positive { scale } => value / scale,
-            Self::Below { top, share } => (top / value).ln() / share,
-            Self::LogNormal { centre, spread } => (value / centre).ln() / spread,
-        }
-    }
-
     /// The nearest `z` that is allowed.
     pub fn allowed(&self, z: f64) -> f64 {
         if self.is_one_sided() { z.max(0.0) } else { z }
@@ -87,6 +79,18 @@ pub struct Unknown {
     pub prior: Prior,
     /// What it is to the hypothesis.
     pub role: Role,
+}
+
+impl Unknown {
+    /// A free number of a block, by the name of the parameter.
+    ///
+    /// # Panics
+    /// If the block has no such parameter.
+    pub(crate) fn of(kind: Kind, name: &str, prior: Prior, role: Role) -> Self {
+        let fields = kind.parameters();
+        let field = fields.iter().position(|field| field.name == name).expect("the name of a block's parameter");
+        Self { name: name.to_owned(), field, unit: fields[field].unit, prior, role }
+    }
 }
 
 /// A block's parameters with some of them replaced; `z` in the order of the unknowns.

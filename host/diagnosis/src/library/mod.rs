@@ -52,11 +52,7 @@ impl<'a> Shelf<'a> {
         sizes: &[f64],
         forms: &[Vec<f64>],
     ) {
-        let fields = self.block.kind.parameters();
-        let unknown = |(name, prior, role): &Entry| {
-            let field = self.block.field(name);
-            Unknown { name: (*name).to_owned(), field, unit: fields[field].unit, prior: *prior, role: *role }
-        };
+        let unknown = |(name, prior, role): &Entry| Unknown::of(self.block.kind, name, *prior, *role);
         let unknowns: Vec<Unknown> = entries.iter().map(unknown).collect();
         let shaped = |size: f64, form: &[f64]| -> Vec<f64> {
             let mut form = form.iter();

@@ -5,7 +5,7 @@ use crate::EngineError;
 use crate::blocks::{Kind, Outputs};
 use softdock_kernels::block::Recorded;
 
-/// Lanes of one dispatch: what their outputs leave of WebGPU's 128 MiB binding.
+/// Outputs of all lanes of one dispatch: well within WebGPU's binding of 128 MiB.
 const MOST_OUTPUTS: usize = 24 << 20;
 
 impl GpuEngine {
@@ -19,6 +19,7 @@ impl GpuEngine {
 
     fn simulate_one(&self, kind: Kind, recorded: &Recorded, sets: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, EngineError> {
         let text = kind.kernel(recorded.step);
+        let (inputs, late) = (words(recorded.inputs.iter().copied()), words(recorded.late.iter().copied()));
         let numbers = recorded.samples() * kind.outputs().len();
         let mut out = Vec::with_capacity(sets.len());
         for chunk in sets.chunks((MOST_OUTPUTS / numbers).max(1)) {
@@ -26,8 +27,8 @@ impl GpuEngine {
             let parameters = (0..chunk[0].len()).flat_map(|field| chunk.iter().map(move |set| set[field]));
             let buffers = [
                 vec![lanes as u32, recorded.instants as u32, recorded.stride as u32],
-                words(recorded.inputs.iter().copied()),
-                words(recorded.late.iter().copied()),
+                inputs.clone(),
+                late.clone(),
                 words(parameters),
                 vec![0; numbers * lanes],
             ];
