@@ -31,6 +31,7 @@ pub mod outcome;
 pub mod params;
 pub mod philox;
 pub mod plant;
+pub mod quads;
 pub mod real;
 pub mod robot;
 pub mod sensor;
