@@ -4,7 +4,6 @@
 //! and the symbols of [`trace`] print the same text as straight-line WGSL. The frame around the stages (ticks,
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
-mod aba;
 pub mod block;
 pub mod chain;
 pub mod compensator;
@@ -36,6 +35,7 @@ pub mod real;
 pub mod robot;
 pub mod sensor;
 pub mod space;
+mod spatial;
 pub mod staged;
 pub mod stages;
 pub mod start;

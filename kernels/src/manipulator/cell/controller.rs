@@ -4,7 +4,7 @@ use super::reach::{Reach, posture};
 use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
 use crate::manipulator::drive::cold;
-use crate::manipulator::{DriveParams, Levels, chain_torques, counterweight_torque};
+use crate::manipulator::{DriveParams, Levels, counterweight_torque};
 use crate::real::Real;
 use crate::robot::rail_share;
 use crate::space::Motion;
@@ -24,8 +24,8 @@ pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
     let (joints, mut limited) = posture(cell, &left);
-    let to_base = Quat::lit(cell.base_inverse.attitude);
-    let rates = Reach::at(cell, joints).rates(to_base.rotate(left.velocity), to_base.rotate(left.omega));
+    let to_chain = Quat::lit(cell.to_chain);
+    let rates = Reach::at(cell, joints).rates(to_chain.rotate(left.velocity), to_chain.rotate(left.omega));
     let (mut angle, mut rate) = ([place; AXES], [speed; AXES]);
     angle[..JOINTS].copy_from_slice(&joints);
     rate[..JOINTS].copy_from_slice(&rates);
@@ -116,8 +116,9 @@ pub(super) fn weight<R: Real>(cell: &Cell, angle: [R; AXES]) -> [R; AXES] {
 fn links<R: Real>(cell: &Cell, angle: [R; AXES], rate: [R; AXES], acceleration: [R; AXES]) -> [R; AXES] {
     let (along, mass) = cell.track();
     let (along, own) = (Vec3::lit(along), acceleration[RAIL] * R::lit(mass));
-    let (torque, push) =
-        chain_torques(&cell.robot, joints(angle), joints(rate), joints(acceleration), along * acceleration[RAIL]);
+    let base = along.scale_add(acceleration[RAIL], Vec3::lit(cell.arm.lifted));
+    let turns = cell.arm.turns(joints(angle));
+    let (torque, push) = cell.arm.posture(&turns).torques(&joints(rate), &joints(acceleration), base);
     let mut all = [along.dot(push) + own; AXES];
     all[..JOINTS].copy_from_slice(&torque);
     all
