@@ -141,13 +141,13 @@ impl<R: Real, const N: usize> Folded<R, N> {
     #[inline(always)]
     pub(crate) fn accelerations(&self, posture: &Posture<R, N>, base: Vec3<R>) -> [R; N] {
         let (mut turning, mut acceleration, mut joint) = (Vec3::zero(), base, self.joint);
-        for i in 0..N {
+        for (i, joint) in joint.iter_mut().enumerate() {
             let (link, turn) = (&posture.chain.links[i], posture.turns[i]);
             let moved = acceleration + turning.cross(Vec3::lit(link.origin));
             (turning, acceleration) = (link.outwards(turn, turning), link.outwards(turn, moved));
             let Force { moment, force } = self.give[i];
-            joint[i] = joint[i] + moment.dot(turning) + force.dot(acceleration);
-            turning.z = turning.z + joint[i];
+            *joint = *joint + moment.dot(turning) + force.dot(acceleration);
+            turning.z = turning.z + *joint;
         }
         joint
     }
