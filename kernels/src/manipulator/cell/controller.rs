@@ -108,7 +108,10 @@ pub(super) fn feedforward<R: Real>(
 #[inline(always)]
 pub(super) fn weight<R: Real>(cell: &Cell, angle: [R; AXES]) -> [R; AXES] {
     let zero = [R::lit(0.0); AXES];
-    beyond_counterweights(cell, angle, links(cell, angle, zero, zero))
+    let mut torque = beyond_counterweights(cell, angle, links(cell, angle, zero, zero));
+    // Whatever the posture: carried through the links it would be the rounding of their whole weight.
+    torque[RAIL] = R::lit(cell.track().0.dot(cell.arm.lifted) * cell.arm.chain.mass);
+    torque
 }
 
 /// Torques that move the rigid links and the force that moves the carriage under them.
