@@ -1,6 +1,7 @@
 //! What measured data say of the models: identification of the robots, and diagnosis of what a simulation gets wrong.
 
 pub mod block;
+mod combine;
 mod error;
 pub mod identify;
 pub mod inference;
