@@ -17,6 +17,12 @@ pub const CLAMP: f64 = 3.0;
 const STARTS: usize = 3;
 /// Hypotheses whose fits are carried on with all repeats.
 const POLISHED: usize = 5;
+/// Best candidates whose held-out residuals are whitened by the noise under themselves too.
+const OWN_NOISE: usize = 3;
+/// Gain on held-out motion that one more effect must bring.
+const WORTH: f64 = 0.01;
+/// Mean square of whitened residuals that may be noise alone.
+const NEARLY_NOISE: f64 = 1.1;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
@@ -90,6 +96,19 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     Some(Bench { block, library, learn, test, noise: Noise::fit(&rest)? }.judged(false))
 }
 
+/// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
+/// be told.
+pub fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
+    let (a, b) = (coarse.part(false), fine.part(false));
+    let noise = match a.has_repeats() {
+        true => Noise::fit(&a.deviations(&coarse.base))?,
+        false => Noise::rough(&a.means(&coarse.base))?,
+    };
+    let of = |part: &Part, block: &MeasuredBlock| part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
+    let difference = of(&a, coarse) - of(&b, fine);
+    Some(difference.norm_squared() / difference.len() as f64)
+}
+
 /// All that a judgement needs.
 struct Bench<'a> {
     block: &'a MeasuredBlock,
@@ -122,14 +141,17 @@ impl Bench<'_> {
         let dispersion = sets.iter().map(|set| set.1.chi2() / samples as f64).fold(dispersion, f64::min).max(1.0);
 
         let none = evidence(&null, dispersion).log;
-        let adequacies = self.adequacies(&clamped, sets.iter().map(|set| &set.1));
-        let candidate = |((hypotheses, fitted), adequacy): ((Vec<usize>, Fitted), Option<Adequacy>)| {
-            let evidence = evidence(&fitted, dispersion);
-            let log_odds = evidence.log - none;
-            Candidate { hypotheses, fitted, evidence, log_odds, adequacy }
-        };
-        let mut ranking: Vec<Candidate> = sets.into_iter().zip(adequacies).map(candidate).collect();
+        let mut ranking: Vec<Candidate> = sets
+            .into_iter()
+            .map(|(hypotheses, fitted)| {
+                let evidence = evidence(&fitted, dispersion);
+                let log_odds = evidence.log - none;
+                Candidate { hypotheses, fitted, evidence, log_odds, adequacy: None }
+            })
+            .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.add_adequacies(&clamped, &mut ranking);
+        drop_worthless(&mut ranking);
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
             true => 1.0,
@@ -151,18 +173,49 @@ impl Bench<'_> {
         }
     }
 
-    /// How each fit does on held-out data against the clamped null hypothesis.
-    fn adequacies<'f>(&self, clamped: &Fitted, fits: impl Iterator<Item = &'f Fitted>) -> Vec<Option<Adequacy>> {
-        let base = &self.block.base;
-        let mut sets = vec![clamped.values(base)];
-        sets.extend(fits.map(|fitted| fitted.values(base)));
+    /// How each candidate does on held-out data against the clamped null hypothesis.
+    fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
         if self.test.is_empty() {
-            return vec![None; sets.len() - 1];
+            return;
         }
+        let base = &self.block.base;
+        let sets: Vec<Vec<f64>> =
+            std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
         let residuals = self.test.whitened(&self.noise, &sets);
-        let without = residuals[0].as_slice();
-        residuals[1..].iter().map(|with| Some(adequacy(with.as_slice(), without))).collect()
+        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
+        for (place, candidate) in ranking.iter_mut().enumerate() {
+            let with = &with[place];
+            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
+            let own = own.unwrap_or_else(|| with.clone());
+            candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice()));
+        }
     }
+
+    /// Held-out residuals whitened by what repeats differ by under these parameters; `None` without repeats.
+    fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
+        let mut deviations = self.learn.deviations(set);
+        deviations.extend(self.test.deviations(set));
+        let noise = Noise::fit(&deviations)?;
+        Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
+    }
+}
+
+/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does: where a part
+/// leaves more than noise, one more effect must explain half of that, else it only bends with what is missing.
+fn drop_worthless(ranking: &mut Vec<Candidate>) {
+    let all: Vec<(Vec<usize>, Option<Adequacy>)> =
+        ranking.iter().map(|candidate| (candidate.hypotheses.clone(), candidate.adequacy)).collect();
+    ranking.retain(|candidate| {
+        let Some(own) = candidate.adequacy else {
+            return true;
+        };
+        let parts = all.iter().filter(|(members, _)| {
+            members.len() < candidate.hypotheses.len() && members.iter().all(|m| candidate.hypotheses.contains(m))
+        });
+        let least = parts.filter_map(|(_, part)| *part).map(|part| part.with).fold(f64::INFINITY, f64::min);
+        let gains = 1.0 - (own.with / least).sqrt() > WORTH;
+        gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
+    });
 }
 
 /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.

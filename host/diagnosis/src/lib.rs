@@ -2,9 +2,12 @@
 
 pub mod block;
 mod combine;
+pub mod decide;
+pub mod diagnosis;
 mod error;
 pub mod identify;
 pub mod inference;
+pub mod isolability;
 mod judge;
 pub mod library;
 pub mod recording;
