@@ -24,6 +24,11 @@ impl EffectId {
         }
         panic!("no effect has this id")
     }
+
+    /// Its row of the table.
+    pub const fn effect(self) -> &'static Effect {
+        &EFFECTS[self.0]
+    }
 }
 
 const fn same(a: &str, b: &str) -> bool {

@@ -8,6 +8,7 @@ use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
 use std::collections::BTreeMap;
@@ -58,9 +59,9 @@ pub struct MeasuredBlock {
 /// The recordings of a block as experiments: those to learn from or those to judge by.
 pub struct Part<'a> {
     block: &'a MeasuredBlock,
-    recordings: Vec<Recorded>,
+    recordings: Vec<&'a Recorded>,
     /// Trials of each experiment, by their places in `recordings`.
-    experiments: Vec<(String, Vec<usize>)>,
+    experiments: Vec<(&'a str, Vec<usize>)>,
     /// What was measured, low-passed: trial by trial, one row a channel.
     measured: Vec<DMatrix<f64>>,
 }
@@ -73,9 +74,9 @@ impl MeasuredBlock {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
                 Some(experiment) => experiment.1.push(place),
-                None => part.experiments.push((trial.experiment.clone(), vec![place])),
+                None => part.experiments.push((&trial.experiment, vec![place])),
             }
-            part.recordings.push(trial.recorded.clone());
+            part.recordings.push(&trial.recorded);
             let rows: Vec<Vec<f64>> = trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect();
             part.measured.push(DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t]));
         }
@@ -88,47 +89,93 @@ impl MeasuredBlock {
     }
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
     /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.recordings.is_empty()
     }
 
-    /// Residuals (measured less simulated, low-passed) of every trial for every parameter set: `[set][trial]`.
-    fn of_trials(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let outputs = simulate(self.block.kind, &self.recordings, sets);
+    /// Whether any experiment was repeated: only then is its noise known.
+    pub fn has_repeats(&self) -> bool {
+        self.experiments.iter().any(|(_, members)| members.len() > 1)
+    }
+
+    /// Residuals (measured less simulated, low-passed) of some trials for every parameter set: `[set][trial]`.
+    fn of_trials(&self, trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let recordings: Vec<&Recorded> = trials.iter().map(|trial| self.recordings[*trial]).collect();
+        let outputs = simulate(self.block.kind, &recordings, sets);
         let stride = self.block.kind.outputs().len();
-        let residual = |set: usize, trial: usize| {
-            let measured = &self.measured[trial];
-            let mut residual = measured.clone();
+        let residual = |set: usize, place: usize| {
+            let mut residual = self.measured[trials[place]].clone();
             for (row, channel) in self.block.channels.iter().enumerate() {
-                let simulated = self.block.decimator.pass(&outputs[trial][set], channel.output, stride);
+                let simulated = self.block.decimator.pass(&outputs[place][set], channel.output, stride);
                 simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
             }
             residual
         };
-        (0..sets.len()).map(|set| (0..self.recordings.len()).map(|trial| residual(set, trial)).collect()).collect()
+        let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
+        (0..sets.len()).into_par_iter().map(of_set).collect()
+    }
+
+    fn all(&self) -> Vec<usize> {
+        (0..self.recordings.len()).collect()
     }
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(&[set.to_vec()]).remove(0);
-        let of = |(_, members): &(String, Vec<usize>)| {
-            deviations(&cut(members.iter().map(|trial| trials[*trial].clone()).collect()))
-        };
-        self.experiments.iter().flat_map(of).collect()
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        self.experiments.iter().flat_map(|(_, members)| deviations(&cut(members, &trials))).collect()
+    }
+
+    /// Residuals of each experiment, averaged over its repeats, for one parameter set.
+    pub fn means(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        self.experiments.iter().map(|(_, members)| mean(&cut(members, &trials))).collect()
     }
 
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
-            let of_experiment = |(_, members): &(String, Vec<usize>)| {
-                let own = cut(members.iter().map(|trial| trials[*trial].clone()).collect());
-                noise.whiten(&mean(&own), own.len())
-            };
-            DVector::from_vec(self.experiments.iter().flat_map(of_experiment).collect())
+            let of = |(_, members): &(&str, Vec<usize>)| noise.whiten(&mean(&cut(members, &trials)), members.len());
+            DVector::from_vec(self.experiments.iter().flat_map(of).collect())
         };
-        self.of_trials(sets).into_iter().map(whiten).collect()
+        self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment.
+    pub fn shortcut(&'a self, noise: &'a Noise, base: &[f64]) -> Shortcut<'a> {
+        let trials = self.of_trials(&self.all(), &[base.to_vec()]).remove(0);
+        let rest = |(_, members): &(&str, Vec<usize>)| {
+            let own = cut(members, &trials);
+            mean(&own) - &own[0]
+        };
+        Shortcut { part: self, noise, rest: self.experiments.iter().map(rest).collect() }
+    }
+}
+
+/// Residuals by the first repeat of each experiment alone.
+///
+/// Repeats are moved by the same command: what a parameter changes in one of them it changes in all, so the others are
+/// simulated once, at the nominal parameters.
+pub struct Shortcut<'a> {
+    part: &'a Part<'a>,
+    noise: &'a Noise,
+    /// Mean residual of each experiment less that of its first repeat, at the nominal parameters.
+    rest: Vec<DMatrix<f64>>,
+}
+
+impl Shortcut<'_> {
+    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    pub fn whitened(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let first: Vec<usize> = self.part.experiments.iter().map(|(_, members)| members[0]).collect();
+        let whiten = |trials: Vec<DMatrix<f64>>| {
+            let of = |(place, own): (usize, &DMatrix<f64>)| {
+                let rest = &self.rest[place];
+                self.noise.whiten(&(own.columns(0, rest.ncols()) + rest), self.part.experiments[place].1.len())
+            };
+            DVector::from_vec(trials.iter().enumerate().flat_map(of).collect())
+        };
+        self.part.of_trials(&first, sets).into_par_iter().map(whiten).collect()
     }
 }
 
@@ -141,10 +188,10 @@ fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec
     tolerance.iter().map(of).collect()
 }
 
-/// Repeats cut to the shortest.
-fn cut(repeats: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
-    let shortest = repeats.iter().map(DMatrix::ncols).min().unwrap_or(0);
-    repeats.into_iter().map(|x| x.columns(0, shortest).into_owned()).collect()
+/// The repeats of an experiment cut to the shortest.
+fn cut(members: &[usize], trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+    let shortest = members.iter().map(|trial| trials[*trial].ncols()).min().unwrap_or(0);
+    members.iter().map(|trial| trials[*trial].columns(0, shortest).into_owned()).collect()
 }
 
 /// How many samples of a recording one judged sample stands for: as few as what repeats have in common, in the signal

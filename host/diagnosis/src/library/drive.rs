@@ -85,20 +85,11 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
     let (coulomb, viscous) = (shelf.base("coulomb"), shelf.base("viscous"));
     let dry = coulomb.max(0.1 * spans.torque);
     let wet = viscous.max(0.1 * spans.torque / spans.rate);
+    shelf.add("J1_coulomb", "Coulomb friction", &[("coulomb", either(coulomb, 0.3 * dry), Role::Size)], &[1.0], &[]);
+    shelf.add("J2_viscous", "viscous friction", &[("viscous", either(viscous, 0.3 * wet), Role::Size)], &[1.0], &[]);
     shelf.add(
-        ["J1_coulomb", "Coulomb friction", "G3"],
-        &[("coulomb", either(coulomb, 0.3 * dry), Role::Size)],
-        &[1.0],
-        &[],
-    );
-    shelf.add(
-        ["J2_viscous", "viscous friction", "G3"],
-        &[("viscous", either(viscous, 0.3 * wet), Role::Size)],
-        &[1.0],
-        &[],
-    );
-    shelf.add(
-        ["J3_stribeck", "static friction beyond Coulomb's", "G3"],
+        "J3_stribeck",
+        "static friction beyond Coulomb's",
         &[
             ("stribeck", Prior::Positive { scale: 0.5 * dry }, Role::Size),
             ("stribeck_speed", Prior::LogNormal { centre: 0.03 * spans.rate, spread: 1.0 }, Role::Form),
@@ -107,20 +98,23 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         &grid([-1.5, -0.5, 0.5, 1.5]),
     );
     shelf.add(
-        ["J4_presliding", "travel before sliding", "G3"],
+        "J4_presliding",
+        "travel before sliding",
         &[("presliding_travel", Prior::LogNormal { centre: shelf.base("presliding_travel"), spread: 1.5 }, Role::Size)],
         &[0.4, 1.0, 2.0],
         &[],
     );
     let load = Prior::Positive { scale: 0.03 };
     shelf.add(
-        ["J5_load_friction", "friction that grows with the load", "G3"],
+        "J5_load_friction",
+        "friction that grows with the load",
         &[("load_coefficient", load, Role::Size)],
         &[1.0],
         &[],
     );
     shelf.add(
-        ["J6_warm_up", "friction that falls as the drive warms up", "G3"],
+        "J6_temperature",
+        "friction that falls as the drive warms up",
         &[
             ("cold_friction", Prior::Positive { scale: 0.3 }, Role::Size),
             ("warm_up", Prior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
@@ -128,19 +122,14 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         &[0.5],
         &grid([-1.0, 0.0, 1.0]),
     );
-    shelf.add(
-        ["J18_direction", "Coulomb friction that differs with the direction", "G3"],
-        &[("coulomb_asymmetry", either(0.0, 0.1 * dry), Role::Size)],
-        &[1.0],
-        &[],
-    );
 }
 
 fn gear(shelf: &mut Shelf, spans: &Spans) {
     let compliance = shelf.base("compliance");
     let stiff = Prior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread: 1.0 };
     shelf.add(
-        ["J7_backlash", "backlash of the gear", "G4"],
+        "J7_backlash",
+        "backlash of the gear",
         &[
             ("half_backlash", Prior::Positive { scale: 3e-4 }, Role::Size),
             ("compliance", stiff, Role::Form),
@@ -151,7 +140,8 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     );
     if compliance == 0.0 {
         shelf.add(
-            ["J8_elasticity", "elasticity of the gear", "G2"],
+            "J8_elasticity",
+            "elasticity of the gear",
             &[
                 ("compliance", Prior::Positive { scale: spans.compliance(30.0) }, Role::Size),
                 ("gear_damping", Prior::LogNormal { centre: 0.05, spread: 1.0 }, Role::Form),
@@ -161,7 +151,8 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
         );
     } else {
         shelf.add(
-            ["J8_elasticity", "elasticity of the gear", "G2"],
+            "J8_elasticity",
+            "elasticity of the gear",
             &[("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size)],
             &[-1.0, 1.0],
             &[],
@@ -169,7 +160,8 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     }
     let wave = either(0.0, 1e-4);
     shelf.add(
-        ["J10_transmission_error", "transmission error of the gear", "G7"],
+        "J10_transmission_error",
+        "transmission error of the gear",
         &[("wave_sin", wave, Role::Size), ("wave_cos", wave, Role::Size), periodic("wave_cycles")],
         &[1.0],
         &cycles(spans),
@@ -194,50 +186,57 @@ fn cycles(spans: &Spans) -> Vec<Vec<f64>> {
 fn motor(shelf: &mut Shelf, spans: &Spans) {
     let ripple = either(0.0, 0.05 * spans.torque);
     shelf.add(
-        ["J9_torque_ripple", "torque ripple of the motor", "G7"],
+        "J9_torque_ripple",
+        "torque ripple of the motor",
         &[("ripple_sin", ripple, Role::Size), ("ripple_cos", ripple, Role::Size), periodic("ripple_cycles")],
         &[1.0],
         &cycles(spans),
     );
     let constant = either(shelf.base("torque_constant_error"), 0.05);
     shelf.add(
-        ["J11_torque_constant", "torque constant of the motor", "G5"],
+        "J11_torque_constant",
+        "torque constant of the motor",
         &[("torque_constant_error", constant, Role::Size)],
         &[1.0],
         &[],
     );
     let lag = Prior::Positive { scale: 5e-4 };
-    shelf.add(["J12_current_loop", "lag of the current loop", "G1"], &[("current_lag", lag, Role::Size)], &[1.0], &[]);
+    shelf.add("J12_current_loop", "lag of the current loop", &[("current_lag", lag, Role::Size)], &[1.0], &[]);
     let limit = Prior::Below { top: spans.peak.min(shelf.base("torque_limit")), share: 0.2 };
     shelf.add(
-        ["J13_saturation", "saturation of the torque", "own"],
+        "J13_saturation",
+        "saturation of the torque",
         &[("torque_limit", limit, Role::Size)],
         &[0.3, 1.0, 3.0],
         &[],
     );
     let offset = either(shelf.base("offset"), 0.05 * spans.torque);
-    shelf.add(["J18_offset", "offset of the drive's torque", "G6"], &[("offset", offset, Role::Size)], &[1.0], &[]);
+    let asymmetry = either(shelf.base("coulomb_asymmetry"), 0.1 * shelf.base("coulomb").max(0.1 * spans.torque));
+    shelf.add(
+        "J18_drive_offset",
+        "offset of the drive's torque, and friction that depends on the direction",
+        &[("offset", offset, Role::Size), ("coulomb_asymmetry", asymmetry, Role::Size)],
+        &[1.0],
+        &[],
+    );
 }
 
 fn load(shelf: &mut Shelf, spans: &Spans) {
     let gravity = either(0.0, 0.05 * spans.torque);
-    shelf.add(["J14_payload", "mass of the payload", "G5"], &[("payload", either(0.0, 1.0), Role::Size)], &[1.0], &[]);
+    shelf.add("J14_payload", "mass of the payload", &[("payload", either(0.0, 1.0), Role::Size)], &[1.0], &[]);
     let inertia = either(0.0, 0.1 * spans.inertia);
+    shelf.add("J15_link_inertia", "inertia of the link", &[("inertia_error", inertia, Role::Size)], &[1.0], &[]);
     shelf.add(
-        ["J15_link_inertia", "inertia of the link", "G5"],
-        &[("inertia_error", inertia, Role::Size)],
-        &[1.0],
-        &[],
-    );
-    shelf.add(
-        ["J16_gravity", "weight of the link", "G5"],
+        "J16_gravity_compensation",
+        "weight of the link",
         &[("gravity_cos", gravity, Role::Size), ("gravity_sin", gravity, Role::Size)],
         &[1.0],
         &[],
     );
     let spring = 0.1 * spans.torque / spans.range;
     shelf.add(
-        ["J17_cable", "drag of cables and hoses", "G6"],
+        "J17_cable_drag",
+        "drag of cables and hoses",
         &[
             ("cable_stiffness", Prior::Positive { scale: spring }, Role::Size),
             ("cable_centre", either(spans.middle, spans.range), Role::Form),

@@ -5,16 +5,15 @@ pub mod drive;
 
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role, Unknown};
+use softdock_kernels::effects::{Effect, EffectId};
 
 /// An effect that a block may hide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
-    /// Catalogue id (`J3_stribeck`).
-    pub id: &'static str,
-    /// What it is, in a few words.
+    /// Its row of the effect table: id, and the group of those that look alike in data.
+    pub effect: &'static Effect,
+    /// What it is on this plant, in a few words.
     pub name: &'static str,
-    /// Effects of one group look alike in data.
-    pub group: &'static str,
     /// Its free numbers.
     pub unknowns: Vec<Unknown>,
     /// Forms that the screening tries, each a `z` for every free number at a finite size.
@@ -44,14 +43,9 @@ impl<'a> Shelf<'a> {
         self.block.base[self.block.field(name)]
     }
 
-    /// Adds an effect. Its forms: every combination of the given `z` of its form numbers, at the given sizes.
-    pub(crate) fn add(
-        &mut self,
-        [id, name, group]: [&'static str; 3],
-        entries: &[Entry],
-        sizes: &[f64],
-        forms: &[Vec<f64>],
-    ) {
+    /// Adds an effect of the table. Its forms: every combination of the given `z` of its form numbers, at the given
+    /// sizes.
+    pub(crate) fn add(&mut self, id: &str, name: &'static str, entries: &[Entry], sizes: &[f64], forms: &[Vec<f64>]) {
         let unknown = |(name, prior, role): &Entry| Unknown::of(self.block.kind, name, *prior, *role);
         let unknowns: Vec<Unknown> = entries.iter().map(unknown).collect();
         let shaped = |size: f64, form: &[f64]| -> Vec<f64> {
@@ -64,6 +58,7 @@ impl<'a> Shelf<'a> {
         let forms = forms.iter().flat_map(|form| sizes.iter().map(|size| shaped(*size, form)).collect::<Vec<_>>());
         let forms = forms.collect();
         let places = (0..unknowns.len()).filter(|i| unknowns[*i].role == Role::Size).collect();
-        self.all.push(Hypothesis { id, name, group, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
+        let effect = EffectId::of(id).effect();
+        self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
     }
 }

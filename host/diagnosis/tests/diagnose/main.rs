@@ -50,7 +50,7 @@ fn judged(block: &MeasuredBlock) -> (Judgement, Vec<library::Hypothesis>) {
 fn best(block: &MeasuredBlock) -> (String, f64, f64) {
     let (judgement, library) = judged(block);
     let first = &judgement.ranking[0];
-    (library[first.hypothesis].id.to_owned(), first.log_odds, first.adequacy.expect("held-out motion").with)
+    (library[first.hypothesis].effect.id.to_owned(), first.log_odds, first.adequacy.expect("held-out motion").with)
 }
 
 #[test]
