@@ -81,6 +81,45 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         (torque, push.force)
     }
 
+    /// Torques with which the joints hold the links' weight; `lifted` is the base's acceleration, less that of free fall.
+    #[inline(always)]
+    pub(crate) fn weight(&self, lifted: Vec3<R>) -> [R; N] {
+        let (mut first, mut mass) = ([Vec3::zero(); N], [R::lit(0.0); N]);
+        for (i, link) in self.chain.links.iter().enumerate() {
+            (first[i], mass[i]) = (Vec3::lit(link.com * link.mass), R::lit(link.mass));
+        }
+        self.holding(lifted, first, mass)
+    }
+
+    /// Torques with which the joints hold a mass that the last link carries; `lifted` as in [`weight`](Self::weight).
+    #[inline(always)]
+    pub(crate) fn weight_of(&self, carried: PointMass<R>, lifted: Vec3<R>) -> [R; N] {
+        let (mut first, mut mass) = ([Vec3::zero(); N], [R::lit(0.0); N]);
+        (first[N - 1], mass[N - 1]) = (carried.place * carried.mass, carried.mass);
+        self.holding(lifted, first, mass)
+    }
+
+    /// Torques that hold masses at rest, from each link's mass and its first moment.
+    ///
+    /// By the lever of all that a joint carries, not by what its links pass on: a joint along `lifted` then carries
+    /// exactly nothing, where sums of passed moments leave their rounding.
+    #[inline(always)]
+    fn holding(&self, mut lifted: Vec3<R>, first: [Vec3<R>; N], mass: [R; N]) -> [R; N] {
+        let mut felt = [Vec3::zero(); N];
+        for i in 0..N {
+            lifted = self.chain.links[i].outwards(self.turns[i], lifted);
+            felt[i] = lifted;
+        }
+        let (mut lever, mut carried, mut torque) = (Vec3::zero(), R::lit(0.0), [R::lit(0.0); N]);
+        for i in (0..N).rev() {
+            let link = &self.chain.links[i];
+            (lever, carried) = (lever + first[i], carried + mass[i]);
+            torque[i] = lever.x.mul_add(felt[i].y, lever.y * -felt[i].x);
+            lever = link.inwards(self.turns[i], lever) + Vec3::lit(link.origin) * carried;
+        }
+        torque
+    }
+
     /// The chain under joint torques \[N m\] and a wrench `tip` on the last link, about its origin in its axes.
     ///
     /// `armature` \[kg m^2\] is felt by the joint's own acceleration alone; `base` as in [`torques`](Self::torques).

@@ -15,7 +15,7 @@ use crate::real::Real;
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 
 /// Below this a cosine, a sine or a length of the order of a metre is rounding.
-const ROUNDING: f64 = 1e-14;
+pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// The arm's constants; link 0 of the text is the base, whose axes are chosen to suit the first joint.
 #[derive(Clone, Debug)]
@@ -250,6 +250,6 @@ fn quaternion(m: Mat3<f64>) -> Quat<f64> {
 }
 
 /// A number of the order of 1 without its rounding about zero.
-fn clean(value: f64) -> f64 {
+pub(crate) fn clean(value: f64) -> f64 {
     if value.abs() < ROUNDING { 0.0 } else { value }
 }

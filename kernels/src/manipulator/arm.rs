@@ -2,7 +2,7 @@
 
 use super::Manipulator;
 use crate::chain::dynamics::Posture;
-use crate::chain::{Chain, Turn};
+use crate::chain::{Chain, ROUNDING, Turn};
 use crate::math::sin_cos;
 use crate::model::Link;
 use crate::real::Real;
@@ -42,7 +42,10 @@ impl Arm {
             Pose { position: inner.rotate_back(tool.position), attitude: inner.conjugate().compose(tool.attitude) };
         let chain = Chain::new(&links, &start, tool, Sym3::splat(0.0));
         let from_base = chain.root.conjugate();
-        Self { lifted: from_base.rotate(-robot.gravity), chain, from_base }
+        // Exactly along an upright axis 1: no posture loads that one, not even by rounding.
+        let small = ROUNDING * robot.gravity.norm();
+        let lifted = from_base.rotate(-robot.gravity).map(|e| if e.abs() < small { 0.0 } else { e });
+        Self { chain, from_base, lifted }
     }
 
     /// Turns of the joints at angles \[rad\].

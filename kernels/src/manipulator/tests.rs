@@ -150,6 +150,26 @@ fn forward_and_inverse_dynamics_are_inverse() {
     }
 }
 
+/// Gravity along an upright axis 1 turns it in no posture: a rounding there would be the drive's whole torque at rest.
+#[test]
+fn joints_carry_the_weight_and_an_upright_one_exactly_none() {
+    let robot = robot();
+    let mut tilted = robot.clone();
+    tilted.gravity = vec3(3.0, -4.0, -8.0);
+    let mut seed = 2_000_000;
+    for _ in 0..1000 {
+        let angle: [f64; 6] = std::array::from_fn(|_| 3.0 * (2.0 * uniform(&mut seed) - 1.0));
+        for robot in [&robot, &tilted] {
+            let arm = Arm::new(robot, Pose::identity());
+            let weight = arm.posture(&arm.turns(angle)).weight(arm.lifted);
+            for (a, b) in rigid_torques(robot, angle, [0.0; 6], [0.0; 6]).iter().zip(weight) {
+                assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} {b}");
+            }
+            assert_eq!(weight[0] == 0.0, robot.gravity.x == 0.0, "{angle:?}");
+        }
+    }
+}
+
 /// The same text on lanes gives each lane the bits of f64.
 #[test]
 fn lanes_are_the_scalar_to_the_bit() {

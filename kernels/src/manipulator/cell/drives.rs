@@ -99,15 +99,10 @@ fn unknown_payload<R: Real>(cell: &Cell, p: &DriveParams<R>) -> Option<PointMass
 #[inline(always)]
 fn unknown_weight<R: Real>(cell: &Cell, p: &DriveParams<R>, angle: [R; AXES]) -> [R; AXES] {
     let mut torque = [R::lit(0.0); AXES];
-    let Some(PointMass { mass, place }) = unknown_payload(cell, p) else {
-        return torque;
-    };
-    let turns = cell.arm.turns(joints(angle));
-    let posture = cell.arm.posture(&turns);
-    let force = posture.in_last(Vec3::lit(cell.arm.lifted)) * mass;
-    let (passed, _) = posture.passed(&[Force::zero(); JOINTS], Force { moment: place.cross(force), force });
-    for i in 0..JOINTS {
-        torque[i] = passed[i].moment.z;
+    if let Some(payload) = unknown_payload(cell, p) {
+        let turns = cell.arm.turns(joints(angle));
+        let carried = cell.arm.posture(&turns).weight_of(payload, Vec3::lit(cell.arm.lifted));
+        torque[..JOINTS].copy_from_slice(&carried);
     }
     torque
 }

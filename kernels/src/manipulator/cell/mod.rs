@@ -18,6 +18,7 @@ use super::{
     turn,
 };
 use crate::bundle;
+use crate::chain::clean;
 use crate::effects::EffectSet;
 use crate::model::Rail;
 use crate::vector::{Pose, Quat, Vec3, vec3};
@@ -216,7 +217,9 @@ impl Cell {
     /// Direction of the rail in the chain's axes at its base, and the mass of its carriage \[kg\]; zero without a rail.
     fn track(&self) -> (Vec3<f64>, f64) {
         let still = (Vec3::splat(0.0), 0.0);
-        let track = |(rail, carriage): &(Rail, Carriage)| (self.to_chain.rotate(rail.axis), carriage.joint.link.mass);
+        let track = |(rail, carriage): &(Rail, Carriage)| {
+            (self.to_chain.rotate(rail.axis).map(clean), carriage.joint.link.mass)
+        };
         self.rail.as_ref().map_or(still, track)
     }
 }
