@@ -94,7 +94,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     ),
     row(
         "take_command",
-        2000.0,
+        100.0,
         "angles of a posture found in f32 to 1e-7 of metres, then to 1e-7 of their change",
         call("take_command(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
     ),
