@@ -21,19 +21,21 @@ const PAYS: f64 = 5.0;
 /// Hypotheses of a combination, in rising order, and their joint fit.
 pub(crate) type Set = (Vec<usize>, Fitted);
 
-/// All single effects, and the combinations that explain the data better than any of their parts.
+/// All single effects, and the combinations that explain the data better than any of their parts; `strictly` those alone
+/// that are what their names say.
 pub(crate) fn combine(
     block: &MeasuredBlock,
     library: &[Hypothesis],
     bank: &Bank,
     singles: Vec<Fitted>,
     dispersion: f64,
+    strictly: bool,
     simulate: &Simulate,
 ) -> Vec<Set> {
     let price = PAYS + (library.len() as f64).ln();
     let log = |set: &Set| evidence(&set.1, dispersion).log;
     let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
-    let sound = |set: &Set| is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
+    let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
     let mut beam = best_of(all.iter().filter(|set| sound(set)).cloned().collect(), &log);
     for _ in 1..MOST {
         let starts = beam.iter().flat_map(|set| grown(block, library, bank, dispersion, set, &all)).collect();

@@ -8,6 +8,7 @@ use crate::isolability::BlockView;
 use crate::judge::{Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
 use crate::recording::grid::{Finding, Piece, read};
+use crate::suspects::suspects;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
@@ -95,6 +96,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         Ok(all)
     };
     let (mut learn, mut test) = (of(logs)?, of(holdout)?);
+    learn.iter().chain(&test).try_for_each(moves)?;
     let mut provisional = Vec::new();
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -129,6 +131,18 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     };
     prepared.isolability = prepared.views()?;
     Ok(prepared)
+}
+
+/// A channel that never changes was not measured.
+fn moves(piece: &Piece) -> Result<()> {
+    let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
+    match piece.signals.iter().find(|(_, values)| still(values)) {
+        None => Ok(()),
+        Some((signal, values)) => Err(Error::unfit(
+            format!("`{signal}` is constant in {}: {} throughout", piece.experiment, values[0]),
+            "check its column in [log]; a channel that was not recorded is left out there",
+        )),
+    }
 }
 
 /// What is added to the name of an experiment whose later part is held out.
@@ -215,8 +229,9 @@ impl Prepared {
     ///
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
-    pub fn diagnose(self) -> Result<(Diagnosis, Vec<Judged>)> {
+    pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
         let prismatic = self.drive().prismatic;
+        self.findings.extend(suspects(self.drive(), &self.pieces));
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         for place in 0..self.blocks(1).len() {
             let (block, library, error) = self.exact_enough(place)?;
@@ -224,7 +239,7 @@ impl Prepared {
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
-            let judgement = judge(&block, &library).ok_or_else(|| silent(block.name))?;
+            let judgement = judge(&block, &library).ok_or_else(|| silent(&block))?;
             answers.push(decide(&block, &library, &missing, &judgement, prismatic));
             judged.push(Judged { block, library, judgement });
         }
@@ -237,7 +252,7 @@ impl Prepared {
         let mut coarse = self.blocks(finer).swap_remove(place);
         loop {
             let fine = self.blocks(2 * finer).swap_remove(place);
-            let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(coarse.0.name))?;
+            let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
                 return Ok((coarse.0, coarse.1, error));
             }
@@ -257,9 +272,10 @@ const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.
 const FINEST: usize = 8;
 
-fn silent(block: &str) -> Error {
+fn silent(block: &MeasuredBlock) -> Error {
+    let channels: Vec<&str> = block.channels.iter().map(|channel| channel.name).collect();
     Error::unfit(
-        format!("{block}: a channel is constant, or its repeats are the same to the last digit"),
+        format!("{}: {} is constant, or its repeats are the same to the last digit", block.name, channels.join(" or ")),
         "check the column in [log]; repeats must be measured, not copied",
     )
 }

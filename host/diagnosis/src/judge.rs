@@ -96,7 +96,7 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base))?;
     let bench = Bench { block, library, learn, test, noise: rough };
-    let found = bench.search();
+    let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
     let values = richest.values(&block.base);
@@ -138,8 +138,8 @@ struct Found {
 }
 
 impl Bench<'_> {
-    /// Fits the null hypothesis, every effect, and the combinations that pay.
-    fn search(&self) -> Found {
+    /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.
+    fn search(&self, strictly: bool) -> Found {
         let (block, library) = (self.block, self.library);
         let shortcut = self.learn.shortcut(&self.noise, &block.base);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
@@ -155,14 +155,14 @@ impl Bench<'_> {
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let dispersion = dispersion(&null, &singles, samples);
-        let sets = combine(block, library, &bank, singles, dispersion, &simulate);
+        let sets = combine(block, library, &bank, singles, dispersion, strictly, &simulate);
         // A combination may leave less than any effect alone.
         let dispersion = sets.iter().map(|set| set.1.chi2() / samples as f64).fold(dispersion, f64::min).max(1.0);
         Found { null, clamped, scores, bank, dispersion, sets }
     }
 
     fn judged(self, repeated: bool) -> Judgement {
-        let Found { null, clamped, scores, bank, dispersion, sets } = self.search();
+        let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
         let threshold = bank.chance(&scores, library.len(), RARITY).max(LEAST_THRESHOLD);
         let samples = null.residual.len();

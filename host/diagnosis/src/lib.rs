@@ -13,6 +13,7 @@ pub mod isolability;
 mod judge;
 pub mod library;
 pub mod recording;
+mod suspects;
 pub mod words;
 
 pub use error::{Error, Result};

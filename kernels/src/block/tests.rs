@@ -173,11 +173,13 @@ fn a_transmission_error_moves_the_link_and_asks_for_torque() {
 fn a_reference_may_be_late_held_lagging_or_limited() {
     let instants = 2001;
     let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 0.0, 0.0]).collect();
-    let recorded = Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; instants], late };
+    let recorded = Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late };
     let asked = |p: ControllerValues<f64>| replay::<f64, Controller>(&Controller, &recorded, &p)[2000];
     let p = ControllerValues { position_gain: 100.0, ..ControllerValues::null() };
     assert!((asked(p) - 200.0).abs() < 1e-9);
     assert!((asked(ControllerValues { delay: 0.0123, ..p }) - 100.0 * (2.0 - 0.0123)).abs() < 1e-9);
+    let early = ControllerValues { clock_offset: -0.01, ..p };
+    assert!((asked(early) - 100.0 * 1.99).abs() < 1e-9, "asked for before its stamp");
     assert!((asked(ControllerValues { clock_skew: 0.01, ..p }) - 100.0 * (2.0 - 0.02)).abs() < 1e-9, "grows with time");
     assert!((asked(ControllerValues { hold: 0.03, ..p }) - 100.0 * 1.98).abs() < 1e-6, "held since the 66th period");
     assert!(
