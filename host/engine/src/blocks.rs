@@ -4,6 +4,7 @@ use crate::cpu::InstructionSet;
 use rayon::prelude::*;
 use softdock_kernels::block::controller::Controller;
 use softdock_kernels::block::drive::Drive;
+use softdock_kernels::block::sensor::Sensor;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
 use softdock_kernels::lanes::Lane;
@@ -15,6 +16,8 @@ pub enum Kind {
     Drive,
     /// A joint's controller, from reference to torque.
     Controller,
+    /// A force/torque sensor, from wrench to reading.
+    Sensor,
 }
 
 /// Carries an expression out with the block of a kind.
@@ -27,6 +30,10 @@ macro_rules! with_block {
             }
             Kind::Controller => {
                 let $block = &Controller;
+                $body
+            }
+            Kind::Sensor => {
+                let $block = &Sensor;
                 $body
             }
         }

@@ -8,6 +8,7 @@ pub mod controller;
 pub mod drive;
 pub mod kernel;
 mod replay;
+pub mod sensor;
 
 pub use replay::{Recorded, replay};
 

@@ -2,13 +2,16 @@
 
 pub mod controller;
 pub mod drive;
+pub mod sensor;
+mod trend;
 
 use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
-use softdock_engine::blocks::{Kind, simulate};
+use rayon::prelude::*;
+use softdock_engine::blocks::{Kind, Outputs, simulate};
 use softdock_kernels::block::Recorded;
 use std::collections::BTreeMap;
 
@@ -53,6 +56,8 @@ pub struct MeasuredBlock {
     pub trials: Vec<Trial>,
     /// Which samples of the residuals are judged.
     pub decimator: Decimator,
+    /// The input that is the session's clock, where what grows with it must not count as noise.
+    pub clock: Option<&'static str>,
 }
 
 /// The recordings of a block as experiments: those to learn from or those to judge by.
@@ -94,43 +99,73 @@ impl Part<'_> {
         self.recordings.is_empty()
     }
 
-    /// Residuals (measured less simulated, low-passed) of every trial for every parameter set: `[set][trial]`.
-    fn of_trials(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let outputs = simulate(self.block.kind, &self.recordings, sets);
+    /// Residuals (measured less simulated, low-passed) of every trial for a parameter set.
+    fn of_trials(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        let outputs = simulate(self.block.kind, &self.recordings, &[set.to_vec()]);
+        outputs.iter().zip(&self.measured).map(|(output, measured)| measured - self.judged(&[&output[0]])).collect()
+    }
+
+    /// What is judged of the outputs of repeats: their mean, low-passed, one row a channel.
+    fn judged(&self, repeats: &[&Vec<f64>]) -> DMatrix<f64> {
         let stride = self.block.kind.outputs().len();
-        let residual = |set: usize, trial: usize| {
-            let measured = &self.measured[trial];
-            let mut residual = measured.clone();
-            for (row, channel) in self.block.channels.iter().enumerate() {
-                let simulated = self.block.decimator.pass(&outputs[trial][set], channel.output, stride);
-                simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
-            }
-            residual
+        let shortest = repeats.iter().map(|output| output.len()).min().unwrap_or(0);
+        let mean = |k: usize| repeats.iter().map(|output| output[k]).sum::<f64>() / repeats.len() as f64;
+        let row = |channel: &Channel| -> Vec<f64> {
+            let mean: Vec<f64> = (channel.output..shortest).step_by(stride).map(mean).collect();
+            self.block.decimator.pass(&mean, 0, 1)
         };
-        (0..sets.len()).map(|set| (0..self.recordings.len()).map(|trial| residual(set, trial)).collect()).collect()
+        let rows: Vec<Vec<f64>> = self.block.channels.iter().map(row).collect();
+        DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t])
     }
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(&[set.to_vec()]).remove(0);
+        let trials = self.of_trials(set);
         let of = |(_, members): &(String, Vec<usize>)| {
             deviations(&cut(members.iter().map(|trial| trials[*trial].clone()).collect()))
+        };
+        let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
+        if let Some(clock) = self.block.clock {
+            trend::removed(&mut all, &self.ages(clock));
+        }
+        all
+    }
+
+    /// When each repeat began \[s\], from the mean of its experiment on, in the order of [`Part::deviations`].
+    fn ages(&self, clock: &str) -> Vec<f64> {
+        let field = self.block.kind.inputs().iter().position(|field| field.name == clock).expect("an input's name");
+        let of = |(_, members): &(String, Vec<usize>)| -> Vec<f64> {
+            let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
+            let mean = starts.iter().sum::<f64>() / starts.len() as f64;
+            if starts.len() < 2 { Vec::new() } else { starts.iter().map(|start| start - mean).collect() }
         };
         self.experiments.iter().flat_map(of).collect()
     }
 
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let whiten = |trials: Vec<DMatrix<f64>>| {
-            let of_experiment = |(_, members): &(String, Vec<usize>)| {
-                let own = cut(members.iter().map(|trial| trials[*trial].clone()).collect());
-                noise.whiten(&mean(&own), own.len())
-            };
-            DVector::from_vec(self.experiments.iter().flat_map(of_experiment).collect())
+        let of_experiment = |(_, members): &(String, Vec<usize>)| {
+            let measured = mean(&cut(members.iter().map(|trial| self.measured[*trial].clone()).collect()));
+            (measured, members.clone())
         };
-        self.of_trials(sets).into_iter().map(whiten).collect()
+        let experiments: Vec<(DMatrix<f64>, Vec<usize>)> = self.experiments.iter().map(of_experiment).collect();
+        let whiten = |outputs: &Outputs, set: usize| {
+            let of_experiment = |(measured, members): &(DMatrix<f64>, Vec<usize>)| {
+                let repeats: Vec<&Vec<f64>> = members.iter().map(|trial| &outputs[*trial][set]).collect();
+                noise.whiten(&(measured - self.judged(&repeats)), members.len())
+            };
+            DVector::from_vec(experiments.iter().flat_map(of_experiment).collect())
+        };
+        let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
+            let outputs = simulate(self.block.kind, &self.recordings, sets);
+            (0..sets.len()).into_par_iter().map(|set| whiten(&outputs, set)).collect()
+        };
+        sets.chunks(MOST_SETS).flat_map(batch).collect()
     }
 }
+
+/// Parameter sets whose outputs are held at once: a hundred recordings of a few seconds fill some hundred megabytes.
+const MOST_SETS: usize = 64;
 
 /// What may differ unnoticed: normal about the nominal values, with the standard deviations of a rig's tolerance.
 fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
@@ -152,12 +187,19 @@ fn cut(repeats: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
 ///
 /// Above that frequency there is nothing to explain, only noise to be mistaken for something.
 pub(crate) fn judged_steps(pieces: &[Piece], signal: &str) -> usize {
+    highest(pieces, signal).map_or(DEFAULT_STEPS, |highest| ((0.4 / highest) as usize).clamp(2, MOST_STEPS))
+}
+
+/// Highest frequency, in cycles a sample, up to which what repeats have in common in a signal stands out of what they
+/// differ by; none without repeats, or where nothing does.
+pub(crate) fn highest(pieces: &[Piece], signal: &str) -> Option<f64> {
     let mut repeats: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for piece in pieces {
-        repeats.entry(&piece.experiment).or_default().push(&piece.signals[signal]);
+        if let Some(samples) = piece.signals.get(signal) {
+            repeats.entry(&piece.experiment).or_default().push(samples);
+        }
     }
-    let highest = repeats.values().filter_map(|list| highest_common(list)).fold(0.0, f64::max);
-    if highest == 0.0 { DEFAULT_STEPS } else { ((0.4 / highest) as usize).clamp(2, MOST_STEPS) }
+    repeats.values().filter_map(|list| highest_common(list)).max_by(f64::total_cmp)
 }
 
 /// Samples that one judged sample stands for where no repeats tell.

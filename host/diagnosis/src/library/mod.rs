@@ -2,6 +2,7 @@
 
 pub mod controller;
 pub mod drive;
+pub mod sensor;
 
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role, Unknown};
