@@ -15,8 +15,10 @@ use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+mod contact;
 mod sensor;
 
+pub use contact::{CONTACT_SIGNALS, ContactRig};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
 
 /// Format that this version reads.
@@ -44,6 +46,8 @@ pub enum Plant {
     Drive(Box<DriveRig>),
     /// A force/torque sensor under known loads.
     Sensor(Box<SensorRig>),
+    /// A contact.
+    Contact(Box<ContactRig>),
 }
 
 /// One joint with its drive.
@@ -111,7 +115,7 @@ impl Rig {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        let kind = c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor)]);
+        let kind = c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
         check_tolerance(&mut c, &file, kind);
         let (plant, log) = match kind {
             Kind::Drive => {
@@ -125,6 +129,11 @@ impl Rig {
                 let rig = sensor::sensor(&mut c, &file);
                 let known: Vec<_> = SENSOR_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
                 (rig.map(|rig| Plant::Sensor(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Contact => {
+                let rig = contact::contact(&mut c, &file);
+                let known: Vec<_> = CONTACT_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Contact(Box::new(rig))), columns(&mut c, &file, &known))
             }
         };
         Problems::check(std::mem::take(&mut c.problems))?;
@@ -140,10 +149,11 @@ impl Rig {
 enum Kind {
     Drive,
     Sensor,
+    Contact,
 }
 
 /// Tolerances that a rig of each kind may name.
-const TOLERANCES: [(Kind, &[&str]); 2] = [
+const TOLERANCES: [(Kind, &[&str]); 3] = [
     (
         Kind::Drive,
         &[
@@ -159,6 +169,19 @@ const TOLERANCES: [(Kind, &[&str]); 2] = [
         ],
     ),
     (Kind::Sensor, &["bias_force", "bias_moment", "gain", "tool_mass", "noise", "clock_offset"]),
+    (
+        Kind::Contact,
+        &[
+            "stiffness",
+            "damping",
+            "damping_onset",
+            "friction",
+            "presliding_travel",
+            "bias_force",
+            "surface",
+            "clock_offset",
+        ],
+    ),
 ];
 
 /// Refuses tolerances of what a rig of this kind does not have.

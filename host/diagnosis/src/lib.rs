@@ -7,6 +7,7 @@ pub mod inference;
 mod judge;
 pub mod library;
 pub mod recording;
+pub mod variance;
 
 pub use error::{Error, Result};
 pub use judge::{Candidate, Judgement, judge};

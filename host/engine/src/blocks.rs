@@ -2,6 +2,7 @@
 
 use crate::cpu::InstructionSet;
 use rayon::prelude::*;
+use softdock_kernels::block::contact::Contact;
 use softdock_kernels::block::controller::Controller;
 use softdock_kernels::block::drive::Drive;
 use softdock_kernels::block::sensor::Sensor;
@@ -18,6 +19,8 @@ pub enum Kind {
     Controller,
     /// A force/torque sensor, from wrench to reading.
     Sensor,
+    /// A contact, from relative motion to force.
+    Contact,
 }
 
 /// Carries an expression out with the block of a kind.
@@ -34,6 +37,10 @@ macro_rules! with_block {
             }
             Kind::Sensor => {
                 let $block = &Sensor;
+                $body
+            }
+            Kind::Contact => {
+                let $block = &Contact;
                 $body
             }
         }

@@ -5,9 +5,9 @@
 //! axes about the sensor's origin.
 
 use super::Block;
+use super::low_pass::LowPass;
 use crate::bundle;
 use crate::fields::filled;
-use crate::math::exp;
 use crate::params::UNLIMITED;
 use crate::real::Real;
 use crate::space::Wrench;
@@ -186,31 +186,6 @@ fn read<R: Real>(p: &SensorValues<R>, w: Wrench<R>) -> Wrench<R> {
     Wrench {
         force: w.force.scale_add(p.gain, w.force) + force,
         moment: w.moment.scale_add(p.gain, w.moment) + moment,
-    }
-}
-
-/// A first-order low-pass over a step, exact for a signal that is a parabola over it.
-struct LowPass<R> {
-    /// Time constant in steps.
-    steps: R,
-    /// What is kept over a step of what the filter was off.
-    keep: R,
-}
-
-impl<R: Real> LowPass<R> {
-    #[inline(always)]
-    fn of(step: f64, lag: R) -> Self {
-        Self { steps: lag * R::lit(1.0 / step), keep: exp(-(R::lit(step) / lag.max(R::lit(1e-9)))) }
-    }
-
-    /// In the long run the filter follows at `u - T u' + T^2 u''`.
-    #[inline(always)]
-    fn after(&self, before: Vec3<R>, now: Vec3<R>, bend: Vec3<R>, filtered: Vec3<R>) -> Vec3<R> {
-        let way = now - before;
-        let curved = bend * (self.steps * self.steps * R::lit(2.0));
-        let behind = |slope: Vec3<R>| slope.scale_add(-self.steps, curved);
-        let off = filtered - before - behind(way - bend);
-        off.scale_add(self.keep, now + behind(way + bend))
     }
 }
 

@@ -6,8 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
+mod contact;
 mod sensor;
 
+pub(crate) use contact::ContactTable;
 pub(crate) use sensor::SensorTable;
 
 /// The model of a bench rig, for diagnosis.
@@ -17,7 +19,7 @@ pub(crate) use sensor::SensorTable;
 pub(crate) struct RigFile {
     /// Format and version of this file: "rig/1".
     pub(crate) schema: At<String>,
-    /// What the rig is: "drive" or "sensor".
+    /// What the rig is: "drive", "sensor" or "contact".
     pub(crate) kind: At<String>,
     /// Name of the rig: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -29,6 +31,8 @@ pub(crate) struct RigFile {
     pub(crate) controller: Option<At<ControllerTable>>,
     /// The force/torque sensor with its tool, on a rig of kind "sensor".
     pub(crate) sensor: Option<At<SensorTable>>,
+    /// The contact, on a rig of kind "contact".
+    pub(crate) contact: Option<At<ContactTable>>,
     /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
     #[serde(default)]
     pub(crate) tolerance: ToleranceTable,
@@ -117,7 +121,7 @@ pub(crate) struct FeedforwardTable {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ToleranceTable {
-    /// Sensor: force read without any, each axis.
+    /// Sensor or contact: force read without any, each axis.
     pub(crate) bias_force: Option<Quantity>,
     /// Sensor: moment read without any, each axis.
     pub(crate) bias_moment: Option<Quantity>,
@@ -127,6 +131,16 @@ pub(crate) struct ToleranceTable {
     pub(crate) tool_mass: Option<Quantity>,
     /// Sensor: share of the noise; default 10 %.
     pub(crate) noise: Option<Quantity>,
+    /// Contact: share of the stiffness.
+    pub(crate) stiffness: Option<Quantity>,
+    /// Contact: share of the damping.
+    pub(crate) damping: Option<Quantity>,
+    /// Contact: share of the depth over which the damping sets in.
+    pub(crate) damping_onset: Option<Quantity>,
+    /// Contact: share of the friction coefficient.
+    pub(crate) friction: Option<Quantity>,
+    /// Contact: height of the surface.
+    pub(crate) surface: Option<Quantity>,
     /// Share of the motor's inertia.
     pub(crate) motor_inertia: Option<Quantity>,
     /// Share of the link's inertia.
@@ -149,13 +163,18 @@ pub(crate) struct ToleranceTable {
 
 impl ToleranceTable {
     /// Everything that may be written, by name.
-    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 14] {
+    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 19] {
         [
             ("bias_force", &self.bias_force),
             ("bias_moment", &self.bias_moment),
             ("gain", &self.gain),
             ("tool_mass", &self.tool_mass),
             ("noise", &self.noise),
+            ("stiffness", &self.stiffness),
+            ("damping", &self.damping),
+            ("damping_onset", &self.damping_onset),
+            ("friction", &self.friction),
+            ("surface", &self.surface),
             ("motor_inertia", &self.motor_inertia),
             ("link_inertia", &self.link_inertia),
             ("coulomb", &self.coulomb),

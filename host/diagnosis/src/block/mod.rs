@@ -1,5 +1,6 @@
 //! A block of the loop with what was measured at its inputs and outputs, and its residuals for any parameters.
 
+pub mod contact;
 pub mod controller;
 pub mod drive;
 pub mod sensor;

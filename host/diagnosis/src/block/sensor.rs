@@ -12,7 +12,7 @@ use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::{Quat, Vec3, vec3};
 
 /// Longest step of the simulation \[s\].
-const LONGEST_STEP: f64 = 5e-4;
+const LONGEST_STEP: f64 = 1e-3;
 /// Fewest samples that one judged sample stands for: what a recording folds back lies near its own band's end.
 const FEWEST_STEPS: usize = 4;
 /// By how much the motion's band exceeds what stands out of its noise.

@@ -1,5 +1,6 @@
 //! The hypotheses of each block: which effects it may hide, how large they may be, and how they look.
 
+pub mod contact;
 pub mod controller;
 pub mod drive;
 pub mod sensor;

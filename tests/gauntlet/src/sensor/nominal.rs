@@ -32,6 +32,8 @@ tool_mass = "5 kg"
 tool_centre = ["0.01 m", "0 m", "0.09 m"]
 tool_inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.015 kg m^2"]  # about the tool's centre of mass
 gravity = "9.80665 m/s^2"         # along -z of the world
+noise_force = "0.32 N"            # at rest, healthy
+noise_moment = "0.032 N m"
 
 # One standard deviation of what may differ unnoticed.
 [tolerance]
