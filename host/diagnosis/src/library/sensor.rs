@@ -146,8 +146,8 @@ fn timing(shelf: &mut Shelf) {
     shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }
 
-/// Steps of the reading from where the noise hides them to a tenth of the greatest force, so dense that none comes out
-/// of phase over it; and limits of the range.
+/// Steps of the reading from three times the noise, which hides finer ones, to a tenth of the greatest force, so dense
+/// that none comes out of phase by more than half over it; and limits of the range.
 fn digits(shelf: &mut Shelf, spans: &Spans) {
     let scale = size("S6_quantisation", "sensor_resolution_force").max(0.01 * spans.force);
     let peak = spans.force.max(spans.moment / shelf.base("lever"));
@@ -159,8 +159,8 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
         ("range", Prior::Below { top, share: 0.2 }, Role::Form),
     ];
     shelf.add("S6_quantisation", "steps and limits of the sensor's reading", &entries, &[1.0], &[]);
-    let (fewest, most) = (10.0 / peak, 0.5 / spans.noise);
-    let apart = 0.25 / peak;
+    let (fewest, most) = (10.0 / peak, 0.33 / spans.noise);
+    let apart = 0.5 / peak;
     let count = ((most - fewest) / apart).clamp(0.0, MOST_STEPS) as usize;
     let stepped = |k: usize| vec![1.0 / (scale * (fewest + k as f64 * apart)), 0.0, 0.0];
     let forms = (0..=count).map(stepped).chain([0.1, 0.3, 1.0, 3.0].map(|cut| vec![0.0, 0.0, cut]));
@@ -171,7 +171,7 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
 }
 
 /// Most steps of a reading that are tried.
-const MOST_STEPS: f64 = 1500.0;
+const MOST_STEPS: f64 = 1000.0;
 
 fn tool(shelf: &mut Shelf) {
     let mass = shelf.base("tool_mass");
