@@ -58,14 +58,41 @@ pub fn unit_suffix(unit: &str) -> &'static str {
     }
 }
 
+/// Where the scalars of a bundle come from: any closure; in hot lane code a type of its own, since a closure is not
+/// compiled for the lanes' instruction set.
+pub trait Source<R> {
+    /// The next scalar.
+    fn next(&mut self) -> R;
+}
+
+impl<R, F: FnMut() -> R> Source<R> for F {
+    #[inline(always)]
+    fn next(&mut self) -> R {
+        self()
+    }
+}
+
+/// Where the scalars of a bundle go; see [`Source`].
+pub trait Sink<R> {
+    /// Takes the next scalar.
+    fn put(&mut self, value: R);
+}
+
+impl<R, F: FnMut(R)> Sink<R> for F {
+    #[inline(always)]
+    fn put(&mut self, value: R) {
+        self(value);
+    }
+}
+
 /// A value made of a fixed list of scalars: a bundle, or a leaf of one.
 pub trait Bundle<R>: Sized {
     /// Appends one [`Field`] per scalar, in the order of [`read`](Self::read) and [`write`](Self::write).
     fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>);
     /// Builds the value from its scalars.
-    fn read(source: &mut impl FnMut() -> R) -> Self;
+    fn read(source: &mut impl Source<R>) -> Self;
     /// Gives out the scalars.
-    fn write(&self, sink: &mut impl FnMut(R));
+    fn write(&self, sink: &mut impl Sink<R>);
     /// Joins two values scalar by scalar.
     fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self;
 }
@@ -109,16 +136,16 @@ macro_rules! leaf {
                 $(out.push(Field { name: join(name, $suffix), unit, meaning });)*
             }
             #[inline(always)]
-            fn read(source: &mut impl FnMut() -> R) -> Self {
-                let mut value = <$ty>::splat(source());
+            fn read(source: &mut impl Source<R>) -> Self {
+                let mut value = <$ty>::splat(source.next());
                 let mut first = true;
-                $(if first { first = false; } else { value.$($part).+ = source(); })*
+                $(if first { first = false; } else { value.$($part).+ = source.next(); })*
                 let _ = first;
                 value
             }
             #[inline(always)]
-            fn write(&self, sink: &mut impl FnMut(R)) {
-                $(sink(self.$($part).+);)*
+            fn write(&self, sink: &mut impl Sink<R>) {
+                $(sink.put(self.$($part).+);)*
             }
             #[inline(always)]
             fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
@@ -146,7 +173,7 @@ impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
         }
     }
     #[inline(always)]
-    fn read(source: &mut impl FnMut() -> R) -> Self {
+    fn read(source: &mut impl Source<R>) -> Self {
         if N == 0 {
             return std::array::from_fn(|_| unreachable!("no element"));
         }
@@ -157,7 +184,7 @@ impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
         value
     }
     #[inline(always)]
-    fn write(&self, sink: &mut impl FnMut(R)) {
+    fn write(&self, sink: &mut impl Sink<R>) {
         for value in self {
             value.write(sink);
         }
@@ -182,12 +209,12 @@ macro_rules! scalar_bundle {
                 out.push($crate::fields::Field { name: name.to_owned(), unit, meaning });
             }
             #[inline(always)]
-            fn read(source: &mut impl FnMut() -> $ty) -> Self {
-                source()
+            fn read(source: &mut impl $crate::fields::Source<$ty>) -> Self {
+                source.next()
             }
             #[inline(always)]
-            fn write(&self, sink: &mut impl FnMut($ty)) {
-                sink(*self);
+            fn write(&self, sink: &mut impl $crate::fields::Sink<$ty>) {
+                sink.put(*self);
             }
             #[inline(always)]
             fn combine(&self, other: &Self, join: &mut impl FnMut($ty, $ty) -> $ty) -> Self {
@@ -220,11 +247,11 @@ macro_rules! bundle {
                     &$crate::fields::join(name, stringify!($field)), $unit, $meaning, out);)*
             }
             #[inline(always)]
-            fn read(source: &mut impl FnMut() -> R) -> Self {
+            fn read(source: &mut impl $crate::fields::Source<R>) -> Self {
                 Self { $($field: <$ty as $crate::fields::Bundle<R>>::read(source),)* }
             }
             #[inline(always)]
-            fn write(&self, sink: &mut impl FnMut(R)) {
+            fn write(&self, sink: &mut impl $crate::fields::Sink<R>) {
                 $($crate::fields::Bundle::<R>::write(&self.$field, sink);)*
             }
             #[inline(always)]

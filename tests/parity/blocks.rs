@@ -144,7 +144,7 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     ];
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {
-            let exact = simulate(*kind, std::slice::from_ref(recorded), sets);
+            let exact = simulate(*kind, &[recorded], sets);
             let rounded = gpu.simulate(*kind, std::slice::from_ref(recorded), sets).expect("the device runs it");
             for (set, (a, b)) in exact[0].iter().zip(&rounded[0]).enumerate() {
                 assert_eq!(a.len(), b.len());

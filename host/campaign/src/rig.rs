@@ -17,6 +17,8 @@ use std::path::Path;
 
 mod contact;
 mod sensor;
+#[cfg(test)]
+mod tests;
 
 pub use contact::{CONTACT_SIGNALS, ContactRig};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
@@ -115,7 +117,8 @@ impl Rig {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        let kind = c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
+        let kind =
+            c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
         check_tolerance(&mut c, &file, kind);
         let (plant, log) = match kind {
             Kind::Drive => {
@@ -201,7 +204,8 @@ fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
         needed.iter().filter(|name| !file.log.contains_key(**name)).map(|name| format!("`{name}`")).collect();
     if let Some(first) = lacking.first() {
         let message = format!("[log] names no column for {}", lacking.join(", "));
-        let remedy = format!("add a line for each: {} = {{ column = \"...\", unit = \"...\" }}", first.replace('`', "\""));
+        let remedy =
+            format!("add a line for each: {} = {{ column = \"...\", unit = \"...\" }}", first.replace('`', "\""));
         c.refuse(&file.kind.span, message, remedy);
     }
 }

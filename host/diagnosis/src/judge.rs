@@ -1,26 +1,39 @@
-//! Judges one block: null hypothesis, screening, fits of every effect, evidence, adequacy on held-out motion.
+//! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
 use crate::block::{MeasuredBlock, Part};
+use crate::combine::combine;
 use crate::inference::adequacy::{Adequacy, adequacy};
+use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, Simulate, Start, fit};
 use crate::inference::noise::Noise;
-use crate::inference::screen::{Match, Projector, matched, taken};
-use crate::inference::unknown::{Role, Unknown, applied};
+use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
-const CLAMP: f64 = 3.0;
+pub const CLAMP: f64 = 3.0;
 /// Starts of a hypothesis that are fitted.
 const STARTS: usize = 3;
+/// Hypotheses whose fits are carried on with all repeats.
+const POLISHED: usize = 5;
+/// Best candidates whose held-out residuals are whitened by the noise under themselves too.
+const OWN_NOISE: usize = 3;
+/// Gain on held-out motion that one more effect must bring.
+const WORTH: f64 = 0.01;
+/// Mean square of whitened residuals that may be noise alone.
+const NEARLY_NOISE: f64 = 1.1;
+/// Noise alone may reach the threshold with this probability.
+const RARITY: f64 = 5e-4;
+/// Least threshold of log-odds from which on an effect counts as present.
+const LEAST_THRESHOLD: f64 = 5.0;
 
-/// A hypothesis with what the data say of it.
+/// One or several hypotheses together, with what the data say of them.
 #[derive(Clone, Debug)]
 pub struct Candidate {
-    /// Number in the library.
-    pub hypothesis: usize,
-    /// Its fit.
+    /// Numbers in the library, in rising order.
+    pub hypotheses: Vec<usize>,
+    /// The fit.
     pub fitted: Fitted,
     /// Its evidence.
     pub evidence: Evidence,
@@ -39,55 +52,194 @@ pub struct Judgement {
     pub samples: usize,
     /// The noise.
     pub noise: Noise,
+    /// Whether the noise is known from repeats; else it is what the richest combination leaves.
+    pub repeated: bool,
     /// The null hypothesis: nuisances alone.
     pub null: Fitted,
-    /// Mean square of the null hypothesis' whitened residuals, nuisances clamped, on the data that it was fitted to.
-    pub misfit: f64,
+    /// The null hypothesis with no nuisance beyond what its tolerance makes plausible.
+    pub clamped: Fitted,
     /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
     pub dispersion: f64,
-    /// All hypotheses, the best first.
+    /// Log-odds from which on an effect counts as present.
+    pub threshold: f64,
+    /// Log-odds that each hypothesis would have at a plausible size, were it there.
+    pub visibility: Vec<f64>,
+    /// How alike two hypotheses can look in these data, 0 to 1.
+    pub likeness: DMatrix<f64>,
+    /// All hypotheses and the combinations that were tried, the best first.
     pub ranking: Vec<Candidate>,
+}
+
+impl Judgement {
+    /// Mean square of the clamped null hypothesis' whitened residuals on the data that it was fitted to.
+    pub fn misfit(&self) -> f64 {
+        self.clamped.chi2() / self.samples as f64
+    }
 }
 
 /// Judges a block by its library; `None` if its noise cannot be told.
 pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
     let (learn, test) = (block.part(false), block.part(true));
-    let noise = noise(block, &learn, &test)?;
-    let simulate = |sets: &[Vec<f64>]| learn.whitened(&noise, sets);
-    let null = fit(vec![null_start(block)], &block.base, &simulate).remove(0);
-    let clamped = clamped(block, &null, &simulate);
-    let samples = null.residual.len();
-
-    let starts = screened(block, library, &null, &simulate);
-    let fits = fit(starts, &block.base, &simulate);
-    let least = fits.iter().map(|fitted| fitted.chi2()).fold(null.chi2(), f64::min);
-    let dispersion = (least / samples as f64).max(1.0);
-    let none = evidence(&null, dispersion).log;
-    let without = (!test.is_empty()).then(|| test.whitened(&noise, &[clamped.values(&block.base)]).remove(0));
-    let sets: Vec<_> = fits.iter().map(|fitted| fitted.values(&block.base)).collect();
-    let with = if test.is_empty() { Vec::new() } else { test.whitened(&noise, &sets) };
-    let mut ranking: Vec<Candidate> = fits
-        .into_iter()
-        .enumerate()
-        .map(|(place, fitted)| {
-            let evidence = evidence(&fitted, dispersion);
-            let log_odds = evidence.log - none;
-            let adequacy = without.as_ref().map(|without| adequacy(with[place].as_slice(), without.as_slice()));
-            Candidate { hypothesis: fitted.hypothesis, fitted, evidence, log_odds, adequacy }
-        })
-        .collect();
-    ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    let misfit = clamped.chi2() / samples as f64;
-    Some(Judgement { block: block.name, samples, noise, null, misfit, dispersion, ranking })
+    if learn.has_repeats() {
+        let mut deviations = learn.deviations(&block.base);
+        deviations.extend(test.deviations(&block.base));
+        return Some(Bench { block, library, learn, test, noise: Noise::fit(&deviations)? }.judged(true));
+    }
+    // The first judgement with noise of no colour finds the richest combination; what that leaves is the noise.
+    let rough = Noise::rough(&learn.means(&block.base))?;
+    let first = Bench { block, library, learn, test, noise: rough }.judged(false);
+    let richest = first.ranking.iter().min_by(|a, b| a.fitted.chi2().total_cmp(&b.fitted.chi2()));
+    let values = richest.map_or(&first.null, |candidate| &candidate.fitted).values(&block.base);
+    let (learn, test) = (block.part(false), block.part(true));
+    let mut rest = learn.means(&values);
+    rest.extend(test.means(&values));
+    Some(Bench { block, library, learn, test, noise: Noise::fit(&rest)? }.judged(false))
 }
 
-/// The noise by the repeats of all experiments.
-fn noise(block: &MeasuredBlock, learn: &Part, test: &Part) -> Option<Noise> {
-    let mut deviations = learn.deviations(&block.base);
-    if !test.is_empty() {
-        deviations.extend(test.deviations(&block.base));
+/// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
+/// be told.
+pub fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
+    let (a, b) = (coarse.part(false), fine.part(false));
+    let noise = match a.has_repeats() {
+        true => Noise::fit(&a.deviations(&coarse.base))?,
+        false => Noise::rough(&a.means(&coarse.base))?,
+    };
+    let of = |part: &Part, block: &MeasuredBlock| part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
+    let difference = of(&a, coarse) - of(&b, fine);
+    Some(difference.norm_squared() / difference.len() as f64)
+}
+
+/// All that a judgement needs.
+struct Bench<'a> {
+    block: &'a MeasuredBlock,
+    library: &'a [Hypothesis],
+    learn: Part<'a>,
+    test: Part<'a>,
+    noise: Noise,
+}
+
+impl Bench<'_> {
+    fn judged(self, repeated: bool) -> Judgement {
+        let (block, library) = (self.block, self.library);
+        let shortcut = self.learn.shortcut(&self.noise, &block.base);
+        let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
+        let simulate = |sets: &[Vec<f64>]| self.learn.whitened(&self.noise, sets);
+        let near = fit(vec![null_start(block)], &block.base, &quick).remove(0);
+        let null = fit(vec![Start::at(&near)], &block.base, &simulate).remove(0);
+        let clamped = clamped(block, &null, &simulate);
+        let bank = Bank::simulate(library, &near, &block.base, &quick);
+        let scores = bank.scores(&null);
+        let threshold = bank.chance(&scores, library.len(), RARITY).max(LEAST_THRESHOLD);
+
+        let starts = starts(block, library, &bank, &scores, &null);
+        let singles = polished(fit(starts, &block.base, &quick), &block.base, &simulate);
+        let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
+        let samples = null.residual.len();
+        let dispersion = dispersion(&null, &singles, samples);
+        let sets = combine(block, library, &bank, singles, dispersion, &simulate);
+        // A combination may leave less than any effect alone.
+        let dispersion = sets.iter().map(|set| set.1.chi2() / samples as f64).fold(dispersion, f64::min).max(1.0);
+
+        let none = evidence(&null, dispersion).log;
+        let mut ranking: Vec<Candidate> = sets
+            .into_iter()
+            .map(|(hypotheses, fitted)| {
+                let evidence = evidence(&fitted, dispersion);
+                let log_odds = evidence.log - none;
+                Candidate { hypotheses, fitted, evidence, log_odds, adequacy: None }
+            })
+            .collect();
+        ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.add_adequacies(&clamped, &mut ranking);
+        drop_worthless(&mut ranking);
+        let visibility = bank.visibility(&scores, library.len());
+        let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
+            true => 1.0,
+            false => bank.likeness(&scores, a.min(b), a.max(b)),
+        });
+        let (block, noise) = (block.name, self.noise.clone());
+        Judgement {
+            block,
+            samples,
+            noise,
+            repeated,
+            null,
+            clamped,
+            dispersion,
+            threshold,
+            visibility,
+            likeness,
+            ranking,
+        }
     }
-    Noise::fit(&deviations)
+
+    /// How each candidate does on held-out data against the clamped null hypothesis.
+    fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+        if self.test.is_empty() {
+            return;
+        }
+        let base = &self.block.base;
+        let sets: Vec<Vec<f64>> =
+            std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
+        let residuals = self.test.whitened(&self.noise, &sets);
+        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
+        for (place, candidate) in ranking.iter_mut().enumerate() {
+            let with = &with[place];
+            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
+            let own = own.unwrap_or_else(|| with.clone());
+            candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice()));
+        }
+    }
+
+    /// Held-out residuals whitened by what repeats differ by under these parameters; `None` without repeats.
+    fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
+        let mut deviations = self.learn.deviations(set);
+        deviations.extend(self.test.deviations(set));
+        let noise = Noise::fit(&deviations)?;
+        Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
+    }
+}
+
+/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does: where a part
+/// leaves more than noise, one more effect must explain half of that, else it only bends with what is missing.
+fn drop_worthless(ranking: &mut Vec<Candidate>) {
+    let all: Vec<(Vec<usize>, Option<Adequacy>)> =
+        ranking.iter().map(|candidate| (candidate.hypotheses.clone(), candidate.adequacy)).collect();
+    ranking.retain(|candidate| {
+        let Some(own) = candidate.adequacy else {
+            return true;
+        };
+        let parts = all.iter().filter(|(members, _)| {
+            members.len() < candidate.hypotheses.len() && members.iter().all(|m| candidate.hypotheses.contains(m))
+        });
+        let least = parts.filter_map(|(_, part)| *part).map(|part| part.with).fold(f64::INFINITY, f64::min);
+        let gains = 1.0 - (own.with / least).sqrt() > WORTH;
+        gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
+    });
+}
+
+/// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
+fn dispersion(null: &Fitted, fits: &[Fitted], samples: usize) -> f64 {
+    let least = fits.iter().map(Fitted::chi2).fold(null.chi2(), f64::min);
+    (least / samples as f64).max(1.0)
+}
+
+/// Fits by one repeat of each experiment, carried on with all repeats: the best of them; of the others the residuals
+/// alone.
+fn polished(quick: Vec<Fitted>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
+    let sets: Vec<Vec<f64>> = quick.iter().map(|fitted| fitted.values(base)).collect();
+    let with = |(fitted, residual): (Fitted, DVector<f64>)| Fitted { residual, ..fitted };
+    let mut all: Vec<Fitted> = quick.into_iter().zip(simulate(&sets)).map(with).collect();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|a, b| all[*a].cost().total_cmp(&all[*b].cost()));
+    order.truncate(POLISHED);
+    // In the order in which the fits come back.
+    order.sort_by_key(|place| all[*place].hypothesis);
+    let starts = order.iter().map(|place| Start::at(&all[*place])).collect();
+    for (place, fitted) in order.into_iter().zip(fit(starts, base, simulate)) {
+        all[place] = fitted;
+    }
+    all
 }
 
 fn null_start(block: &MeasuredBlock) -> Start {
@@ -117,72 +269,66 @@ fn clamped(block: &MeasuredBlock, null: &Fitted, simulate: &Simulate) -> Fitted 
     fitted
 }
 
-/// The free numbers of a hypothesis with the nuisances that it leaves; nuisances first.
-fn unknowns(block: &MeasuredBlock, hypothesis: &Hypothesis) -> Vec<Unknown> {
-    let own = |nuisance: &&Unknown| hypothesis.unknowns.iter().all(|unknown| unknown.field != nuisance.field);
-    block.nuisances.iter().filter(own).chain(&hypothesis.unknowns).cloned().collect()
+/// A fit that ended above the null hypothesis, which it contains, is the null hypothesis.
+fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
+    if single.cost() <= null.cost() {
+        return single;
+    }
+    for (unknown, z) in single.unknowns.iter().zip(&mut single.z) {
+        let own = null.unknowns.iter().position(|nuisance| nuisance.field == unknown.field);
+        let free = own.filter(|_| unknown.role == Role::Nuisance);
+        *z = free.map_or(0.0, |place| null.z[place]);
+    }
+    single.residual = null.residual.clone();
+    single
+}
+
+/// The free numbers of hypotheses together with the nuisances that they leave; nuisances first.
+pub(crate) fn unknowns(block: &MeasuredBlock, hypotheses: &[&Hypothesis]) -> Vec<Unknown> {
+    let own: Vec<&Unknown> = hypotheses.iter().flat_map(|hypothesis| &hypothesis.unknowns).collect();
+    let left = |nuisance: &&Unknown| own.iter().all(|unknown| unknown.field != nuisance.field);
+    block.nuisances.iter().filter(left).chain(own.iter().copied()).cloned().collect()
 }
 
 /// The most promising forms of every hypothesis, each at its best size.
-fn screened(block: &MeasuredBlock, library: &[Hypothesis], null: &Fitted, simulate: &Simulate) -> Vec<Start> {
-    let projector = Projector::of(null);
-    let base = null.values(&block.base);
-    let mut sets = Vec::new();
-    for hypothesis in library {
-        for form in &hypothesis.forms {
-            sets.extend(signatures(&base, hypothesis, form));
-        }
-    }
-    let mut simulated = simulate(&sets).into_iter();
+fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &Scores, null: &Fitted) -> Vec<Start> {
     let mut starts = Vec::new();
     for (number, hypothesis) in library.iter().enumerate() {
-        let mut found: Vec<(Match, &Vec<f64>)> = Vec::new();
-        for form in &hypothesis.forms {
-            let change: Vec<DVector<f64>> =
-                hypothesis.sizes.iter().map(|_| simulated.next().expect("one a set") - &null.residual).collect();
-            let signed = hypothesis.sizes.iter().all(|size| !hypothesis.unknowns[*size].prior.is_one_sided());
-            let best = match hypothesis.shaped && change.len() == 1 {
-                true => taken(&projector, &change[0], &null.residual),
-                false => matched(&projector, &change, &null.residual, signed),
-            };
-            found.push((best, form));
+        let unknowns = unknowns(block, &[hypothesis]);
+        for (entry, multiples) in best_entries(bank, scores, number).into_iter().take(STARTS) {
+            let mut z = carried(&unknowns[..unknowns.len() - hypothesis.unknowns.len()], null);
+            z.extend(sized(hypothesis, entry, &multiples));
+            starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
         }
-        found.sort_by(|a, b| b.0.statistic.total_cmp(&a.0.statistic));
-        starts.extend(found.iter().take(STARTS).map(|(best, form)| start(block, number, hypothesis, null, best, form)));
     }
     starts
 }
 
-/// Parameters with the effect at a form, one set for each of its sizes alone.
-fn signatures<'a>(base: &'a [f64], hypothesis: &'a Hypothesis, form: &'a [f64]) -> impl Iterator<Item = Vec<f64>> + 'a {
-    hypothesis.sizes.iter().map(move |size| {
-        let z: Vec<f64> =
-            (0..form.len()).map(|i| if i != *size && hypothesis.sizes.contains(&i) { 0.0 } else { form[i] }).collect();
-        applied(base, &hypothesis.unknowns, &z)
-    })
+/// Entries of a hypothesis with the best multiples of their sizes, the most promising first.
+pub(crate) fn best_entries<'b>(bank: &'b Bank, scores: &Scores, number: usize) -> Vec<(&'b Entry, Vec<f64>)> {
+    let own = bank.entries().iter().filter(|entry| entry.hypothesis == number);
+    let mut found: Vec<_> = own.map(|entry| (entry, entry.best(scores))).collect();
+    found.sort_by(|a, b| b.1.0.total_cmp(&a.1.0));
+    found.into_iter().map(|(entry, (_, multiples))| (entry, multiples)).collect()
 }
 
-fn start(
-    block: &MeasuredBlock,
-    number: usize,
-    hypothesis: &Hypothesis,
-    null: &Fitted,
-    best: &Match,
-    form: &[f64],
-) -> Start {
-    let unknowns = unknowns(block, hypothesis);
-    let first = unknowns.len() - hypothesis.unknowns.len();
-    let nuisance = |unknown: &Unknown| {
-        let place = null.unknowns.iter().position(|own| own.field == unknown.field);
-        place.map_or(0.0, |place| null.z[place].clamp(-CLAMP, CLAMP))
+/// Where free numbers stand in another fit, none beyond what is plausible; 0 if it does not have them.
+pub(crate) fn carried(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
+    let place = |unknown: &Unknown| from.unknowns.iter().position(|own| own.field == unknown.field);
+    unknowns.iter().map(|unknown| place(unknown).map_or(0.0, |place| from.z[place].clamp(-CLAMP, CLAMP))).collect()
+}
+
+/// First `z` of a hypothesis' free numbers by an entry of the bank.
+pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -> Vec<f64> {
+    let of = |(i, unknown): (usize, &Unknown)| {
+        let z = entry.form[i];
+        let multiple = hypothesis.sizes.iter().position(|size| *size == i).map_or(1.0, |k| multiples[k]);
+        match unknown.role == Role::Size && multiple.abs() < 0.05 {
+            true => 0.05 * z,
+            false => (z * multiple).clamp(-30.0, 30.0),
+        }
     };
-    let mut z: Vec<f64> = unknowns[..first].iter().map(nuisance).collect();
-    for (i, unknown) in hypothesis.unknowns.iter().enumerate() {
-        let scale = hypothesis.sizes.iter().position(|size| *size == i).map_or(1.0, |k| best.sizes[k]);
-        let size = unknown.role == Role::Size;
-        z.push(if size && scale.abs() < 0.05 { 0.05 * form[i] } else { (form[i] * scale).clamp(-30.0, 30.0) });
-    }
-    Start { hypothesis: number, unknowns, z }
+    hypothesis.unknowns.iter().enumerate().map(of).collect()
 }
 
 impl Candidate {

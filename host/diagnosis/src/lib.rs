@@ -1,9 +1,13 @@
 //! What measured data say of the models: identification of the robots, and diagnosis of what a simulation gets wrong.
 
 pub mod block;
+mod combine;
+pub mod decide;
+pub mod diagnosis;
 mod error;
 pub mod identify;
 pub mod inference;
+pub mod isolability;
 mod judge;
 pub mod library;
 pub mod recording;

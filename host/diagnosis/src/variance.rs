@@ -48,7 +48,8 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let samples = 3.0 * memory.samples;
         deviation[kind] = (variance - healthy[kind].powi(2)).max(0.0).sqrt();
-        log_odds += odds(variance / healthy[kind].powi(2), samples, rig.noise_share, id.parameters[kind].scale / healthy[kind]);
+        log_odds +=
+            odds(variance / healthy[kind].powi(2), samples, rig.noise_share, id.parameters[kind].scale / healthy[kind]);
     }
     Some(ExcessNoise { effect: id, log_odds, deviation, correlation_time: memory.time * step })
 }

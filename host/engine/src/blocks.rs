@@ -85,13 +85,13 @@ pub type Outputs = Vec<Vec<Vec<f64>>>;
 ///
 /// `sets` in the order of [`Kind::parameters`]; the result holds, recording by recording and set by set, the outputs
 /// sample by sample.
-pub fn simulate(kind: Kind, recordings: &[Recorded], sets: &[Vec<f64>]) -> Outputs {
+pub fn simulate(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
     let instructions = InstructionSet::detect();
     with_block!(kind, block => on_lanes(instructions, block, recordings, sets))
 }
 
-fn on_lanes<B: Block>(instructions: InstructionSet, block: &B, recordings: &[Recorded], sets: &[Vec<f64>]) -> Outputs {
-    let each = |recorded: &Recorded| -> Vec<Vec<f64>> {
+fn on_lanes<B: Block>(instructions: InstructionSet, block: &B, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+    let each = |recorded: &&Recorded| -> Vec<Vec<f64>> {
         sets.par_chunks(softdock_kernels::lanes::WIDTH)
             .flat_map_iter(|chunk| dispatch(instructions, block, recorded, chunk))
             .collect()

@@ -1,14 +1,15 @@
 //! A joint's drive between the torque that it was told and the motion that it made.
 //!
-//! The drive is simulated under the measured torque and held to the measured motion by a weak observer, whose spring and
-//! damper stand far below every effect: what is left between measured and simulated angle is what the model lacks, and
-//! the encoder's noise stays at the output, where it does not depend on the parameters.
+//! The drive is simulated under the measured torque and held to the measured motion by a weak observer, a spring and a
+//! damper on the motor that stand far below every effect: what is left between measured and simulated angle is what the
+//! model lacks, and the encoder's noise stays at the output, where it does not depend on the parameters. The damper also
+//! calms a gear's resonance, which the torque's noise would excite.
 //! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
 
 use super::Block;
 use crate::bundle;
 use crate::fields::filled;
-use crate::manipulator::{Levels, bristle};
+use crate::manipulator::bristle;
 use crate::math::{exp, lagged, sin_cos};
 use crate::params::UNLIMITED;
 use crate::real::Real;
@@ -83,7 +84,7 @@ bundle! {
         windup_rate: R, "rad/s", "its rate";
         pull: R, "N m", "torque that the gear would transmit if it were rigid";
         given: R, "N m", "torque behind the current loop";
-        slip: R, "1", "presliding state of the friction, -1 to 1";
+        bristles: R, "N m", "torque of the friction's bristles";
         cable: R, "1", "state of the cables' hysteresis, -1 to 1";
     }
 }
@@ -107,7 +108,7 @@ impl DriveValues<f64> {
 }
 
 /// Angular frequency of the observer that holds the simulated drive to the measured motion \[rad/s\]; critically damped.
-const OBSERVER: f64 = TAU * 4.0;
+const OBSERVER: f64 = TAU * 10.0;
 
 /// Least compliance that counts \[rad/(N m)\]: a gear without any is rigid far beyond this.
 const RIGID: f64 = 1e-12;
@@ -135,7 +136,6 @@ impl Block for Drive {
     fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
         let zero = R::lit(0.0);
         let inertia = Inertia::of(p, u);
-        let slip = direction(u.rate);
         let pull = u.acceleration.mul_add(inertia.link, load(p, u, inertia.link, zero));
         let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
         DriveHidden {
@@ -146,7 +146,7 @@ impl Block for Drive {
             windup_rate: zero,
             pull,
             given: limited(p, late.torque),
-            slip,
+            bristles: level(p, direction(u.rate), u.rate, u.time, pull),
             cable: zero,
         }
     }
@@ -167,19 +167,22 @@ impl Block for Drive {
         let centre_rate = s.centre_acceleration.mul_add(dt * R::lit(0.5), s.centre_rate);
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
-        let (slip, cable) = (bristle(s.slip, moved, p.presliding_travel), bristle(s.cable, moved, p.cable_travel));
+        let cable = bristle(s.cable, moved, p.cable_travel);
         let given = lagged(step, p.current_lag, s.given, limited(p, late.torque));
 
-        let friction = friction(p, slip, motor_rate, u.time, gear_torque(p, s, inertia.reduced()));
-        let driving = applied(p, u, given) - friction;
+        let gear = gear_torque(p, s, inertia.reduced());
+        let level = level(p, direction(moved), motor_rate, u.time, gear);
+        let stuck = exp(-(moved.abs() / p.presliding_travel));
+        let bristles = (s.bristles - level).mul_add(stuck, level);
+        let viscous = motor_rate * p.viscous * warmth(p, u.time);
+        let behind = u.angle - s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
+        let slower = u.rate - motor_rate;
+        let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
+        let driving = applied(p, u, given) - bristles - viscous + observer;
         let load = load(p, u, inertia.link, cable);
         let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
         let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
-
-        let behind = u.angle - windup.mul_add(inertia.share(), centre);
-        let slower = u.rate - windup_rate.mul_add(inertia.share(), centre_rate);
-        let held = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER));
-        let centre_acceleration = (driving - load) / (inertia.motor + inertia.link) + held;
+        let centre_acceleration = (driving - load) / inertia.whole();
         DriveHidden {
             centre,
             centre_rate: centre_acceleration.mul_add(dt, s.centre_rate),
@@ -188,7 +191,7 @@ impl Block for Drive {
             windup_rate,
             pull,
             given,
-            slip,
+            bristles,
             cable,
         }
     }
@@ -220,10 +223,16 @@ impl<R: Real> Inertia<R> {
         Self { motor: p.motor_inertia, link: link.max(R::lit(LIGHTEST)) }
     }
 
+    /// Of both together.
+    #[inline(always)]
+    fn whole(&self) -> R {
+        self.motor + self.link
+    }
+
     /// The link's share of the whole.
     #[inline(always)]
     fn share(&self) -> R {
-        self.link / (self.motor + self.link)
+        self.link / self.whole()
     }
 
     /// Of motor and link against one another.
@@ -255,19 +264,21 @@ fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
     net.mul_add(p.torque_constant_error, net + ripple)
 }
 
-/// Friction on the motor's side against its motion, `gear` the torque that the gear transmits.
+/// Friction of steady sliding on the motor's side, with the sign of its `direction`; `gear` the torque that the gear
+/// transmits.
+///
+/// The bristles come to it over the presliding travel, so that friction lags behind the speed (Canudas de Wit 1995).
 #[inline(always)]
-fn friction<R: Real>(p: &DriveValues<R>, slip: R, rate: R, time: R, gear: R) -> R {
-    let levels = Levels {
-        coulomb: p.coulomb,
-        viscous: p.viscous,
-        stribeck: p.stribeck,
-        stribeck_speed: p.stribeck_speed,
-        load_coefficient: p.load_coefficient,
-    };
-    let torque = slip.abs().mul_add(p.coulomb_asymmetry, levels.torque(slip, rate, gear));
-    let cold = exp(-(time / p.warm_up)) * p.cold_friction;
-    torque.mul_add(cold, torque)
+fn level<R: Real>(p: &DriveValues<R>, direction: R, rate: R, time: R, gear: R) -> R {
+    let weakening = exp(-(rate.abs() / p.stribeck_speed));
+    let dry = weakening.mul_add(p.stribeck, gear.abs().mul_add(p.load_coefficient, p.coulomb));
+    direction.mul_add(dry, direction * direction * p.coulomb_asymmetry) * warmth(p, time)
+}
+
+/// Factor of friction at a time since the drive was switched on.
+#[inline(always)]
+fn warmth<R: Real>(p: &DriveValues<R>, time: R) -> R {
+    exp(-(time / p.warm_up)).mul_add(p.cold_friction, R::lit(1.0))
 }
 
 /// The gear's transmission error and its second derivative.

@@ -1,12 +1,9 @@
 //! The frame around a block: steps it through a recording, one parameter set a lane; its twin is `wgsl/replay.wgsl`.
 
 use super::Block;
-use crate::fields::Bundle;
-use crate::lanes::Lane;
+use crate::fields::{Bundle, Sink, Source};
+use crate::lanes::{Lane, WIDTH};
 use crate::real::Real;
-
-/// More lanes than any lane type has.
-const MOST_LANES: usize = 64;
 
 /// A recording on the grid of a block's steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,46 +32,81 @@ impl Recorded {
 #[inline(always)]
 pub fn replay<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L>) -> Vec<L> {
     let row = recorded.inputs.len() / recorded.instants;
-    let input = |i: usize| -> B::Input<L> { lifted(&recorded.inputs[i * row..(i + 1) * row]) };
-    let late = |i: usize| -> B::Late<L> { late_at::<L, B>(block, recorded, p, i) };
-    let mut s = block.start(p, &input(0), &late(0));
     let mut out = Vec::with_capacity(recorded.samples() * 2);
+    let mut state = None;
     for i in 0..recorded.instants {
-        let (u, v) = (input(i), late(i));
-        if i > 0 {
-            s = block.advance(recorded.step, p, &s, &u, &v);
-        }
+        let u = B::Input::read(&mut Row { values: &recorded.inputs[i * row..(i + 1) * row], field: 0 });
+        let v = B::Late::read(&mut late_at::<L, B>(block, recorded, p, i));
+        let s = match state {
+            None => block.start(p, &u, &v),
+            Some(s) => block.advance(recorded.step, p, &s, &u, &v),
+        };
         if i % recorded.stride == 0 {
-            block.output(p, &s, &u, &v).write(&mut |value| out.push(value));
+            block.output(p, &s, &u, &v).write(&mut Samples(&mut out));
         }
+        state = Some(s);
     }
     out
 }
 
-/// The late signals as they reach the block at an instant: between two instants linear, before the first one held.
+/// One instant's signals, the same in all lanes.
+struct Row<'a> {
+    values: &'a [f64],
+    field: usize,
+}
+
+impl<L: Real> Source<L> for Row<'_> {
+    #[inline(always)]
+    fn next(&mut self) -> L {
+        self.field += 1;
+        L::lit(self.values[self.field - 1])
+    }
+}
+
+/// Outputs, one after the other.
+struct Samples<'a, L>(&'a mut Vec<L>);
+
+impl<L> Sink<L> for Samples<'_, L> {
+    #[inline(always)]
+    fn put(&mut self, value: L) {
+        self.0.push(value);
+    }
+}
+
+/// Signals as they reach a block, at a moment of its own for each lane: between two instants linear, before the first
+/// one held.
+struct Late<'a, L> {
+    values: &'a [f64],
+    /// First field of the newer and of the older instant, lane by lane.
+    newer: [usize; WIDTH],
+    older: [usize; WIDTH],
+    /// How far the moment lies from the newer towards the older.
+    share: L,
+    field: usize,
+}
+
 #[inline(always)]
-fn late_at<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L>, instant: usize) -> B::Late<L> {
+fn late_at<'a, L: Lane, B: Block>(block: &B, recorded: &'a Recorded, p: &B::Params<L>, instant: usize) -> Late<'a, L> {
     let row = recorded.late.len() / recorded.instants;
     let lateness = block.lateness(p, L::lit(instant as f64 * recorded.step)) * L::lit(1.0 / recorded.step);
     let whole = lateness.floor();
-    let share = lateness - whole;
-    let mut places = [[0; 2]; MOST_LANES];
-    for (lane, place) in places.iter_mut().enumerate().take(L::WIDTH) {
-        let newer = instant as i64 - whole.lane(lane) as i64;
-        *place = [newer, newer - 1].map(|at| at.clamp(0, recorded.instants as i64 - 1) as usize * row);
+    let last = recorded.instants as i64 - 1;
+    let (mut newer, mut older) = ([0; WIDTH], [0; WIDTH]);
+    for lane in 0..L::WIDTH {
+        let place = instant as i64 - whole.lane(lane) as i64;
+        newer[lane] = place.clamp(0, last) as usize * row;
+        older[lane] = (place - 1).clamp(0, last) as usize * row;
     }
-    let mut field = 0;
-    B::Late::read(&mut || {
-        let newer = L::gather(|lane| recorded.late[places[lane][0] + field]);
-        let older = L::gather(|lane| recorded.late[places[lane][1] + field]);
-        field += 1;
-        (older - newer).mul_add(share, newer)
-    })
+    Late { values: &recorded.late, newer, older, share: lateness - whole, field: 0 }
 }
 
-/// The same numbers in all lanes.
-#[inline(always)]
-fn lifted<L: Real, T: Bundle<L>>(values: &[f64]) -> T {
-    let mut values = values.iter();
-    T::read(&mut || L::lit(*values.next().expect("a row as long as the field table")))
+impl<L: Lane> Source<L> for Late<'_, L> {
+    #[inline(always)]
+    fn next(&mut self) -> L {
+        let at = |places: &[usize; WIDTH], lane: usize| self.values[places[lane] + self.field];
+        let newer = L::gather(|lane| at(&self.newer, lane));
+        let older = L::gather(|lane| at(&self.older, lane));
+        self.field += 1;
+        (older - newer).mul_add(self.share, newer)
+    }
 }

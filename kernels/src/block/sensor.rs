@@ -183,10 +183,7 @@ fn read<R: Real>(p: &SensorValues<R>, w: Wrench<R>) -> Wrench<R> {
     let by_moment = |row: &MomentRow<R>| row.force.dot(w.force) + row.moment.dot(w.moment);
     let force = vec3(by_force(&p.fx_of), by_force(&p.fy_of), by_force(&p.fz_of));
     let moment = vec3(by_moment(&p.mx_of), by_moment(&p.my_of), by_moment(&p.mz_of));
-    Wrench {
-        force: w.force.scale_add(p.gain, w.force) + force,
-        moment: w.moment.scale_add(p.gain, w.moment) + moment,
-    }
+    Wrench { force: w.force.scale_add(p.gain, w.force) + force, moment: w.moment.scale_add(p.gain, w.moment) + moment }
 }
 
 /// The reading within its range and in its steps, both so many times those of a force.

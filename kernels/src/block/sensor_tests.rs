@@ -20,7 +20,12 @@ fn load(c: [f64; 6], second: [f64; 6]) -> SensorLoad<f64> {
 }
 
 /// Readings under a load over time, the nominal tool's wrench taken off.
-fn readings(p: SensorValues<f64>, seconds: f64, tool: Wrench<f64>, load: impl Fn(f64) -> SensorLoad<f64>) -> Vec<[f64; 6]> {
+fn readings(
+    p: SensorValues<f64>,
+    seconds: f64,
+    tool: Wrench<f64>,
+    load: impl Fn(f64) -> SensorLoad<f64>,
+) -> Vec<[f64; 6]> {
     let instants = (seconds / STEP).round() as usize + 1;
     let (mut inputs, mut late) = (Vec::new(), Vec::new());
     for i in 0..instants {

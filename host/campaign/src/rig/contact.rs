@@ -2,7 +2,7 @@
 
 use super::missing;
 use crate::check::Checker;
-use crate::ranges::{DAMPING, FORCE, STIFFNESS, Range};
+use crate::ranges::{DAMPING, FORCE, Range, STIFFNESS};
 use crate::written::Quantity;
 use crate::written::rig::{ContactTable, RigFile, ToleranceTable};
 use softdock_kernels::block::contact::ContactValues;
@@ -35,7 +35,11 @@ const NEEDED: [&str; 7] = ["t", "position.x", "position.y", "position.z", "force
 
 pub(super) fn contact(c: &mut Checker, file: &RigFile) -> Option<ContactRig> {
     let Some(written) = &file.contact else {
-        c.refuse(&file.kind.span, "a rig of kind \"contact\" needs the table [contact]", "add [contact] with stiffness");
+        c.refuse(
+            &file.kind.span,
+            "a rig of kind \"contact\" needs the table [contact]",
+            "add [contact] with stiffness",
+        );
         return None;
     };
     missing(c, file, &NEEDED);

@@ -23,9 +23,9 @@ const LEAST_BAND: f64 = 0.02;
 const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
 
 /// What is measured, in the order of the block's outputs.
-const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
+pub const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
 /// What is fed.
-const POSITIONS: [&str; 3] = ["position.x", "position.y", "position.z"];
+pub const POSITIONS: [&str; 3] = ["position.x", "position.y", "position.z"];
 
 /// The block of a contact's recordings; `held_out` of an experiment's name.
 pub fn contact_block(

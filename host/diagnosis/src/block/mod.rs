@@ -12,7 +12,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use softdock_engine::blocks::{Kind, Outputs, simulate};
+use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
 use std::collections::BTreeMap;
 
@@ -64,9 +64,9 @@ pub struct MeasuredBlock {
 /// The recordings of a block as experiments: those to learn from or those to judge by.
 pub struct Part<'a> {
     block: &'a MeasuredBlock,
-    recordings: Vec<Recorded>,
+    recordings: Vec<&'a Recorded>,
     /// Trials of each experiment, by their places in `recordings`.
-    experiments: Vec<(String, Vec<usize>)>,
+    experiments: Vec<(&'a str, Vec<usize>)>,
     /// What was measured, low-passed: trial by trial, one row a channel.
     measured: Vec<DMatrix<f64>>,
 }
@@ -79,9 +79,9 @@ impl MeasuredBlock {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
                 Some(experiment) => experiment.1.push(place),
-                None => part.experiments.push((trial.experiment.clone(), vec![place])),
+                None => part.experiments.push((&trial.experiment, vec![place])),
             }
-            part.recordings.push(trial.recorded.clone());
+            part.recordings.push(&trial.recorded);
             let rows: Vec<Vec<f64>> = trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect();
             part.measured.push(DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t]));
         }
@@ -94,37 +94,45 @@ impl MeasuredBlock {
     }
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
     /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.recordings.is_empty()
     }
 
-    /// Residuals (measured less simulated, low-passed) of every trial for a parameter set.
-    fn of_trials(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let outputs = simulate(self.block.kind, &self.recordings, &[set.to_vec()]);
-        outputs.iter().zip(&self.measured).map(|(output, measured)| measured - self.judged(&[&output[0]])).collect()
+    /// Whether any experiment was repeated: only then is its noise known.
+    pub fn has_repeats(&self) -> bool {
+        self.experiments.iter().any(|(_, members)| members.len() > 1)
     }
 
-    /// What is judged of the outputs of repeats: their mean, low-passed, one row a channel.
-    fn judged(&self, repeats: &[&Vec<f64>]) -> DMatrix<f64> {
+    /// Residuals (measured less simulated, low-passed) of some trials for every parameter set: `[set][trial]`.
+    fn of_trials(&self, trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let recordings: Vec<&Recorded> = trials.iter().map(|trial| self.recordings[*trial]).collect();
         let stride = self.block.kind.outputs().len();
-        let shortest = repeats.iter().map(|output| output.len()).min().unwrap_or(0);
-        let mean = |k: usize| repeats.iter().map(|output| output[k]).sum::<f64>() / repeats.len() as f64;
-        let row = |channel: &Channel| -> Vec<f64> {
-            let mean: Vec<f64> = (channel.output..shortest).step_by(stride).map(mean).collect();
-            self.block.decimator.pass(&mean, 0, 1)
+        let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
+            let outputs = simulate(self.block.kind, &recordings, sets);
+            let residual = |set: usize, place: usize| {
+                let mut residual = self.measured[trials[place]].clone();
+                for (row, channel) in self.block.channels.iter().enumerate() {
+                    let simulated = self.block.decimator.pass(&outputs[place][set], channel.output, stride);
+                    simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
+                }
+                residual
+            };
+            let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
+            (0..sets.len()).into_par_iter().map(of_set).collect()
         };
-        let rows: Vec<Vec<f64>> = self.block.channels.iter().map(row).collect();
-        DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t])
+        sets.chunks(MOST_SETS).flat_map(batch).collect()
+    }
+
+    fn all(&self) -> Vec<usize> {
+        (0..self.recordings.len()).collect()
     }
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(set);
-        let of = |(_, members): &(String, Vec<usize>)| {
-            deviations(&cut(members.iter().map(|trial| trials[*trial].clone()).collect()))
-        };
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, &trials));
         let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
         if let Some(clock) = self.block.clock {
             trend::removed(&mut all, &self.ages(clock));
@@ -135,7 +143,7 @@ impl Part<'_> {
     /// When each repeat began \[s\], from the mean of its experiment on, in the order of [`Part::deviations`].
     fn ages(&self, clock: &str) -> Vec<f64> {
         let field = self.block.kind.inputs().iter().position(|field| field.name == clock).expect("an input's name");
-        let of = |(_, members): &(String, Vec<usize>)| -> Vec<f64> {
+        let of = |(_, members): &(&str, Vec<usize>)| -> Vec<f64> {
             let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
             let mean = starts.iter().sum::<f64>() / starts.len() as f64;
             if starts.len() < 2 { Vec::new() } else { starts.iter().map(|start| start - mean).collect() }
@@ -143,30 +151,60 @@ impl Part<'_> {
         self.experiments.iter().flat_map(of).collect()
     }
 
+    /// Residuals of each experiment, averaged over its repeats, for one parameter set.
+    pub fn means(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        self.experiments.iter().map(|(_, members)| mean(&cut(members, &trials))).collect()
+    }
+
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let of_experiment = |(_, members): &(String, Vec<usize>)| {
-            let measured = mean(&cut(members.iter().map(|trial| self.measured[*trial].clone()).collect()));
-            (measured, members.clone())
+        let whiten = |trials: Vec<DMatrix<f64>>| {
+            let of = |(_, members): &(&str, Vec<usize>)| noise.whiten(&mean(&cut(members, &trials)), members.len());
+            DVector::from_vec(self.experiments.iter().flat_map(of).collect())
         };
-        let experiments: Vec<(DMatrix<f64>, Vec<usize>)> = self.experiments.iter().map(of_experiment).collect();
-        let whiten = |outputs: &Outputs, set: usize| {
-            let of_experiment = |(measured, members): &(DMatrix<f64>, Vec<usize>)| {
-                let repeats: Vec<&Vec<f64>> = members.iter().map(|trial| &outputs[*trial][set]).collect();
-                noise.whiten(&(measured - self.judged(&repeats)), members.len())
-            };
-            DVector::from_vec(experiments.iter().flat_map(of_experiment).collect())
+        self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment.
+    pub fn shortcut(&'a self, noise: &'a Noise, base: &[f64]) -> Shortcut<'a> {
+        let trials = self.of_trials(&self.all(), &[base.to_vec()]).remove(0);
+        let rest = |(_, members): &(&str, Vec<usize>)| {
+            let own = cut(members, &trials);
+            mean(&own) - &own[0]
         };
-        let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
-            let outputs = simulate(self.block.kind, &self.recordings, sets);
-            (0..sets.len()).into_par_iter().map(|set| whiten(&outputs, set)).collect()
-        };
-        sets.chunks(MOST_SETS).flat_map(batch).collect()
+        Shortcut { part: self, noise, rest: self.experiments.iter().map(rest).collect() }
     }
 }
 
-/// Parameter sets whose outputs are held at once: a hundred recordings of a few seconds fill some hundred megabytes.
-const MOST_SETS: usize = 64;
+/// Parameter sets whose outputs are held at once: those of ten recordings of six channels fill some hundred megabytes.
+const MOST_SETS: usize = 128;
+
+/// Residuals by the first repeat of each experiment alone.
+///
+/// Repeats are moved by the same command: what a parameter changes in one of them it changes in all, so the others are
+/// simulated once, at the nominal parameters.
+pub struct Shortcut<'a> {
+    part: &'a Part<'a>,
+    noise: &'a Noise,
+    /// Mean residual of each experiment less that of its first repeat, at the nominal parameters.
+    rest: Vec<DMatrix<f64>>,
+}
+
+impl Shortcut<'_> {
+    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    pub fn whitened(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let first: Vec<usize> = self.part.experiments.iter().map(|(_, members)| members[0]).collect();
+        let whiten = |trials: Vec<DMatrix<f64>>| {
+            let of = |(place, own): (usize, &DMatrix<f64>)| {
+                let rest = &self.rest[place];
+                self.noise.whiten(&(own.columns(0, rest.ncols()) + rest), self.part.experiments[place].1.len())
+            };
+            DVector::from_vec(trials.iter().enumerate().flat_map(of).collect())
+        };
+        self.part.of_trials(&first, sets).into_par_iter().map(whiten).collect()
+    }
+}
 
 /// What may differ unnoticed: normal about the nominal values, with the standard deviations of a rig's tolerance.
 fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
@@ -177,10 +215,10 @@ fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec
     tolerance.iter().map(of).collect()
 }
 
-/// Repeats cut to the shortest.
-fn cut(repeats: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
-    let shortest = repeats.iter().map(DMatrix::ncols).min().unwrap_or(0);
-    repeats.into_iter().map(|x| x.columns(0, shortest).into_owned()).collect()
+/// The repeats of an experiment cut to the shortest.
+fn cut(members: &[usize], trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+    let shortest = members.iter().map(|trial| trials[*trial].ncols()).min().unwrap_or(0);
+    members.iter().map(|trial| trials[*trial].columns(0, shortest).into_owned()).collect()
 }
 
 /// How many samples of a recording one judged sample stands for: as few as what repeats have in common, in the signal

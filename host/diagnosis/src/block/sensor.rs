@@ -30,6 +30,9 @@ pub const READINGS: [(&str, &str); 6] = [
     ("moment.z", "N m"),
 ];
 
+/// What is fed.
+pub const INPUTS: [&str; 5] = ["reference.force", "reference.moment", "orientation", "acceleration", "rate"];
+
 /// The block of a sensor's recordings; `held_out` of an experiment's name.
 pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
     let base = to_vec(&rig.values);

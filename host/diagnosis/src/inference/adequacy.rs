@@ -14,7 +14,9 @@ const SEED: u64 = 1;
 pub struct Adequacy {
     /// Mean square of the whitened residuals with the hypothesis; 1 if nothing but noise is left.
     pub with: f64,
-    /// The same without it.
+    /// The same by the noise that repeats have if the hypothesis holds: a resonance carries the torque's noise too.
+    pub own: f64,
+    /// Without the hypothesis.
     pub without: f64,
     /// Share of what is not noise that the hypothesis explains.
     pub explained: f64,
@@ -26,15 +28,15 @@ pub struct Adequacy {
     pub gain_hi: f64,
 }
 
-/// Compares whitened residuals of the same held-out samples with and without a hypothesis.
-pub fn adequacy(with: &[f64], without: &[f64]) -> Adequacy {
-    let n = with.len() as f64;
-    let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / n;
-    let (x, x0) = (power(with), power(without));
+/// Compares whitened residuals of the same held-out samples with and without a hypothesis; `own` are those with it,
+/// whitened by the noise under it.
+pub fn adequacy(with: &[f64], own: &[f64], without: &[f64]) -> Adequacy {
+    let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64;
+    let (x, own, x0) = (power(with), power(own), power(without));
     let gain = |x: f64, x0: f64| 1.0 - (x / x0).sqrt();
     let [gain_lo, gain_hi] = interval(with, without, &gain);
-    let explained = if x0 > 1.0 { 1.0 - (x - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
-    Adequacy { with: x, without: x0, explained, gain: gain(x, x0), gain_lo, gain_hi }
+    let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
+    Adequacy { with: x, own, without: x0, explained, gain: gain(x, x0), gain_lo, gain_hi }
 }
 
 /// 95 % interval of a function of both mean squares by the moving-block bootstrap (Kuensch 1989).
@@ -73,7 +75,7 @@ mod tests {
     fn a_hypothesis_that_halves_the_residual_gains_a_half() {
         let without: Vec<f64> = (0..2000).map(|i| 10.0 * (0.1 * f64::from(i)).sin()).collect();
         let with: Vec<f64> = without.iter().map(|w| 0.5 * w).collect();
-        let found = adequacy(&with, &without);
+        let found = adequacy(&with, &with, &without);
         assert!((found.gain - 0.5).abs() < 1e-12 && found.gain_lo > 0.49 && found.gain_hi < 0.51, "{found:?}");
         assert!((found.without - 50.0).abs() < 0.5 && (found.explained - 0.765).abs() < 0.01, "{found:?}");
     }

@@ -17,6 +17,9 @@ const STUCK: f64 = 1.0;
 /// Rounds after which a start must not trail the best of its hypothesis by more than [`TRAIL`].
 const PATIENCE: usize = 4;
 const TRAIL: f64 = 0.02;
+/// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
+const HOPELESS: f64 = 60.0;
+const SLOW: f64 = 0.05;
 
 /// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
 pub type Simulate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<DVector<f64>> + 'a;
@@ -30,6 +33,14 @@ pub struct Start {
     pub unknowns: Vec<Unknown>,
     /// First `z` of each.
     pub z: Vec<f64>,
+}
+
+impl Start {
+    /// Where a fit ended.
+    pub fn at(fitted: &Fitted) -> Self {
+        let Fitted { hypothesis, unknowns, z, .. } = fitted;
+        Self { hypothesis: *hypothesis, unknowns: unknowns.clone(), z: z.clone() }
+    }
 }
 
 /// A fitted hypothesis.
@@ -68,6 +79,8 @@ impl Fitted {
 struct Climb {
     at: Fitted,
     damping: f64,
+    /// What the last round gained.
+    gained: f64,
     done: bool,
 }
 
@@ -82,11 +95,10 @@ pub fn fit(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Fitted>
         step(&mut climbs, base, simulate);
         if round + 1 >= PATIENCE {
             drop_trailing(&mut climbs);
+            give_up_hopeless(&mut climbs);
         }
     }
-    let mut best = best_of_each(climbs);
-    differentiate(&mut best, base, simulate);
-    best.into_iter().map(|climb| climb.at).collect()
+    best_of_each(climbs)
 }
 
 fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
@@ -95,7 +107,7 @@ fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
     let climb = |(start, residual): (Start, DVector<f64>)| {
         let Start { hypothesis, unknowns, z } = start;
         let jacobian = DMatrix::zeros(0, 0);
-        Climb { at: Fitted { hypothesis, unknowns, z, residual, jacobian }, damping: 1e-3, done: false }
+        Climb { at: Fitted { hypothesis, unknowns, z, residual, jacobian }, damping: 1e-3, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()
 }
@@ -144,6 +156,7 @@ fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
         // A step that gains nothing is tried once more, much shorter.
         climb.done |= gained < f64::max(GAIN, SHARE * before) && (gained > 0.0 || climb.damping > STUCK);
         climb.damping = (climb.damping * factor).max(1e-9);
+        climb.gained = gained;
     }
 }
 
@@ -177,12 +190,20 @@ fn drop_trailing(climbs: &mut Vec<Climb>) {
     climbs.retain(|_| keep.next().expect("one answer a fit"));
 }
 
-/// The best of each hypothesis, ready to be differentiated once more.
-fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Climb> {
+/// Ends the fits that lie far behind the best of all and come no nearer: whatever they reach, they are ruled out.
+fn give_up_hopeless(climbs: &mut [Climb]) {
+    let best = climbs.iter().map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min);
+    for climb in climbs.iter_mut() {
+        let behind = climb.at.cost() - best;
+        climb.done |= behind > HOPELESS && climb.gained < SLOW * behind;
+    }
+}
+
+/// The best of each hypothesis.
+fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Fitted> {
     climbs.sort_by(|a, b| (a.at.hypothesis.cmp(&b.at.hypothesis)).then(a.at.cost().total_cmp(&b.at.cost())));
     climbs.dedup_by_key(|climb| climb.at.hypothesis);
-    climbs.iter_mut().for_each(|climb| climb.done = false);
-    climbs
+    climbs.into_iter().map(|climb| climb.at).collect()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Which hypothesis explains a block's residuals: noise from repeats, fits by simulation, evidence, adequacy.
 
 pub mod adequacy;
+pub mod bank;
 pub mod evidence;
 pub mod fit;
 pub mod noise;
-pub mod screen;
 pub mod unknown;

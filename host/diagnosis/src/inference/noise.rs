@@ -32,6 +32,25 @@ impl Noise {
             .map(|x| x.0)
     }
 
+    /// Noise of no colour, as large as what the second differences of residuals hold: all that can be said before
+    /// anything is known of what is systematic in them.
+    pub fn rough(residuals: &[DMatrix<f64>]) -> Option<Self> {
+        let channels = residuals.first()?.nrows();
+        let variance = |channel: usize| {
+            let difference =
+                |x: &DMatrix<f64>, t: usize| x[(channel, t)] - 2.0 * x[(channel, t + 1)] + x[(channel, t + 2)];
+            let (mut sum, mut count) = (0.0, 0);
+            for x in residuals {
+                sum += (2..x.ncols()).map(|t| difference(x, t - 2).powi(2)).sum::<f64>();
+                count += x.ncols().saturating_sub(2);
+            }
+            sum / (6 * count) as f64
+        };
+        let whitener =
+            DMatrix::from_fn(channels, channels, |i, j| if i == j { variance(i).sqrt().recip() } else { 0.0 });
+        whitener.iter().all(|value| value.is_finite()).then_some(Self { lags: Vec::new(), whitener })
+    }
+
     /// Least squares of one order over the samples that every order has, and its criterion.
     fn of_order(series: &[DMatrix<f64>], order: usize, most: usize) -> Option<(Self, f64)> {
         let channels = series[0].nrows();

@@ -44,6 +44,16 @@ impl Prior {
         }
     }
 
+    /// The `z` that belongs to a value.
+    pub fn place(&self, value: f64) -> f64 {
+        match *self {
+            Self::Normal { mean, sd } => (value - mean) / sd,
+            Self::Positive { scale } => value / scale,
+            Self::Below { top, share } => (top / value).ln().max(0.0) / share,
+            Self::LogNormal { centre, spread } => (value / centre).ln() / spread,
+        }
+    }
+
     /// The nearest `z` that is allowed.
     pub fn allowed(&self, z: f64) -> f64 {
         if self.is_one_sided() { z.max(0.0) } else { z }

@@ -85,7 +85,13 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         ("stribeck", Prior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
         ("stribeck_speed", Prior::LogNormal { centre: 0.1 * spans.sliding, spread: 1.0 }, Role::Form),
     ];
-    shelf.add("K5_stribeck", "friction that falls with the sliding speed", &entries, &[1.0], &grid([-1.5, -0.5, 0.5, 1.5]));
+    shelf.add(
+        "K5_stribeck",
+        "friction that falls with the sliding speed",
+        &entries,
+        &[1.0],
+        &grid([-1.5, -0.5, 0.5, 1.5]),
+    );
     let share = size("K6_anisotropy", "contact_anisotropy");
     let entries = [either(shelf, "anisotropy", share), either(shelf, "anisotropy_across", share)];
     shelf.add("K6_anisotropy", "friction that depends on the direction of sliding", &entries, &[0.5], &[]);

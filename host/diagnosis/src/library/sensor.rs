@@ -21,7 +21,8 @@ impl Spans {
         let peak = |channels: std::ops::Range<usize>| channels.fold(0.0, |peak, k| f64::max(peak, raw_peak(block, k)));
         // The median is not misled by blows.
         let steps = |samples: &[f64]| samples.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>();
-        let mut steps: Vec<f64> = block.trials.iter().flat_map(|trial| trial.measured[..3].iter()).flat_map(|s| steps(s)).collect();
+        let mut steps: Vec<f64> =
+            block.trials.iter().flat_map(|trial| trial.measured[..3].iter()).flat_map(|s| steps(s)).collect();
         steps.sort_by(f64::total_cmp);
         let noise = steps[steps.len() / 2] / (MEDIAN * 2_f64.sqrt());
         Self { force: peak(0..3), moment: peak(3..6), noise }
@@ -65,7 +66,8 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
 }
 
 fn offsets(shelf: &mut Shelf) {
-    let mut bias = either(shelf, &["bias_force_x", "bias_force_y", "bias_force_z"], size("S1_bias", "sensor_bias_force_x"));
+    let mut bias =
+        either(shelf, &["bias_force_x", "bias_force_y", "bias_force_z"], size("S1_bias", "sensor_bias_force_x"));
     let moments = ["bias_moment_x", "bias_moment_y", "bias_moment_z"];
     bias.extend(either(shelf, &moments, size("S1_bias", "sensor_bias_moment_x")));
     shelf.add("S1_bias", "bias of the sensor", &bias, &[1.0], &[]);
@@ -77,7 +79,8 @@ fn offsets(shelf: &mut Shelf) {
 }
 
 fn calibration(shelf: &mut Shelf, spans: &Spans) {
-    let gains = ["fx_of_force_x", "fy_of_force_y", "fz_of_force_z", "mx_of_moment_x", "my_of_moment_y", "mz_of_moment_z"];
+    let gains =
+        ["fx_of_force_x", "fy_of_force_y", "fz_of_force_z", "mx_of_moment_x", "my_of_moment_y", "mz_of_moment_z"];
     let gain = either(shelf, &gains, size("S3_gain", "sensor_gain_force_x"));
     shelf.add("S3_gain", "gain of the sensor", &gain, &[1.0], &[]);
     let (share, lever) = (size("S4_crosstalk", "sensor_crosstalk"), spans.moment / spans.force);

@@ -29,6 +29,16 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// The samples from one number up to another; `None` if they are too few to be judged.
+    pub fn between(&self, from: usize, to: usize) -> Option<Self> {
+        let cut = |(name, values): (&String, &Vec<f64>)| (name.clone(), values[from..to].to_vec());
+        (to >= from + FEWEST).then(|| Self {
+            start: self.start + from as f64 * self.step,
+            signals: self.signals.iter().map(cut).collect(),
+            ..self.clone()
+        })
+    }
+
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.signals.values().next().map_or(0, Vec::len)

@@ -1,0 +1,375 @@
+//! The answer that a block's judgement allows, and what it rests on.
+
+use crate::block::MeasuredBlock;
+use crate::inference::adequacy::Adequacy;
+use crate::inference::evidence::interval;
+use crate::inference::unknown::Role;
+use crate::judge::{Candidate, Judgement};
+use crate::library::Hypothesis;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What a diagnosis can answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing is wrong that these data could show.
+    NoEffect,
+    /// Something is there by the statistics, but knowing it gains less than anybody would notice.
+    NoPracticalEffect,
+    /// One or several causes.
+    Named,
+    /// One of several causes, which these data cannot tell apart.
+    Ambiguous,
+    /// Something is wrong that no cause of the library explains.
+    NotInLibrary,
+}
+
+/// A cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectFound {
+    /// Catalogue id.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// Where it acts.
+    pub block: &'static str,
+    /// Its probability.
+    pub p: f64,
+    /// Its numbers.
+    pub parameters: BTreeMap<String, Estimate>,
+}
+
+/// A number with its 95 % interval.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// Lower bound.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// A cause that was ruled out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RuledOut {
+    /// Catalogue ids, joined by `+`.
+    pub id: String,
+    /// Where it would act.
+    pub block: &'static str,
+    /// By how much the best answer is more probable: natural logarithm of the odds.
+    pub log_odds: f64,
+    /// Root mean square of what it leaves on held-out motion, in units of the noise.
+    pub residual: Option<f64>,
+}
+
+/// A cause that these data could not have shown at a plausible size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NotVisible {
+    /// Catalogue id.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// Where it would act.
+    pub block: &'static str,
+    /// Log-odds that it would have at a plausible size.
+    pub log_odds: f64,
+}
+
+/// The gain on held-out motion: by how much the root mean square of the residual falls.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Gain {
+    /// Best value.
+    pub value: f64,
+    /// Lower bound of the 95 % interval.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
+}
+
+/// Root mean square of the whitened residual, in units of the noise: 1 where nothing but noise is left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Residual {
+    /// With the model as it is.
+    pub before: f64,
+    /// With the answer.
+    pub after: f64,
+}
+
+/// The answer for a block.
+#[derive(Clone, Debug, Serialize)]
+pub struct BlockAnswer {
+    /// The block.
+    pub block: &'static str,
+    /// The answer.
+    pub answer: Verdict,
+    /// The causes: all of a combination, or the rivals of an ambiguous answer.
+    pub effects: Vec<EffectFound>,
+    /// Whether a cause that looks alike was not in the library.
+    pub partner_missing: bool,
+    /// Log-odds of the best explanation against none, and from where on it counts.
+    pub log_odds: f64,
+    /// See `log_odds`.
+    pub threshold: f64,
+    /// Held-out gain.
+    pub gain: Option<Gain>,
+    /// Residual before and after.
+    pub residual: Residual,
+    /// Whether those were taken from held-out motion.
+    pub held_out: bool,
+    /// What was ruled out, the nearest first.
+    pub ruled_out: Vec<RuledOut>,
+    /// What these data could not have shown.
+    pub not_visible: Vec<NotVisible>,
+    /// Causes that these data cannot tell apart, by groups of two.
+    pub alike: Vec<[&'static str; 2]>,
+    /// Nuisances pulled beyond their tolerance without an effect being the reason: name and how many tolerances.
+    pub strained: Vec<(String, f64)>,
+    /// Number of whitened samples that the fit saw.
+    pub samples: usize,
+}
+
+/// Log-odds within which rivals are told together.
+const GAP: f64 = 3.0;
+/// Mean square of held-out whitened residuals up to which a fit is adequate.
+const ADEQUATE: f64 = 1.3;
+/// Share of the misfit that a fit must explain where it is not adequate.
+const EXPLAINED: f64 = 0.8;
+/// Tolerances by which a nuisance may be pulled in a fit that is not adequate.
+const PULLED: f64 = 4.5;
+/// Tolerances by which a nuisance is a finding of its own.
+const STRAINED: f64 = 3.5;
+/// Gain from which on an effect is worth knowing.
+const PRACTICAL: f64 = 0.01;
+/// Correlation of signatures from which on two effects look alike.
+const ALIKE: f64 = 0.95;
+/// Standard deviations by which a size must differ from nothing, else the hypothesis' form alone explains the data.
+const SIGNIFICANT: f64 = 2.0;
+/// Logarithms of odds are divided by this before they become probabilities.
+const TEMPERATURE: f64 = 1.0;
+
+/// Decides what may be said of a block; `missing` are effects that the block's library could have had.
+pub fn decide(
+    block: &MeasuredBlock,
+    library: &[Hypothesis],
+    missing: &[&'static str],
+    judgement: &Judgement,
+    prismatic: bool,
+) -> BlockAnswer {
+    let context = Context { block, library, judgement, prismatic };
+    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|c| context.is_significant(c)).collect();
+    let best = ranking.first().copied();
+    let present = best.filter(|best| best.log_odds >= judgement.threshold);
+    let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
+    let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
+    let answer = context.verdict(present, rivals.len() > 1 || relatives);
+    let named = matches!(answer, Verdict::Named | Verdict::Ambiguous | Verdict::NoPracticalEffect);
+    let shown: Vec<&Candidate> = if named { rivals.clone() } else { Vec::new() };
+    let mut effects = context.effects(&shown, &ranking);
+    effects.sort_by(|a, b| b.p.total_cmp(&a.p));
+    let adequacy = present.and_then(|best| best.adequacy);
+    BlockAnswer {
+        block: block.name,
+        answer,
+        effects,
+        partner_missing: relatives && answer == Verdict::Ambiguous,
+        log_odds: best.map_or(0.0, |best| best.log_odds),
+        threshold: judgement.threshold,
+        gain: adequacy.map(|a| Gain { value: a.gain, lo: a.gain_lo, hi: a.gain_hi }),
+        residual: context.residual(present, best),
+        held_out: best.is_some_and(|best| best.adequacy.is_some()),
+        ruled_out: context.ruled_out(&shown, &ranking),
+        not_visible: context.not_visible(),
+        alike: context.alike(),
+        strained: if present.is_some() { Vec::new() } else { context.strained() },
+        samples: judgement.samples,
+    }
+}
+
+struct Context<'a> {
+    block: &'a MeasuredBlock,
+    library: &'a [Hypothesis],
+    judgement: &'a Judgement,
+    prismatic: bool,
+}
+
+impl Context<'_> {
+    fn verdict(&self, present: Option<&Candidate>, several: bool) -> Verdict {
+        let Some(best) = present else {
+            let left = self.without();
+            return if left >= ADEQUATE { Verdict::NotInLibrary } else { Verdict::NoEffect };
+        };
+        match best.adequacy {
+            Some(a) if !is_adequate(&a, best) => Verdict::NotInLibrary,
+            Some(a) if a.gain_lo < PRACTICAL => Verdict::NoPracticalEffect,
+            _ if several => Verdict::Ambiguous,
+            _ => Verdict::Named,
+        }
+    }
+
+    /// Mean square that the model leaves as it is, on held-out motion if there is any.
+    fn without(&self) -> f64 {
+        let held_out = self.judgement.ranking.iter().find_map(|candidate| candidate.adequacy);
+        held_out.map_or(self.judgement.misfit(), |adequacy| adequacy.without)
+    }
+
+    fn residual(&self, present: Option<&Candidate>, best: Option<&Candidate>) -> Residual {
+        let before = self.without();
+        let of = |candidate: &Candidate| match candidate.adequacy {
+            Some(adequacy) => adequacy.with,
+            None => candidate.fitted.chi2() / self.judgement.samples as f64,
+        };
+        let after = present.or(best.filter(|_| before >= ADEQUATE)).map_or(before, of);
+        Residual { before: before.sqrt(), after: after.sqrt() }
+    }
+
+    /// Whether every size of a candidate differs from nothing.
+    fn is_significant(&self, candidate: &Candidate) -> bool {
+        candidate.hypotheses.iter().all(|number| {
+            let hypothesis = &self.library[*number];
+            hypothesis.sizes.iter().any(|size| {
+                let field = hypothesis.unknowns[*size].field;
+                let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.field == field);
+                let place = place.expect("a candidate fits the numbers of its hypotheses");
+                let sd = candidate.evidence.covariance[(place, place)].sqrt();
+                let null = self.null_of(field, &hypothesis.unknowns[*size].prior);
+                (candidate.fitted.z[place] - null).abs() > SIGNIFICANT * sd
+            })
+        })
+    }
+
+    /// The `z` at which a size is that of the model.
+    fn null_of(&self, field: usize, prior: &crate::inference::unknown::Prior) -> f64 {
+        prior.place(self.block.base[field])
+    }
+
+    /// The best candidate and those that are almost as probable, what has the best within it left out.
+    fn rivals<'c>(&self, best: &'c Candidate, ranking: &[&'c Candidate]) -> Vec<&'c Candidate> {
+        let score = |candidate: &Candidate| self.score(candidate);
+        let near = |other: &&&Candidate| {
+            let within = best.hypotheses.iter().all(|number| other.hypotheses.contains(number));
+            !within && score(other) > score(best) - GAP
+        };
+        std::iter::once(best).chain(ranking.iter().filter(near).copied()).collect()
+    }
+
+    /// Log-odds with the price of every further effect.
+    fn score(&self, candidate: &Candidate) -> f64 {
+        candidate.log_odds - candidate.hypotheses.len() as f64 * (self.library.len() as f64).ln()
+    }
+
+    /// Whether an effect of the best one's group was not in the library.
+    fn lacks_partner(&self, best: &Candidate, missing: &[&'static str]) -> bool {
+        let groups = || best.hypotheses.iter().map(|number| self.library[*number].effect.group());
+        groups().any(|group| group.id != "own" && missing.iter().any(|id| group.members.contains(id)))
+    }
+
+    /// The effects of some candidates, each with its probability over all that were fitted.
+    fn effects(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<EffectFound> {
+        let scores: Vec<f64> = ranking.iter().map(|candidate| self.score(candidate) / TEMPERATURE).collect();
+        let top = scores.iter().copied().fold(0.0, f64::max);
+        let all: f64 = (-top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
+        let mut found: Vec<EffectFound> = Vec::new();
+        for candidate in shown {
+            for number in &candidate.hypotheses {
+                let hypothesis = &self.library[*number];
+                if found.iter().any(|effect| effect.id == hypothesis.effect.id) {
+                    continue;
+                }
+                let with = ranking.iter().zip(&scores).filter(|(other, _)| other.hypotheses.contains(number));
+                let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
+                let parameters = self.parameters(candidate, hypothesis);
+                let (id, name) = (hypothesis.effect.id, hypothesis.name);
+                found.push(EffectFound { id, name, block: self.block.name, p, parameters });
+            }
+        }
+        found
+    }
+
+    fn parameters(&self, candidate: &Candidate, hypothesis: &Hypothesis) -> BTreeMap<String, Estimate> {
+        let mut all = BTreeMap::new();
+        for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
+            let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
+            if own && unknown.role != Role::Nuisance {
+                let sd = candidate.evidence.covariance[(place, place)].sqrt();
+                let interval = interval(&unknown.prior, candidate.fitted.z[place], sd);
+                let unit = if self.prismatic { sliding(unknown.unit) } else { unknown.unit };
+                let estimate =
+                    Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
+                all.insert(unknown.name.clone(), estimate);
+            }
+        }
+        all
+    }
+
+    fn ruled_out(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<RuledOut> {
+        let Some(best) = shown.first() else {
+            return Vec::new();
+        };
+        let out = |candidate: &&&Candidate| {
+            candidate.hypotheses.len() == 1
+                && !shown.iter().any(|own| own.hypotheses.contains(&candidate.hypotheses[0]))
+        };
+        let told = |candidate: &&Candidate| RuledOut {
+            id: ids(self.library, candidate),
+            block: self.block.name,
+            log_odds: self.score(best) - self.score(candidate),
+            residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
+        };
+        ranking.iter().filter(out).map(told).collect()
+    }
+
+    fn not_visible(&self) -> Vec<NotVisible> {
+        let hidden = self.library.iter().zip(&self.judgement.visibility);
+        let hidden = hidden.filter(|(_, odds)| **odds < self.judgement.threshold);
+        let told = |(hypothesis, odds): (&Hypothesis, &f64)| NotVisible {
+            id: hypothesis.effect.id,
+            name: hypothesis.name,
+            block: self.block.name,
+            log_odds: *odds,
+        };
+        hidden.map(told).collect()
+    }
+
+    fn alike(&self) -> Vec<[&'static str; 2]> {
+        let count = self.library.len();
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE);
+        alike.map(|(a, b)| [self.library[a].effect.id, self.library[b].effect.id]).collect()
+    }
+
+    fn strained(&self) -> Vec<(String, f64)> {
+        let null = &self.judgement.null;
+        let all = null.unknowns.iter().zip(&null.z);
+        all.filter(|(_, z)| z.abs() > STRAINED).map(|(unknown, z)| (unknown.name.clone(), *z)).collect()
+    }
+}
+
+/// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.
+fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
+    let pull = candidate.greatest_pull().map_or(0.0, |pull| pull.1.abs());
+    adequacy.own <= ADEQUATE || (adequacy.explained >= EXPLAINED && pull <= PULLED)
+}
+
+/// Ids of a candidate's effects, joined by `+`.
+pub(crate) fn ids(library: &[Hypothesis], candidate: &Candidate) -> String {
+    candidate.hypotheses.iter().map(|number| library[*number].effect.id).collect::<Vec<_>>().join("+")
+}
+
+/// A unit of a turning joint on a sliding one.
+pub(crate) fn sliding(unit: &str) -> &str {
+    match unit {
+        "rad" => "m",
+        "rad/s" => "m/s",
+        "1/rad" => "1/m",
+        "N m" => "N",
+        "N m/rad" => "N/m",
+        "N m s/rad" => "N s/m",
+        "rad/(N m)" => "m/N",
+        "kg m^2" => "kg",
+        other => other,
+    }
+}

@@ -1,0 +1,328 @@
+//! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
+
+use crate::block::MeasuredBlock;
+use crate::block::contact::{self, contact_block};
+use crate::block::controller::controller_block;
+use crate::block::drive::drive_block;
+use crate::block::sensor::{self, sensor_block};
+use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
+use crate::isolability::BlockView;
+use crate::judge::{Judgement, judge, numerical_error};
+use crate::library::{self, Hypothesis};
+use crate::recording::grid::{Finding, Piece, read};
+use crate::{Error, Result};
+use serde::Serialize;
+use softdock_campaign::Rig;
+use softdock_campaign::rig::{DriveRig, Plant};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// How a diagnosis is made.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Holds out what each recording has from this time on \[s\].
+    pub hold_out_from: Option<f64>,
+    /// Catalogue ids that the library goes without.
+    pub without: Vec<String>,
+}
+
+/// Recordings, ready to be judged.
+pub struct Prepared {
+    rig: Rig,
+    pieces: Vec<Piece>,
+    held_out: BTreeSet<String>,
+    without: Vec<String>,
+    /// Reasons why the answer can be provisional only.
+    pub provisional: Vec<String>,
+    /// What was found in the recordings.
+    pub findings: Vec<Finding>,
+    /// Which blocks and effects these channels can tell apart.
+    pub isolability: Vec<BlockView>,
+}
+
+/// A diagnosis.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// The answer.
+    pub answer: Verdict,
+    /// Whether it rests on data that cannot bear more: no repeats, or no different motion held out.
+    pub provisional: bool,
+    /// Why it is provisional.
+    pub reasons: Vec<String>,
+    /// The causes.
+    pub effects: Vec<EffectFound>,
+    /// What was ruled out.
+    pub ruled_out: Vec<RuledOut>,
+    /// Gain on held-out motion in the block where most was found.
+    pub gain: Option<Gain>,
+    /// Residual before and after in that block.
+    pub residual: Residual,
+    /// What these data could not have shown.
+    pub not_visible: Vec<NotVisible>,
+    /// The experiment that would tell rivals apart.
+    pub experiment: Option<String>,
+    /// Block by block.
+    pub blocks: Vec<BlockAnswer>,
+    /// Which blocks and effects these channels can tell apart.
+    pub isolability: Vec<BlockView>,
+    /// What was found in the recordings.
+    pub findings: Vec<Finding>,
+    /// Mean square of what a step of half the length changes in the whitened residuals, block by block.
+    pub numerical_error: Vec<f64>,
+}
+
+/// What a diagnosis leaves for its page.
+pub struct Judged {
+    /// The block.
+    pub block: MeasuredBlock,
+    /// Its library.
+    pub library: Vec<Hypothesis>,
+    /// What the data say of it.
+    pub judgement: Judgement,
+}
+
+/// Reads a rig's recordings.
+///
+/// # Errors
+/// Recordings that cannot be used, an id that is in no library.
+pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -> Result<Prepared> {
+    let mut findings = Vec::new();
+    let mut of = |paths: &[&Path]| -> Result<Vec<Piece>> {
+        let mut all = Vec::new();
+        for path in paths {
+            let (pieces, found) = read(path, &rig)?;
+            findings.extend(found);
+            all.extend(pieces);
+        }
+        Ok(all)
+    };
+    let (mut learn, mut test) = (of(logs)?, of(holdout)?);
+    let mut provisional = Vec::new();
+    if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
+        let (before, after) = split(&learn, from);
+        (learn, test) = (before, test.into_iter().chain(after).collect());
+        provisional.push(format!("no different motion was held out, only what follows {from:.3} s"));
+    }
+    let moved: BTreeSet<String> = test.iter().map(|piece| piece.experiment.clone()).collect();
+    // A recording that is learnt from and judged by would prove nothing.
+    for piece in test.iter_mut().filter(|piece| learn.iter().any(|own| own.experiment == piece.experiment)) {
+        piece.experiment += HELD_OUT;
+    }
+    if moved.iter().any(|name| learn.iter().any(|piece| piece.experiment == *name)) && options.hold_out_from.is_none() {
+        provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
+    }
+    if !learn.iter().any(|piece| piece.repeat > 1) {
+        provisional.push("no repeats: the noise is what the richest explanation leaves".to_owned());
+    }
+    if learn.is_empty() || test.is_empty() {
+        let what = "nothing is left to learn from or to judge by".to_owned();
+        return Err(Error::unfit(what, "record longer, or hold out less"));
+    }
+    let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
+    let pieces = learn.into_iter().chain(test).collect();
+    let mut prepared = Prepared {
+        rig,
+        pieces,
+        held_out,
+        without: options.without.clone(),
+        provisional,
+        findings,
+        isolability: Vec::new(),
+    };
+    prepared.isolability = prepared.views()?;
+    Ok(prepared)
+}
+
+/// What is added to the name of an experiment whose later part is held out.
+const HELD_OUT: &str = ", held out";
+
+/// Time after which the last third of the longest recording lies.
+fn last_third(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.start + piece.samples() as f64 * piece.step * 2.0 / 3.0).fold(0.0, f64::max)
+}
+
+/// Recordings cut at a time: what lies before, and what lies after.
+fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for piece in pieces {
+        let count = ((from - piece.start) / piece.step).ceil().clamp(0.0, piece.samples() as f64) as usize;
+        before.extend(piece.between(0, count));
+        after.extend(piece.between(count, piece.samples()));
+    }
+    (before, after)
+}
+
+impl Prepared {
+    fn has(&self, signal: &str) -> bool {
+        self.pieces.iter().all(|piece| piece.signals.contains_key(signal))
+    }
+
+    /// The blocks that these channels allow, simulated in steps so many times finer than usual.
+    fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let is_held = |experiment: &str| self.held_out.contains(experiment);
+        match &self.rig.plant {
+            Plant::Drive(rig) => self.drive_blocks(rig, finer),
+            Plant::Sensor(rig) => {
+                let block = sensor_block(rig, &self.pieces, &is_held, finer);
+                let library = library::sensor::effects(&block);
+                vec![(block, library)]
+            }
+            Plant::Contact(rig) => {
+                let block = contact_block(rig, &self.pieces, &is_held, finer);
+                let library = library::contact::effects(&block);
+                vec![(block, library)]
+            }
+        }
+    }
+
+    fn drive_blocks(&self, rig: &DriveRig, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let is_held = |experiment: &str| self.held_out.contains(experiment);
+        let mut blocks = Vec::new();
+        if let Some(controller) = rig.controller.as_ref().filter(|_| self.has("ref")) {
+            let block = controller_block(rig, controller, &self.pieces, &is_held);
+            let library = library::controller::effects(&block);
+            blocks.push((block, library));
+        }
+        let block = drive_block(rig, &self.pieces, &is_held, finer);
+        let library = library::drive::effects(&block);
+        blocks.push((block, library));
+        blocks
+    }
+
+    fn views(&self) -> Result<Vec<BlockView>> {
+        let views = match &self.rig.plant {
+            Plant::Drive(_) => self.drive_views()?,
+            Plant::Sensor(_) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
+            Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+        };
+        let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
+        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
+            let known: Vec<&str> = known.into_iter().collect();
+            return Err(Error::unfit(
+                format!("there is no effect `{id}` in any block"),
+                format!("write one of: {}", known.join(", ")),
+            ));
+        }
+        Ok(views)
+    }
+
+    /// Of a rig with one block, whose signals the model file must name.
+    fn only_view(&self, inputs: &[&'static str], outputs: &[&'static str]) -> Vec<BlockView> {
+        let of =
+            |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
+        self.blocks(1).iter().map(of).collect()
+    }
+
+    fn drive_views(&self) -> Result<Vec<BlockView>> {
+        for signal in ["q", "tau"] {
+            if !self.has(signal) {
+                let what =
+                    format!("[log] of {} names no column for `{signal}`: no block could be judged", self.rig.file);
+                return Err(Error::unfit(
+                    what,
+                    format!("add it: \"{signal}\" = {{ column = \"...\", unit = \"...\" }}"),
+                ));
+            }
+        }
+        let mut views: Vec<BlockView> = Vec::new();
+        let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
+        for (block, library) in self.blocks(1) {
+            let is_drive = block.kind == softdock_engine::blocks::Kind::Drive;
+            let (inputs, outputs): (&[&str], &[&str]) =
+                if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
+            views.push(BlockView::judged(&block, &library, inputs, outputs));
+        }
+        if views.len() == 1 {
+            let missing: &[&str] = if self.has("ref") { &["[controller] in the model file"] } else { &["ref"] };
+            views.insert(0, BlockView::closed("R2 reference to torque", &["ref", "q"], &["tau"], missing));
+        }
+        Ok(views)
+    }
+
+    /// Judges every block.
+    ///
+    /// # Errors
+    /// A channel without any noise, a simulation that no step makes exact enough.
+    pub fn diagnose(self) -> Result<(Diagnosis, Vec<Judged>)> {
+        let prismatic = matches!(&self.rig.plant, Plant::Drive(rig) if rig.prismatic);
+        let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        for place in 0..self.blocks(1).len() {
+            let (block, library, error) = self.exact_enough(place)?;
+            errors.push(error);
+            let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
+            let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
+            let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
+            let judgement = judge(&block, &library).ok_or_else(|| silent(block.name))?;
+            answers.push(decide(&block, &library, &missing, &judgement, prismatic));
+            judged.push(Judged { block, library, judgement });
+        }
+        Ok((summed(self, answers, errors), judged))
+    }
+
+    /// A block whose step is so short that half of it changes nothing that matters.
+    fn exact_enough(&self, place: usize) -> Result<(MeasuredBlock, Vec<Hypothesis>, f64)> {
+        let mut finer = 1;
+        let mut coarse = self.blocks(finer).swap_remove(place);
+        loop {
+            let fine = self.blocks(2 * finer).swap_remove(place);
+            let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(coarse.0.name))?;
+            if error < NUMERICAL {
+                return Ok((coarse.0, coarse.1, error));
+            }
+            finer *= 2;
+            if finer > FINEST {
+                let what =
+                    format!("{}: half the step still changes the residual by {error:.2} of the noise", coarse.0.name);
+                return Err(Error::unfit(what, "check the stiffness and damping of the model file"));
+            }
+            coarse = fine;
+        }
+    }
+}
+
+/// Mean square by which half the step may change the whitened residuals.
+const NUMERICAL: f64 = 0.01;
+/// How many times finer than usual a step may become.
+const FINEST: usize = 8;
+
+fn silent(block: &str) -> Error {
+    Error::unfit(
+        format!("{block}: a channel is constant, or its repeats are the same to the last digit"),
+        "check the column in [log]; repeats must be measured, not copied",
+    )
+}
+
+/// The answers of all blocks as one: what is wrong anywhere is wrong.
+fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64>) -> Diagnosis {
+    let answer = blocks.iter().map(|block| block.answer).max().unwrap_or(Verdict::NoEffect);
+    let found = |block: &&BlockAnswer| block.answer >= Verdict::NoPracticalEffect;
+    let main = blocks.iter().filter(found).max_by(|a, b| a.residual.before.total_cmp(&b.residual.before));
+    let main = main.or(blocks.last());
+    let gather = |of: fn(&BlockAnswer) -> Vec<EffectFound>| blocks.iter().flat_map(of).collect::<Vec<_>>();
+    Diagnosis {
+        answer,
+        provisional: !prepared.provisional.is_empty(),
+        effects: gather(|block| block.effects.clone()),
+        ruled_out: blocks.iter().flat_map(|block| block.ruled_out.clone()).collect(),
+        gain: main.and_then(|block| block.gain),
+        residual: main.map_or(Residual { before: 1.0, after: 1.0 }, |block| block.residual),
+        not_visible: blocks.iter().flat_map(|block| block.not_visible.clone()).collect(),
+        experiment: experiment(&blocks),
+        reasons: prepared.provisional,
+        isolability: prepared.isolability,
+        findings: prepared.findings,
+        blocks,
+        numerical_error,
+    }
+}
+
+/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share.
+fn experiment(blocks: &[BlockAnswer]) -> Option<String> {
+    let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
+    let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
+        let members = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
+        group.id != "own" && members >= if ambiguous.partner_missing { 1 } else { 2 }
+    });
+    let told: Vec<&str> = groups.map(|group| group.splits).collect();
+    (!told.is_empty()).then(|| told.join("; "))
+}

@@ -1,0 +1,284 @@
+//! A bank of matched filters: where fits should start, what chance alone would find, and what the data could show at all.
+//!
+//! Every entry of the bank is an effect of finite size and given form, simulated once; its signatures are what it changes
+//! in the whitened residuals. Effects that act only beyond a size (backlash, presliding, saturation) have no derivative
+//! at nothing, which is why the sizes are finite. After Anau Montel, Alvey and Weniger, PRD 111 (2025) 083013.
+
+use super::fit::{Fitted, Simulate};
+use super::unknown::applied;
+use crate::library::Hypothesis;
+use nalgebra::{DMatrix, DVector};
+use softdock_kernels::philox;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::ops::Range;
+
+/// Removes from whitened vectors what free numbers of a fit could explain within their tolerance.
+pub struct Projector {
+    jacobian: DMatrix<f64>,
+    normal: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+}
+
+impl Projector {
+    /// Of all free numbers of a fit.
+    pub fn of(fitted: &Fitted) -> Self {
+        let jacobian = fitted.jacobian.clone();
+        let normal = jacobian.tr_mul(&jacobian) + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
+        let normal = normal.cholesky().expect("the identity makes it positive definite");
+        Self { jacobian, normal }
+    }
+
+    /// The part of each column that none of them explains.
+    pub fn reject(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        if self.jacobian.ncols() == 0 {
+            return columns.clone();
+        }
+        columns - &self.jacobian * self.normal.solve(&self.jacobian.tr_mul(columns))
+    }
+}
+
+/// One form of a hypothesis at a finite size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Number of the hypothesis.
+    pub hypothesis: usize,
+    /// A `z` for every free number of the hypothesis.
+    pub form: Vec<f64>,
+    /// Its signatures among the bank's: one a size, two where a sine and a cosine belong together.
+    signatures: Range<usize>,
+    /// `z` of those sizes.
+    sizes: Vec<f64>,
+    /// Whether the signature's shape changes with the size, so that it counts at this size alone.
+    shaped: bool,
+    /// Whether sizes below nothing count.
+    signed: bool,
+}
+
+/// All entries of a library.
+pub struct Bank {
+    entries: Vec<Entry>,
+    signatures: DMatrix<f64>,
+}
+
+/// What a residual says of every entry.
+pub struct Scores {
+    /// Products of signatures and residual.
+    products: DVector<f64>,
+    /// Products of signatures with one another.
+    gram: DMatrix<f64>,
+}
+
+impl Bank {
+    /// Simulates every form of every hypothesis on top of the parameters of the fitted null hypothesis.
+    pub fn simulate(library: &[Hypothesis], null: &Fitted, base: &[f64], simulate: &Simulate) -> Self {
+        let base = null.values(base);
+        let (mut entries, mut sets) = (Vec::new(), Vec::new());
+        for (number, hypothesis) in library.iter().enumerate() {
+            for form in &hypothesis.forms {
+                let first = sets.len();
+                sets.extend(hypothesis.sizes.iter().map(|size| alone(&base, hypothesis, form, *size)));
+                entries.push(Entry {
+                    hypothesis: number,
+                    form: form.clone(),
+                    signatures: first..sets.len(),
+                    sizes: hypothesis.sizes.iter().map(|size| form[*size]).collect(),
+                    shaped: hypothesis.shaped,
+                    signed: hypothesis.sizes.iter().all(|size| !hypothesis.unknowns[*size].prior.is_one_sided()),
+                });
+            }
+        }
+        let changes: Vec<DVector<f64>> = simulate(&sets).into_iter().map(|with| with - &null.residual).collect();
+        let signatures = match changes.is_empty() {
+            true => DMatrix::zeros(null.residual.len(), 0),
+            false => DMatrix::from_columns(&changes),
+        };
+        Self { entries, signatures }
+    }
+
+    /// Its entries.
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// Compares the residual of a fit with every entry.
+    pub fn scores(&self, fitted: &Fitted) -> Scores {
+        let rejected = Projector::of(fitted).reject(&self.signatures);
+        Scores { products: rejected.tr_mul(&fitted.residual), gram: rejected.tr_mul(&self.signatures) }
+    }
+
+    /// Log-odds of each hypothesis against none, its forms and sizes averaged over.
+    pub fn log_odds(&self, scores: &Scores, hypotheses: usize) -> Vec<f64> {
+        let mut sums = vec![LogMean::default(); hypotheses];
+        for entry in &self.entries {
+            sums[entry.hypothesis].add(entry.log_weight(), entry.log_odds(scores));
+        }
+        sums.iter().map(LogMean::value).collect()
+    }
+
+    /// The greatest log-odds that noise alone gives to any hypothesis, exceeded with a probability of `rarity`.
+    ///
+    /// Noise is drawn [`NULLS`] times in the space of the signatures; beyond the draws the tail is exponential.
+    pub fn chance(&self, scores: &Scores, hypotheses: usize, rarity: f64) -> f64 {
+        let count = scores.gram.ncols();
+        let jitter = 1e-9 * scores.gram.diagonal().max() + f64::MIN_POSITIVE;
+        let Some(factor) = (&scores.gram + DMatrix::identity(count, count) * jitter).cholesky() else {
+            return f64::INFINITY;
+        };
+        let noise = DMatrix::from_fn(count, NULLS, |i, draw| gaussian(draw as u64, i as u32));
+        let products = factor.l() * noise;
+        let mut scores = Scores { products: DVector::zeros(count), gram: scores.gram.clone() };
+        let mut greatest: Vec<f64> = (0..NULLS)
+            .map(|draw| {
+                scores.products.copy_from(&products.column(draw));
+                self.log_odds(&scores, hypotheses).into_iter().fold(f64::NEG_INFINITY, f64::max)
+            })
+            .collect();
+        greatest.sort_by(f64::total_cmp);
+        let tail = &greatest[NULLS - NULLS / 20..];
+        let excess = tail.iter().map(|value| value - tail[0]).sum::<f64>() / tail.len() as f64;
+        tail[0] + excess * (0.05 / rarity).ln()
+    }
+
+    /// Log-odds that each hypothesis would have at a plausible size, were it there; see [`chance`](Self::chance).
+    pub fn visibility(&self, scores: &Scores, hypotheses: usize) -> Vec<f64> {
+        let mut best = vec![f64::NEG_INFINITY; hypotheses];
+        let mut weights = vec![LogMean::default(); hypotheses];
+        for entry in &self.entries {
+            weights[entry.hypothesis].add(entry.log_weight(), 0.0);
+        }
+        for entry in &self.entries {
+            let share = entry.log_weight() - weights[entry.hypothesis].weight.ln();
+            let odds = entry.expected(&scores.gram) + share;
+            best[entry.hypothesis] = best[entry.hypothesis].max(odds);
+        }
+        best
+    }
+
+    /// How alike the signatures of two hypotheses can look behind what nuisances explain: greatest correlation over
+    /// their forms.
+    pub fn likeness(&self, scores: &Scores, a: usize, b: usize) -> f64 {
+        let of = |hypothesis| {
+            self.entries.iter().filter(move |entry| entry.hypothesis == hypothesis).flat_map(|e| e.signatures.clone())
+        };
+        let pairs = of(a).flat_map(|i| of(b).map(move |j| (i, j)));
+        let correlation = |(i, j): (usize, usize)| {
+            scores.gram[(i, j)].abs() / (scores.gram[(i, i)] * scores.gram[(j, j)]).sqrt().max(f64::MIN_POSITIVE)
+        };
+        pairs.map(correlation).fold(0.0, f64::max)
+    }
+}
+
+/// Draws of noise.
+const NULLS: usize = 2000;
+/// Seed of those draws: the same data give the same threshold.
+const SEED: u64 = 2;
+
+/// Standard normal numbers (Box and Muller).
+fn gaussian(draw: u64, index: u32) -> f64 {
+    let u = philox::uniform(SEED, "noise", draw, 2 * index).max(1e-300);
+    let v = philox::uniform(SEED, "noise", draw, 2 * index + 1);
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
+
+/// Parameters with the effect at a form, one of its sizes alone.
+fn alone(base: &[f64], hypothesis: &Hypothesis, form: &[f64], size: usize) -> Vec<f64> {
+    let z: Vec<f64> =
+        (0..form.len()).map(|i| if i != size && hypothesis.sizes.contains(&i) { 0.0 } else { form[i] }).collect();
+    applied(base, &hypothesis.unknowns, &z)
+}
+
+impl Entry {
+    /// Log-odds of this entry against none; the multiplier of a linear size has its prior, `1 / z` wide.
+    fn log_odds(&self, scores: &Scores) -> f64 {
+        if self.shaped {
+            let place = self.signatures.start;
+            return -scores.products[place] - 0.5 * scores.gram[(place, place)];
+        }
+        let (gram, found) = self.own(scores);
+        let Some(posterior) = self.posterior(&gram) else {
+            return 0.0;
+        };
+        let multipliers = posterior.solve(&found);
+        let log_det = 2.0 * posterior.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let prior: f64 = self.sizes.iter().map(|z| (z * z).ln()).sum();
+        let mut odds = 0.5 * (found.dot(&multipliers) - log_det + prior);
+        if !self.signed {
+            let deviations = multipliers[0] * posterior.l()[(0, 0)];
+            odds += (2.0 * Normal::standard().cdf(deviations).max(1e-300)).ln();
+        }
+        odds
+    }
+
+    /// How much better the data agree with the best multiples of the signatures, and those multiples.
+    pub fn best(&self, scores: &Scores) -> (f64, Vec<f64>) {
+        if self.shaped {
+            return (2.0 * self.log_odds(scores), vec![1.0]);
+        }
+        let (gram, found) = self.own(scores);
+        let none = (0.0, vec![0.0; self.sizes.len()]);
+        let Some(multiples) = gram.cholesky().map(|cholesky| cholesky.solve(&found)) else {
+            return none;
+        };
+        match !self.signed && multiples.iter().any(|multiple| *multiple < 0.0) {
+            true => none,
+            false => (found.dot(&multiples), multiples.iter().copied().collect()),
+        }
+    }
+
+    /// Log-odds of this entry against none if the effect is there with a plausible size.
+    fn expected(&self, gram: &DMatrix<f64>) -> f64 {
+        let place = self.signatures.start;
+        let own = gram[(place, place)];
+        if self.shaped {
+            return 0.5 * own;
+        }
+        // At z = 1 the signature is 1 / z of the simulated one.
+        let (size, prior) = (own / self.sizes[0].powi(2), self.sizes[0].powi(2));
+        0.5 * (size * own / (own + prior) - (1.0 + own / prior).ln())
+    }
+
+    /// Its own products of signatures, and what it finds in the residual.
+    fn own(&self, scores: &Scores) -> (DMatrix<f64>, DVector<f64>) {
+        let (first, count) = (self.signatures.start, self.signatures.len());
+        let gram = scores.gram.view((first, first), (count, count)).into_owned();
+        (gram, -scores.products.rows(first, count))
+    }
+
+    fn posterior(&self, gram: &DMatrix<f64>) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
+        let prior = DVector::from_iterator(self.sizes.len(), self.sizes.iter().map(|z| z * z));
+        (gram + DMatrix::from_diagonal(&prior)).cholesky()
+    }
+
+    /// Prior weight among the entries of its hypothesis: sizes of a ladder by the normal distribution, and by how wide
+    /// their steps are.
+    fn log_weight(&self) -> f64 {
+        if !self.shaped {
+            return 0.0;
+        }
+        let z = self.sizes[0].abs();
+        z.ln() - 0.5 * z * z
+    }
+}
+
+/// Logarithm of a weighted mean of exponentials.
+#[derive(Clone, Copy, Debug, Default)]
+struct LogMean {
+    /// Sum of weights.
+    weight: f64,
+    /// Logarithm of the weighted sum, once there is one.
+    log_sum: Option<f64>,
+}
+
+impl LogMean {
+    fn add(&mut self, log_weight: f64, log: f64) {
+        let term = log_weight + log;
+        self.weight += log_weight.exp();
+        self.log_sum = Some(match self.log_sum {
+            None => term,
+            Some(sum) => sum.max(term) + (-(sum - term).abs()).exp().ln_1p(),
+        });
+    }
+
+    fn value(&self) -> f64 {
+        self.log_sum.map_or(f64::NEG_INFINITY, |sum| sum - self.weight.ln())
+    }
+}

@@ -1,0 +1,69 @@
+//! What these channels can tell apart at all: which blocks have measured inputs and outputs, and which effects act in
+//! each. It is told before any number of the recordings is looked at.
+
+use crate::block::MeasuredBlock;
+use crate::library::Hypothesis;
+use serde::Serialize;
+
+/// A block of the loop by its channels.
+#[derive(Clone, Debug, Serialize)]
+pub struct BlockView {
+    /// The block.
+    pub block: &'static str,
+    /// Signals that go in.
+    pub inputs: Vec<&'static str>,
+    /// Signals that come out.
+    pub outputs: Vec<&'static str>,
+    /// Signals that are not recorded, so that the block cannot be judged by itself.
+    pub missing: Vec<&'static str>,
+    /// Catalogue ids of the effects that act in it.
+    pub effects: Vec<&'static str>,
+}
+
+impl BlockView {
+    /// Of a block that is judged.
+    pub(crate) fn judged(
+        block: &MeasuredBlock,
+        library: &[Hypothesis],
+        inputs: &[&'static str],
+        outputs: &[&'static str],
+    ) -> Self {
+        let effects = library.iter().map(|hypothesis| hypothesis.effect.id).collect();
+        Self { block: block.name, inputs: inputs.to_vec(), outputs: outputs.to_vec(), missing: Vec::new(), effects }
+    }
+
+    /// Of a block that cannot be judged for want of signals.
+    pub(crate) fn closed(
+        block: &'static str,
+        inputs: &[&'static str],
+        outputs: &[&'static str],
+        missing: &[&'static str],
+    ) -> Self {
+        let (inputs, outputs) = (inputs.to_vec(), outputs.to_vec());
+        Self { block, inputs, outputs, missing: missing.to_vec(), effects: Vec::new() }
+    }
+}
+
+/// The isolability matrix as text: effects down, residuals across.
+pub fn text(blocks: &[BlockView]) -> String {
+    let mut out =
+        String::from("What these channels can tell apart (rows: effects, columns: residuals that show them)\n");
+    for (number, block) in blocks.iter().enumerate() {
+        let (inputs, outputs) = (block.inputs.join(", "), block.outputs.join(", "));
+        let missing = match block.missing.is_empty() {
+            true => String::new(),
+            false => format!(": not judged, no {}", block.missing.join(", ")),
+        };
+        out += &format!("  r{} {}: {inputs} -> {outputs}{missing}\n", number + 1, block.block);
+    }
+    let mut ids: Vec<&str> = blocks.iter().flat_map(|block| block.effects.iter().copied()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let head: String = (1..=blocks.len()).map(|number| format!("  r{number}")).collect();
+    out += &format!("  {:<26}{head}\n", "");
+    for id in ids {
+        let mark = |block: &BlockView| if block.effects.contains(&id) { "   x" } else { "   ." };
+        out += &format!("  {id:<26}{}\n", blocks.iter().map(mark).collect::<String>());
+    }
+    out
+}
