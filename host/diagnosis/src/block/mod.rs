@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A measured signal that a block's model must give.
@@ -108,9 +109,14 @@ impl<'a> Part<'a> {
     /// Residuals (measured less simulated, low-passed) of some trials for every parameter set: `[set][trial]`.
     fn of_trials(&self, trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let recordings: Vec<&Recorded> = trials.iter().map(|trial| self.recordings[*trial]).collect();
+        self.of_recordings(&recordings, trials, sets)
+    }
+
+    /// The same, for the inputs of some recordings and what was measured in trials.
+    fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let stride = self.block.kind.outputs().len();
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
-            let outputs = simulate(self.block.kind, &recordings, sets);
+            let outputs = simulate(self.block.kind, recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
                 for (row, channel) in self.block.channels.iter().enumerate() {
@@ -173,7 +179,25 @@ impl<'a> Part<'a> {
             let own = cut(members, &trials);
             mean(&own) - &own[0]
         };
-        Shortcut { part: self, noise, rest: self.experiments.iter().map(rest).collect() }
+        let rest = self.experiments.iter().map(rest).collect();
+        Shortcut { part: self, noise, first: self.typical(), rest }
+    }
+
+    /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
+    fn typical(&self) -> Vec<Cow<'a, Recorded>> {
+        let firsts = self.experiments.iter().map(|(_, members)| Cow::Borrowed(self.recordings[members[0]]));
+        let Some(clock) = self.block.clock else {
+            return firsts.collect();
+        };
+        let fields = self.block.kind.inputs();
+        let field = fields.iter().position(|field| field.name == clock).expect("an input's name");
+        let start = |trial: &usize| self.recordings[*trial].inputs[field];
+        let later = |(mut first, (_, members)): (Cow<'a, Recorded>, &(&str, Vec<usize>))| {
+            let shift = members.iter().map(start).sum::<f64>() / members.len() as f64 - start(&members[0]);
+            first.to_mut().inputs.iter_mut().skip(field).step_by(fields.len()).for_each(|time| *time += shift);
+            first
+        };
+        firsts.zip(&self.experiments).map(later).collect()
     }
 }
 
@@ -187,6 +211,8 @@ const MOST_SETS: usize = 128;
 pub struct Shortcut<'a> {
     part: &'a Part<'a>,
     noise: &'a Noise,
+    /// Its recording.
+    first: Vec<Cow<'a, Recorded>>,
     /// Mean residual of each experiment less that of its first repeat, at the nominal parameters.
     rest: Vec<DMatrix<f64>>,
 }
@@ -202,7 +228,8 @@ impl Shortcut<'_> {
             };
             DVector::from_vec(trials.iter().enumerate().flat_map(of).collect())
         };
-        self.part.of_trials(&first, sets).into_par_iter().map(whiten).collect()
+        let recordings: Vec<&Recorded> = self.first.iter().map(AsRef::as_ref).collect();
+        self.part.of_recordings(&recordings, &first, sets).into_par_iter().map(whiten).collect()
     }
 }
 

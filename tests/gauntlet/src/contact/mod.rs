@@ -196,7 +196,9 @@ impl Bench for ContactBench {
         let mut position = Instrument::new(run, "position", POSITION_NOISE, POSITION_QUANTUM);
         let mut force = Instrument::new(run, "force", FORCE_NOISE, FORCE_QUANTUM);
         let mut table = Table::new(&COLUMNS);
+        let shown = |tick: usize| -> [f64; 6] { std::array::from_fn(|i| trace[i][tick]) };
         for tick in 0..trace[0].len() - 1 {
+            let shown = shown(tick);
             let time = tick as f64 * TICK;
             let mut row = [0.0; 10];
             row[0] = run.start_s + time;
@@ -205,8 +207,8 @@ impl Bench for ContactBench {
                 row[2 + axis] = experiment.carriage[axis].at(time)[0];
             }
             for axis in 0..3 {
-                row[4 + axis] = position.read(trace[axis][tick]);
-                row[7 + axis] = force.read(trace[3 + axis][tick] + self.nuisances.bias[axis]);
+                row[4 + axis] = position.read(shown[axis]);
+                row[7 + axis] = force.read(shown[3 + axis] + self.nuisances.bias[axis]);
             }
             table.push(&row);
         }
