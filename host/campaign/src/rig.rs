@@ -8,9 +8,11 @@ use crate::read;
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::written::Quantity;
-use crate::written::rig::{ControllerTable, DriveTable, FeedforwardTable, RigFile, ToleranceTable};
+use crate::written::rig::{ControllerTable, DriveTable, EffectTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
+use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
 use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -257,6 +259,10 @@ fn drive(c: &mut Checker, file: &RigFile) -> Option<DriveRig> {
     values.clock_offset = controller.as_ref().map_or(0.0, |controller| 0.5 * controller.period);
     let link_inertia = c.number_or(&t.link_inertia, 0.0, u.inertia, Range::within(0.0, INERTIA));
     let tolerance = tolerance(c, u, &file.tolerance, &values, link_inertia);
+    let mut controller = controller;
+    for effect in &file.effect {
+        add_effect(c, prismatic, effect, &mut values, controller.as_mut());
+    }
     Some(DriveRig {
         prismatic,
         values,
@@ -267,6 +273,66 @@ fn drive(c: &mut Checker, file: &RigFile) -> Option<DriveRig> {
         controller,
         tolerance,
     })
+}
+
+/// Sets the parameters that an effect of the model file names, in the drive or on the way to the controller.
+fn add_effect(
+    c: &mut Checker,
+    prismatic: bool,
+    written: &EffectTable,
+    drive: &mut DriveValues<f64>,
+    controller: Option<&mut ControllerRig>,
+) {
+    let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.id).collect();
+    let id = &written.id;
+    if !known.contains(&id.value.as_str()) {
+        c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
+        return;
+    }
+    match controller {
+        Some(controller) if id.value.starts_with('C') => {
+            controller.values = with_parameters(c, prismatic, written, &controller.values);
+        }
+        None if id.value.starts_with('C') => {
+            let message = format!("`{}` acts on the way to a controller, and this rig has none", id.value);
+            c.refuse(&id.span, message, "add the table [controller], or remove the effect");
+        }
+        _ => *drive = with_parameters(c, prismatic, written, drive),
+    }
+}
+
+/// A block's values with those that an effect names.
+fn with_parameters<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, written: &EffectTable, values: &B) -> B {
+    let (table, mut all) = (fields::<f64, B>(), to_vec(values));
+    let names: Vec<&str> = table.iter().map(|field| field.name.as_str()).collect();
+    for (name, value) in &written.parameters {
+        let Some(place) = names.iter().position(|field| field == name) else {
+            let message = format!("`{}` has no parameter `{name}`", written.id.value);
+            c.refuse(&value.span, message, suggestion(name, &names));
+            continue;
+        };
+        let unit = if prismatic { sliding(table[place].unit) } else { table[place].unit };
+        all[place] = c.number(value, unit, Range::size(LARGEST));
+    }
+    from_slice(&all)
+}
+
+/// Largest size of an effect's parameter, whatever its unit.
+const LARGEST: f64 = 1e12;
+
+/// A unit of a turning joint on a sliding one.
+pub fn sliding(unit: &'static str) -> &'static str {
+    match unit {
+        "rad" => "m",
+        "rad/s" => "m/s",
+        "1/rad" => "1/m",
+        "N m" => "N",
+        "N m/rad" => "N/m",
+        "N m s/rad" => "N s/m",
+        "rad/(N m)" => "m/N",
+        "kg m^2" => "kg",
+        other => other,
+    }
 }
 
 fn drive_values(c: &mut Checker, u: Units, t: &DriveTable) -> DriveValues<f64> {

@@ -4,7 +4,9 @@ pub mod block;
 mod combine;
 pub mod decide;
 pub mod diagnosis;
+pub mod diagnosis_page;
 mod error;
+pub mod extend;
 pub mod identify;
 pub mod inference;
 pub mod isolability;
@@ -12,6 +14,7 @@ mod judge;
 pub mod library;
 pub mod recording;
 pub mod variance;
+pub mod words;
 
 pub use error::{Error, Result};
 pub use judge::{Candidate, Judgement, judge};

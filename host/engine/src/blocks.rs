@@ -64,6 +64,14 @@ impl Kind {
         with_block!(self, block => of(block))
     }
 
+    /// The field table of the signals that reach the block late.
+    pub fn late_inputs(self) -> Vec<Field> {
+        fn of<B: Block>(_: &B) -> Vec<Field> {
+            fields::<f64, B::Late<f64>>()
+        }
+        with_block!(self, block => of(block))
+    }
+
     /// The WGSL module that simulates the block with a step \[s\].
     pub fn kernel(self, step: f64) -> String {
         with_block!(self, block => softdock_kernels::block::kernel::kernel(block, step))

@@ -36,9 +36,22 @@ pub(crate) struct RigFile {
     /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
     #[serde(default)]
     pub(crate) tolerance: ToleranceTable,
+    /// Effects that a diagnosis found, and that the model has from now on.
+    #[serde(default)]
+    pub(crate) effect: Vec<EffectTable>,
     /// Columns of a recording by signal: `"q" = { column = "...", unit = "deg" }`.
     #[serde(default)]
     pub(crate) log: BTreeMap<String, At<LogTable>>,
+}
+
+/// An effect of the catalogue.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EffectTable {
+    /// Its id, as `softdock diagnose` tells it (`J3_stribeck`).
+    pub(crate) id: At<String>,
+    /// Its numbers by name.
+    pub(crate) parameters: BTreeMap<String, Quantity>,
 }
 
 /// One joint with its drive, all at the joint's side of the gear; a prismatic joint has m, N and kg.

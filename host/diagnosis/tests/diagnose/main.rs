@@ -26,7 +26,7 @@ fn blocks(hidden: &[Hidden], seed: u64) -> [MeasuredBlock; 2] {
     let set = generate(DRIVE, hidden, NoiseColour::FirstOrder, seed).expect("a legal size");
     set.write(folder.path()).expect("room");
     let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
-    let Plant::Drive(drive) = &rig.plant;
+    let Plant::Drive(drive) = &rig.plant else { unreachable!("a drive bench") };
     let read = |name: &str| -> Vec<Piece> {
         let pieces = files(&folder.path().join(name)).into_iter().map(|file| grid::read(&file, &rig).expect("a log").0);
         pieces.flatten().collect()
@@ -42,6 +42,7 @@ fn judged(block: &MeasuredBlock) -> (Judgement, Vec<library::Hypothesis>) {
     let library = match block.kind {
         softdock_engine::blocks::Kind::Drive => library::drive::effects(block),
         softdock_engine::blocks::Kind::Controller => library::controller::effects(block),
+        kind => unreachable!("{kind:?} is of another bench"),
     };
     (judge(block, &library).expect("repeats"), library)
 }
@@ -50,7 +51,7 @@ fn judged(block: &MeasuredBlock) -> (Judgement, Vec<library::Hypothesis>) {
 fn best(block: &MeasuredBlock) -> (String, f64, f64) {
     let (judgement, library) = judged(block);
     let first = &judgement.ranking[0];
-    (library[first.hypothesis].effect.id.to_owned(), first.log_odds, first.adequacy.expect("held-out motion").with)
+    (library[first.hypotheses[0]].effect.id.to_owned(), first.log_odds, first.adequacy.expect("held-out motion").with)
 }
 
 #[test]
@@ -58,7 +59,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
     for block in blocks(&[], 1) {
         let (judgement, _) = judged(&block);
         assert!(judgement.ranking[0].log_odds < 5.0, "{}: {}", judgement.block, judgement.ranking[0].log_odds);
-        assert!(judgement.misfit < 1.2, "{}: {}", judgement.block, judgement.misfit);
+        assert!(judgement.misfit() < 1.2, "{}: {}", judgement.block, judgement.misfit());
     }
 }
 
