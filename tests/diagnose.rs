@@ -110,5 +110,8 @@ fn bad_input_ends_with_2_and_leaves_nothing() {
 fn signals_are_told_without_a_model() {
     let output = softdock(Path::new("."), &["--signals"]);
     let said = text(&output.stdout);
-    assert!(output.status.success() && said.contains("drive:") && said.contains("tau"), "{said}");
+    assert!(
+        output.status.success() && ["drive:", "tau", "sensor:", "contact:"].iter().all(|word| said.contains(word)),
+        "{said}"
+    );
 }

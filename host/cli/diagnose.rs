@@ -4,7 +4,7 @@ use crate::args::{DiagnoseArgs, default_results};
 use crate::words::{Exit, explain, json, refuse, say, warn};
 use miette::{IntoDiagnostic, Report};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::DRIVE_SIGNALS;
+use softdock_campaign::rig::{CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
 use softdock_diagnosis::diagnosis::{Options, prepare};
 use softdock_diagnosis::{Error, diagnosis_page, extend, isolability, words};
 use softdock_results::write_file;
@@ -47,9 +47,17 @@ fn signals() -> String {
     let mut out = String::from("drive: one joint with its drive, turning or sliding\n");
     for (name, turning, sliding, meaning) in DRIVE_SIGNALS {
         let unit = if turning == sliding { turning.to_owned() } else { format!("{turning} or {sliding}") };
-        out += &format!("  {name:<8}{unit:<12}{meaning}\n");
+        out += &signal(name, &unit, meaning);
     }
+    out += "\nsensor: a force/torque sensor under known loads\n";
+    SENSOR_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out += "\ncontact: one body against a plate\n";
+    CONTACT_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out
+}
+
+fn signal(name: &str, unit: &str, meaning: &str) -> String {
+    format!("  {name:<20}{unit:<12}{meaning}\n")
 }
 
 fn write(folder: &Path, files: &[(&str, String)]) -> miette::Result<()> {

@@ -17,6 +17,14 @@ use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+mod contact;
+mod sensor;
+#[cfg(test)]
+mod tests;
+
+pub use contact::{CONTACT_SIGNALS, ContactRig};
+pub use sensor::{SENSOR_SIGNALS, SensorRig};
+
 /// Format that this version reads.
 const FORMAT: &str = "rig/1";
 
@@ -40,6 +48,10 @@ pub struct Rig {
 pub enum Plant {
     /// One joint with its drive.
     Drive(Box<DriveRig>),
+    /// A force/torque sensor under known loads.
+    Sensor(Box<SensorRig>),
+    /// A contact.
+    Contact(Box<ContactRig>),
 }
 
 /// One joint with its drive.
@@ -107,28 +119,109 @@ impl Rig {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        c.choice(&file.kind, &[("drive", ())]);
-        let plant = drive(&mut c, &file);
-        let prismatic = plant.as_ref().is_some_and(|rig| rig.prismatic);
-        let log = columns(&mut c, &file, prismatic);
+        let kind =
+            c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
+        check_tolerance(&mut c, &file, kind);
+        let (plant, log) = match kind {
+            Kind::Drive => {
+                let rig = drive(&mut c, &file);
+                let prismatic = rig.as_ref().is_some_and(|rig| rig.prismatic);
+                let unit = |row: &(&'static str, &'static str, &'static str, _)| if prismatic { row.2 } else { row.1 };
+                let known: Vec<_> = DRIVE_SIGNALS.iter().map(|row| (row.0, unit(row))).collect();
+                (rig.map(|rig| Plant::Drive(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Sensor => {
+                let rig = sensor::sensor(&mut c, &file);
+                let known: Vec<_> = SENSOR_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Sensor(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Contact => {
+                let rig = contact::contact(&mut c, &file);
+                let known: Vec<_> = CONTACT_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Contact(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+        };
         Problems::check(std::mem::take(&mut c.problems))?;
-        let plant = Plant::Drive(Box::new(plant.expect("a missing table is a problem")));
+        let plant = plant.expect("a missing table is a problem");
         let title = file.title.map_or_else(|| id.clone(), |title| title.value);
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { id, title, plant, log, file: name })
     }
 }
 
-fn columns(c: &mut Checker, file: &RigFile, prismatic: bool) -> BTreeMap<String, Column> {
+/// What a rig is, before its tables are read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Drive,
+    Sensor,
+    Contact,
+}
+
+/// Tolerances that a rig of each kind may name.
+const TOLERANCES: [(Kind, &[&str]); 3] = [
+    (
+        Kind::Drive,
+        &[
+            "motor_inertia",
+            "link_inertia",
+            "coulomb",
+            "viscous",
+            "torque_constant",
+            "presliding_travel",
+            "compliance",
+            "offset",
+            "clock_offset",
+        ],
+    ),
+    (Kind::Sensor, &["bias_force", "bias_moment", "gain", "tool_mass", "noise", "clock_offset"]),
+    (
+        Kind::Contact,
+        &[
+            "stiffness",
+            "damping",
+            "damping_onset",
+            "friction",
+            "presliding_travel",
+            "bias_force",
+            "surface",
+            "clock_offset",
+        ],
+    ),
+];
+
+/// Refuses tolerances of what a rig of this kind does not have.
+fn check_tolerance(c: &mut Checker, file: &RigFile, kind: Kind) {
+    let known = TOLERANCES.iter().find(|row| row.0 == kind).expect("a row for every kind").1;
+    for (name, written) in file.tolerance.named() {
+        if let (Some(written), false) = (written, known.contains(&name)) {
+            let message = format!("a rig of kind \"{}\" has no tolerance `{name}`", file.kind.value);
+            c.refuse(&written.span, message, suggestion(name, known));
+        }
+    }
+}
+
+/// Refuses a rig whose `[log]` lacks a signal without which nothing can be said.
+fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
+    let lacking: Vec<String> =
+        needed.iter().filter(|name| !file.log.contains_key(**name)).map(|name| format!("`{name}`")).collect();
+    if let Some(first) = lacking.first() {
+        let message = format!("[log] names no column for {}", lacking.join(", "));
+        let remedy =
+            format!("add a line for each: {} = {{ column = \"...\", unit = \"...\" }}", first.replace('`', "\""));
+        c.refuse(&file.kind.span, message, remedy);
+    }
+}
+
+fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str)]) -> BTreeMap<String, Column> {
     let mut columns = BTreeMap::new();
     for (name, written) in &file.log {
-        let Some(row) = DRIVE_SIGNALS.iter().find(|row| row.0 == name) else {
-            let known: Vec<&str> = DRIVE_SIGNALS.iter().map(|row| row.0).collect();
-            let message = format!("there is no signal `{name}` on a rig of kind \"drive\"");
-            c.refuse(&written.span, message, suggestion(name, &known));
+        let Some((_, unit)) = known.iter().find(|row| row.0 == name) else {
+            let names: Vec<&str> = known.iter().map(|row| row.0).collect();
+            let message = format!("there is no signal `{name}` on a rig of kind \"{}\"", file.kind.value);
+            c.refuse(&written.span, message, suggestion(name, &names));
             continue;
         };
-        if let Some(column) = Column::read(c, written, if prismatic { row.2 } else { row.1 }) {
+        if let Some(column) = Column::read(c, written, unit) {
             columns.insert(name.clone(), column);
         }
     }

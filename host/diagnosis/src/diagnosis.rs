@@ -1,8 +1,10 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
+use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
 use crate::block::drive::drive_block;
+use crate::block::sensor::{self, sensor_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
 use crate::isolability::BlockView;
 use crate::judge::{Judgement, judge, numerical_error};
@@ -96,7 +98,9 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         Ok(all)
     };
     let (mut learn, mut test) = (of(logs)?, of(holdout)?);
-    learn.iter().chain(&test).try_for_each(moves)?;
+    if matches!(rig.plant, Plant::Drive(_)) {
+        learn.iter().chain(&test).try_for_each(moves)?;
+    }
     let mut provisional = Vec::new();
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -133,7 +137,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     Ok(prepared)
 }
 
-/// A channel that never changes was not measured.
+/// A channel of a drive that never changes was not measured.
 fn moves(piece: &Piece) -> Result<()> {
     let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
     match piece.signals.iter().find(|(_, values)| still(values)) {
@@ -165,11 +169,6 @@ fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
 }
 
 impl Prepared {
-    fn drive(&self) -> &DriveRig {
-        let Plant::Drive(rig) = &self.rig.plant;
-        rig
-    }
-
     fn has(&self, signal: &str) -> bool {
         self.pieces.iter().all(|piece| piece.signals.contains_key(signal))
     }
@@ -177,7 +176,23 @@ impl Prepared {
     /// The blocks that these channels allow, simulated in steps so many times finer than usual.
     fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let is_held = |experiment: &str| self.held_out.contains(experiment);
-        let rig = self.drive();
+        match &self.rig.plant {
+            Plant::Drive(rig) => self.drive_blocks(rig, finer),
+            Plant::Sensor(rig) => {
+                let block = sensor_block(rig, &self.pieces, &is_held, finer);
+                let library = library::sensor::effects(&block);
+                vec![(block, library)]
+            }
+            Plant::Contact(rig) => {
+                let block = contact_block(rig, &self.pieces, &is_held, finer);
+                let library = library::contact::effects(&block);
+                vec![(block, library)]
+            }
+        }
+    }
+
+    fn drive_blocks(&self, rig: &DriveRig, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let is_held = |experiment: &str| self.held_out.contains(experiment);
         let mut blocks = Vec::new();
         if let Some(controller) = rig.controller.as_ref().filter(|_| self.has("ref")) {
             let block = controller_block(rig, controller, &self.pieces, &is_held);
@@ -191,6 +206,30 @@ impl Prepared {
     }
 
     fn views(&self) -> Result<Vec<BlockView>> {
+        let views = match &self.rig.plant {
+            Plant::Drive(_) => self.drive_views()?,
+            Plant::Sensor(_) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
+            Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+        };
+        let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
+        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
+            let known: Vec<&str> = known.into_iter().collect();
+            return Err(Error::unfit(
+                format!("there is no effect `{id}` in any block"),
+                format!("write one of: {}", known.join(", ")),
+            ));
+        }
+        Ok(views)
+    }
+
+    /// Of a rig with one block, whose signals the model file must name.
+    fn only_view(&self, inputs: &[&'static str], outputs: &[&'static str]) -> Vec<BlockView> {
+        let of =
+            |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
+        self.blocks(1).iter().map(of).collect()
+    }
+
+    fn drive_views(&self) -> Result<Vec<BlockView>> {
         for signal in ["q", "tau"] {
             if !self.has(signal) {
                 let what =
@@ -203,9 +242,7 @@ impl Prepared {
         }
         let mut views: Vec<BlockView> = Vec::new();
         let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
-        let mut known: BTreeSet<&str> = BTreeSet::new();
         for (block, library) in self.blocks(1) {
-            known.extend(library.iter().map(|hypothesis| hypothesis.effect.id));
             let is_drive = block.kind == softdock_engine::blocks::Kind::Drive;
             let (inputs, outputs): (&[&str], &[&str]) =
                 if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
@@ -215,13 +252,6 @@ impl Prepared {
             let missing: &[&str] = if self.has("ref") { &["[controller] in the model file"] } else { &["ref"] };
             views.insert(0, BlockView::closed("R2 reference to torque", &["ref", "q"], &["tau"], missing));
         }
-        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
-            let known: Vec<&str> = known.into_iter().collect();
-            return Err(Error::unfit(
-                format!("there is no effect `{id}` in any block"),
-                format!("write one of: {}", known.join(", ")),
-            ));
-        }
         Ok(views)
     }
 
@@ -230,8 +260,11 @@ impl Prepared {
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
     pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
-        let prismatic = self.drive().prismatic;
-        self.findings.extend(suspects(self.drive(), &self.pieces));
+        let mut prismatic = false;
+        if let Plant::Drive(rig) = &self.rig.plant {
+            prismatic = rig.prismatic;
+            self.findings.extend(suspects(rig, &self.pieces));
+        }
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         for place in 0..self.blocks(1).len() {
             let (block, library, error) = self.exact_enough(place)?;

@@ -14,6 +14,7 @@ mod judge;
 pub mod library;
 pub mod recording;
 mod suspects;
+pub mod variance;
 pub mod words;
 
 pub use error::{Error, Result};
