@@ -2,10 +2,11 @@
 
 use crate::block::MeasuredBlock;
 use crate::inference::adequacy::Adequacy;
-use crate::inference::evidence::interval;
+use crate::inference::evidence::{Interval, interval};
 use crate::inference::unknown::Role;
 use crate::judge::{Candidate, Judgement, PULLED};
 use crate::library::Hypothesis;
+use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
 use std::collections::BTreeMap;
@@ -183,6 +184,37 @@ pub fn decide(
         alike: context.alike(),
         strained: if present.is_some() { Vec::new() } else { context.strained() },
         samples: judgement.samples,
+    }
+}
+
+impl BlockAnswer {
+    /// The answer with noise beyond a sensor's own, where repeats differ by more than that; a sensor whose readings are
+    /// stairs differs at their edges.
+    #[must_use]
+    pub fn with_noise(mut self, noise: &ExcessNoise) -> Self {
+        let stairs = self.effects.iter().any(|effect| effect.id.starts_with("S6"));
+        if noise.log_odds < self.threshold || stairs {
+            return self;
+        }
+        let of = |place: usize, unit: &str| {
+            let Interval { value, lo, hi } = noise.deviation[place];
+            Estimate { value, lo, hi, unit: unit.to_owned() }
+        };
+        self.effects.push(EffectFound {
+            id: noise.effect.id,
+            name: "noise beyond the sensor's own",
+            block: self.block,
+            p: 1.0 / (1.0 + (-noise.log_odds).exp()),
+            parameters: [("noise_force", of(0, "N")), ("noise_moment", of(1, "N m"))]
+                .into_iter()
+                .map(|(name, estimate)| (name.to_owned(), estimate))
+                .collect(),
+        });
+        self.log_odds = self.log_odds.max(noise.log_odds);
+        if self.answer < Verdict::Named {
+            self.answer = Verdict::Named;
+        }
+        self
     }
 }
 

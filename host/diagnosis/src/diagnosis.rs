@@ -11,6 +11,7 @@ use crate::judge::{Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
 use crate::recording::grid::{Finding, Piece, read};
 use crate::suspects::suspects;
+use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
@@ -273,7 +274,12 @@ impl Prepared {
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
             let judgement = judge(&block, &library).ok_or_else(|| silent(&block))?;
-            answers.push(decide(&block, &library, &missing, &judgement, prismatic));
+            let answer = decide(&block, &library, &missing, &judgement, prismatic);
+            let noise = match &self.rig.plant {
+                Plant::Sensor(rig) => excess_noise(rig, &block),
+                _ => None,
+            };
+            answers.push(noise.iter().fold(answer, BlockAnswer::with_noise));
             judged.push(Judged { block, library, judgement });
         }
         Ok((summed(self, answers, errors), judged))

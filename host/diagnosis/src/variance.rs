@@ -2,6 +2,7 @@
 
 use crate::block::MeasuredBlock;
 use crate::block::sensor::READINGS;
+use crate::inference::evidence::Interval;
 use crate::inference::noise::deviations;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
@@ -17,8 +18,8 @@ pub struct ExcessNoise {
     /// How much better than the healthy sensor's noise alone it explains what repeats differ by: difference of log
     /// evidence.
     pub log_odds: f64,
-    /// Standard deviation of the noise beyond the healthy sensor's: force \[N\], moment \[N m\].
-    pub deviation: [f64; 2],
+    /// Standard deviation of the noise beyond the healthy sensor's, with its 95 % interval: force \[N\], moment \[N m\].
+    pub deviation: [Interval; 2],
     /// Time over which all noise forgets to 1/e \[s\].
     pub correlation_time: f64,
 }
@@ -43,11 +44,15 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let memory = Memory::of(&series);
     let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
     let id = EffectId::of("S7_noise").effect();
-    let (mut log_odds, mut deviation) = (0.0, [0.0; 2]);
+    let mut log_odds = 0.0;
+    let mut deviation = [Interval { value: 0.0, lo: 0.0, hi: 0.0 }; 2];
     for kind in 0..2 {
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let samples = 3.0 * memory.samples;
-        deviation[kind] = (variance - healthy[kind].powi(2)).max(0.0).sqrt();
+        // A variance of n samples is known to a share of sqrt(2 / n).
+        let share = 1.959_964 * (2.0 / samples).sqrt();
+        let beyond = |factor: f64| (variance * factor - healthy[kind].powi(2)).max(0.0).sqrt();
+        deviation[kind] = Interval { value: beyond(1.0), lo: beyond(1.0 - share), hi: beyond(1.0 + share) };
         log_odds +=
             odds(variance / healthy[kind].powi(2), samples, rig.noise_share, id.parameters[kind].scale / healthy[kind]);
     }

@@ -34,6 +34,6 @@ fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
     };
     assert!(odds(&[]).log_odds < 0.0, "{:?}", odds(&[]));
     let more = odds(&[Hidden { id: "S7_noise", size: 1.0 }]);
-    assert!(more.log_odds > 20.0 && (more.deviation[0] - 1.0).abs() < 0.15, "{more:?}");
-    assert!((more.deviation[1] - 0.1).abs() < 0.015 && (more.correlation_time - 0.05).abs() < 0.02, "{more:?}");
+    assert!(more.log_odds > 20.0 && (more.deviation[0].value - 1.0).abs() < 0.15, "{more:?}");
+    assert!((more.deviation[1].value - 0.1).abs() < 0.015 && (more.correlation_time - 0.05).abs() < 0.02, "{more:?}");
 }
