@@ -16,6 +16,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 }
 
 #[test]
+#[ignore = "minutes: the full size"]
 fn what_is_hidden_is_named() {
     for (id, size) in [("K3_damping", 3e5), ("K6_anisotropy", 0.15), ("K8_adhesion", 10.0)] {
         let said = diagnosed(&[Hidden { id, size }], 11);

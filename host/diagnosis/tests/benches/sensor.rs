@@ -18,6 +18,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 }
 
 #[test]
+#[ignore = "minutes: the full size"]
 fn what_is_hidden_is_named() {
     for (id, size) in [("S2_drift", 0.02), ("S4_crosstalk", 0.02), ("S5_low_pass", 0.001), ("S8_load", 0.15)] {
         let said = diagnosed(&[Hidden { id, size }], 11);
