@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod cli;
+mod diagnose;
 mod drive;
 mod engine_loss;
 mod gpu;

@@ -88,6 +88,14 @@ RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --quiet
 step "tests"
 cargo test --release --workspace
 
+step "measured data of others"
+data="${SOFTDOCK_DATA:-../shared/data}"
+data_seen=no
+if [ -d "$data/emps" ]; then
+    SOFTDOCK_DATA="$(realpath "$data")" cargo test --release --workspace --test diagnose measured -- --ignored
+    data_seen=yes
+fi
+
 step "parity, a second time, on SwiftShader"
 swiftshader_seen=no
 if fetch_swiftshader; then
@@ -117,6 +125,8 @@ step "the same results, read by others"
 if [ "$swiftshader_seen" = no ]; then
     printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
 fi
+[ "$data_seen" = yes ] ||
+    printf '\n!! NOT RUN: diagnosis of measured data: give its folder as SOFTDOCK_DATA\n' >&2
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] ||
     printf '\n!! NOT RUN: a running RSI controller: give the local address that it sends to as SOFTDOCK_PEER_RSI\n' >&2
 [ -n "${SOFTDOCK_PEER_ETHERCAT:-}" ] ||

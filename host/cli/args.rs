@@ -40,7 +40,7 @@ pub(crate) enum Command {
     Report(ReportArgs),
     /// Repeat one run of a results folder, or the log of a drive, and compare it bit by bit.
     Replay(ReplayArgs),
-    /// Print the JSON Schema of campaign, scenario or robot files, for editors.
+    /// Print the JSON Schema of campaign, scenario, rig or robot files, for editors.
     Schema(SchemaArgs),
     /// Print the GPU kernel that a scenario becomes.
     Kernel(KernelArgs),
@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Identify a robot from recorded motions, or design a motion that shows its parameters.
     Identify(IdentifyArgs),
+    /// Say from recordings what a model gets wrong, why, and what knowing it gains.
+    Diagnose(DiagnoseArgs),
 }
 
 /// Arguments of `drive`.
@@ -238,6 +240,47 @@ pub(crate) struct RobotArgs {
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Arguments of `diagnose`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Recordings are CSV or Parquet; the model file's [log] says which column is what. Files that share a name up to the last
+underscore (sine_1.csv, sine_2.csv) are repeats of one command: three of each, and another motion held out, make an
+answer that can be signed. Without, it is provisional, and says so. DIR gets the page, the figures as JSON, and the
+extended model where causes are named.
+
+Exit codes: 0 answered, whatever the answer; 2 bad input.
+
+Examples:
+  softdock diagnose model.toml training/*.csv --holdout validation/*.csv --out results/joint
+  softdock diagnose model.toml recording.csv --hold-out-from 6.21
+  softdock diagnose --signals")]
+pub(crate) struct DiagnoseArgs {
+    /// Model file of the rig: what is known of it, and how well.
+    #[arg(required_unless_present = "signals")]
+    pub(crate) model: Option<PathBuf>,
+    /// Recordings to learn from.
+    #[arg(value_name = "LOG", required_unless_present = "signals")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Recordings of another motion, to judge by.
+    #[arg(long, value_name = "LOG", num_args = 1..)]
+    pub(crate) holdout: Vec<PathBuf>,
+    /// Judge by what each recording has from this time on, in seconds of its own clock.
+    #[arg(long, value_name = "SECONDS", conflicts_with = "holdout")]
+    pub(crate) hold_out_from: Option<f64>,
+    /// Leave a cause of the catalogue out of the library.
+    #[arg(long, value_name = "ID")]
+    pub(crate) without: Vec<String>,
+    /// Results folder; `results/diagnose_ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the kinds of plants with the names of their signals, and judge nothing.
+    #[arg(long, exclusive = true)]
+    pub(crate) signals: bool,
 }
 
 /// Arguments of `kernel`.
@@ -430,6 +473,8 @@ pub(crate) enum SchemaKind {
     Campaign,
     /// What is simulated, and on which facility.
     Scenario,
+    /// A bench rig whose recordings are diagnosed.
+    Rig,
     /// An industrial robot.
     Robot,
 }

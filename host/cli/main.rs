@@ -6,6 +6,7 @@ mod band;
 mod bench;
 mod check;
 mod devices;
+mod diagnose;
 mod drive;
 mod emulate;
 mod farm;
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
         Command::Map(args) => map::map(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Identify(args) => identify::identify(&args),
+        Command::Diagnose(args) => diagnose::diagnose(&args),
         Command::Drive(args) => drive::drive(&args),
         Command::Emulate(args) => emulate::emulate(&args),
         Command::Devices => devices::devices(),

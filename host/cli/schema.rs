@@ -7,6 +7,7 @@ use crate::words::{Exit, say};
 pub(crate) fn schema(args: &SchemaArgs) -> miette::Result<Exit> {
     say(match args.kind {
         SchemaKind::Campaign => softdock_campaign::json_schema(),
+        SchemaKind::Rig => softdock_campaign::rig_json_schema(),
         SchemaKind::Robot => softdock_campaign::robot_json_schema(),
         SchemaKind::Scenario => softdock_campaign::scenario_json_schema(),
     });

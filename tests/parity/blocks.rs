@@ -3,10 +3,13 @@
 use super::adapters;
 use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
+use softdock_kernels::block::contact::ContactValues;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
+use softdock_kernels::block::sensor::SensorValues;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::philox;
+use softdock_kernels::vector::vec3;
 
 /// Every function of `wgsl/replay.wgsl`; all of them have a share in every number that is compared here.
 pub(crate) const REPLAY_FRAME: [&str; 5] = ["lanes", "instants", "stride", "late_at", "replay"];
@@ -72,11 +75,73 @@ fn controllers() -> (Recorded, Vec<Vec<f64>>) {
     (recorded, (0..SETS).map(set).collect())
 }
 
+fn sensors() -> (Recorded, Vec<Vec<f64>>) {
+    let recorded = recorded(
+        |t, [q, _, _]| vec![1.0, 2.0, -50.0 * q, 0.1, 0.2, 0.0, t],
+        |t, [q, v, a]| {
+            let wrench = [100.0 * q, -30.0 * v, 50.0 + a, 2.0 * q, v, 0.0];
+            let bend = wrench.map(|c| -0.5 * (9.0 * 5e-4_f64).powi(2) * c);
+            [&wrench[..], &bend, &[q, 1.0, -9.8, 0.0, v, t, a, 0.0, 1.0]].concat()
+        },
+    );
+    let set = |i: u64| {
+        let mut p = SensorValues {
+            tool_mass: 5.0 + draw("mass", i),
+            tool_centre: vec3(0.01, 0.0, 0.09),
+            tool_inertia: vec3(0.02, 0.02, 0.015),
+            bias_force: vec3(1.0, draw("bias", i), -1.0),
+            drift_moment: vec3(0.0, 0.01 * draw("drift", i), 0.0),
+            gain: 0.02 * draw("gain", i),
+            lag: 2e-3 * draw("lag", i),
+            delay: 2e-3 * draw("delay", i),
+            resolution: if i.is_multiple_of(3) { 1.0 + draw("resolution", i) } else { 0.0 },
+            blur: 0.5,
+            range: 60.0 + 100.0 * draw("range", i),
+            ..SensorValues::null()
+        };
+        (p.fx_of.force.z, p.my_of.force.x) = (0.02 * draw("crosstalk", i), 1e-3);
+        to_vec(&p)
+    };
+    (recorded, (0..SETS).map(set).collect())
+}
+
+fn contacts() -> (Recorded, Vec<Vec<f64>>) {
+    let recorded =
+        recorded(|t, _| vec![t], |_, [q, v, _]| vec![0.1 * q, 5e-3 * v, 1e-2 * q, 0.1 * v, -0.4 * q, 1e-2 * v]);
+    let set = |i: u64| {
+        to_vec(&ContactValues {
+            stiffness: 1e5,
+            exponent: 1.0 + 0.5 * draw("exponent", i),
+            damping: 200.0,
+            damping_onset: 1e-5,
+            depth_damping: 1e5 * draw("deep", i),
+            friction: 0.3 * draw("friction", i),
+            stribeck: 0.1 * draw("stribeck", i),
+            anisotropy: 0.1 * draw("anisotropy", i),
+            presliding_travel: 5e-5,
+            surface: 1e-4 * (draw("surface", i) - 0.5),
+            adhesion: 10.0 * draw("adhesion", i),
+            fixture_compliance: if i.is_multiple_of(3) { 1e-6 * draw("fixture", i) } else { 0.0 },
+            lag: 1e-3 * draw("lag of the force", i),
+            clock_offset: 2e-3 * (draw("clock", i) - 0.5),
+            ..ContactValues::null()
+        })
+    };
+    (recorded, (0..SETS).map(set).collect())
+}
+
 #[test]
 fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     // f32 has 6e-8 of an angle of 0.1 rad, and 2000 steps; a gain of 3e4 N m/rad makes 1e-2 N m of that. What friction
     // and teeth decide at zero speed may fall half a step apart.
-    let cases = [(Kind::Drive, drives(), 3e-6), (Kind::Controller, controllers(), 0.1)];
+    // A reading of 100 N has 1e-5 N, a step's edge (1 N wide) up to four times that and the moments less; a depth of 1 mm
+    // under 1e5 N/m has 1e-5 N, its rate and the bristles a hundred times as much.
+    let cases = [
+        (Kind::Drive, drives(), 3e-6),
+        (Kind::Controller, controllers(), 0.1),
+        (Kind::Sensor, sensors(), 3e-3),
+        (Kind::Contact, contacts(), 0.3),
+    ];
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {
             let exact = simulate(*kind, &[recorded], sets);

@@ -8,12 +8,22 @@ use crate::read;
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::written::Quantity;
-use crate::written::rig::{ControllerTable, DriveTable, FeedforwardTable, RigFile, ToleranceTable};
+use crate::written::rig::{ControllerTable, DriveTable, EffectTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
+use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
 use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+mod contact;
+mod sensor;
+#[cfg(test)]
+mod tests;
+
+pub use contact::{CONTACT_SIGNALS, ContactRig};
+pub use sensor::{SENSOR_SIGNALS, SensorRig};
 
 /// Format that this version reads.
 const FORMAT: &str = "rig/1";
@@ -38,6 +48,10 @@ pub struct Rig {
 pub enum Plant {
     /// One joint with its drive.
     Drive(Box<DriveRig>),
+    /// A force/torque sensor under known loads.
+    Sensor(Box<SensorRig>),
+    /// A contact.
+    Contact(Box<ContactRig>),
 }
 
 /// One joint with its drive.
@@ -105,28 +119,109 @@ impl Rig {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        c.choice(&file.kind, &[("drive", ())]);
-        let plant = drive(&mut c, &file);
-        let prismatic = plant.as_ref().is_some_and(|rig| rig.prismatic);
-        let log = columns(&mut c, &file, prismatic);
+        let kind =
+            c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
+        check_tolerance(&mut c, &file, kind);
+        let (plant, log) = match kind {
+            Kind::Drive => {
+                let rig = drive(&mut c, &file);
+                let prismatic = rig.as_ref().is_some_and(|rig| rig.prismatic);
+                let unit = |row: &(&'static str, &'static str, &'static str, _)| if prismatic { row.2 } else { row.1 };
+                let known: Vec<_> = DRIVE_SIGNALS.iter().map(|row| (row.0, unit(row))).collect();
+                (rig.map(|rig| Plant::Drive(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Sensor => {
+                let rig = sensor::sensor(&mut c, &file);
+                let known: Vec<_> = SENSOR_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Sensor(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Contact => {
+                let rig = contact::contact(&mut c, &file);
+                let known: Vec<_> = CONTACT_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Contact(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+        };
         Problems::check(std::mem::take(&mut c.problems))?;
-        let plant = Plant::Drive(Box::new(plant.expect("a missing table is a problem")));
+        let plant = plant.expect("a missing table is a problem");
         let title = file.title.map_or_else(|| id.clone(), |title| title.value);
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { id, title, plant, log, file: name })
     }
 }
 
-fn columns(c: &mut Checker, file: &RigFile, prismatic: bool) -> BTreeMap<String, Column> {
+/// What a rig is, before its tables are read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Drive,
+    Sensor,
+    Contact,
+}
+
+/// Tolerances that a rig of each kind may name.
+const TOLERANCES: [(Kind, &[&str]); 3] = [
+    (
+        Kind::Drive,
+        &[
+            "motor_inertia",
+            "link_inertia",
+            "coulomb",
+            "viscous",
+            "torque_constant",
+            "presliding_travel",
+            "compliance",
+            "offset",
+            "clock_offset",
+        ],
+    ),
+    (Kind::Sensor, &["bias_force", "bias_moment", "gain", "tool_mass", "noise", "clock_offset"]),
+    (
+        Kind::Contact,
+        &[
+            "stiffness",
+            "damping",
+            "damping_onset",
+            "friction",
+            "presliding_travel",
+            "bias_force",
+            "surface",
+            "clock_offset",
+        ],
+    ),
+];
+
+/// Refuses tolerances of what a rig of this kind does not have.
+fn check_tolerance(c: &mut Checker, file: &RigFile, kind: Kind) {
+    let known = TOLERANCES.iter().find(|row| row.0 == kind).expect("a row for every kind").1;
+    for (name, written) in file.tolerance.named() {
+        if let (Some(written), false) = (written, known.contains(&name)) {
+            let message = format!("a rig of kind \"{}\" has no tolerance `{name}`", file.kind.value);
+            c.refuse(&written.span, message, suggestion(name, known));
+        }
+    }
+}
+
+/// Refuses a rig whose `[log]` lacks a signal without which nothing can be said.
+fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
+    let lacking: Vec<String> =
+        needed.iter().filter(|name| !file.log.contains_key(**name)).map(|name| format!("`{name}`")).collect();
+    if let Some(first) = lacking.first() {
+        let message = format!("[log] names no column for {}", lacking.join(", "));
+        let remedy =
+            format!("add a line for each: {} = {{ column = \"...\", unit = \"...\" }}", first.replace('`', "\""));
+        c.refuse(&file.kind.span, message, remedy);
+    }
+}
+
+fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str)]) -> BTreeMap<String, Column> {
     let mut columns = BTreeMap::new();
     for (name, written) in &file.log {
-        let Some(row) = DRIVE_SIGNALS.iter().find(|row| row.0 == name) else {
-            let known: Vec<&str> = DRIVE_SIGNALS.iter().map(|row| row.0).collect();
-            let message = format!("there is no signal `{name}` on a rig of kind \"drive\"");
-            c.refuse(&written.span, message, suggestion(name, &known));
+        let Some((_, unit)) = known.iter().find(|row| row.0 == name) else {
+            let names: Vec<&str> = known.iter().map(|row| row.0).collect();
+            let message = format!("there is no signal `{name}` on a rig of kind \"{}\"", file.kind.value);
+            c.refuse(&written.span, message, suggestion(name, &names));
             continue;
         };
-        if let Some(column) = Column::read(c, written, if prismatic { row.2 } else { row.1 }) {
+        if let Some(column) = Column::read(c, written, unit) {
             columns.insert(name.clone(), column);
         }
     }
@@ -164,6 +259,10 @@ fn drive(c: &mut Checker, file: &RigFile) -> Option<DriveRig> {
     values.clock_offset = controller.as_ref().map_or(0.0, |controller| 0.5 * controller.period);
     let link_inertia = c.number_or(&t.link_inertia, 0.0, u.inertia, Range::within(0.0, INERTIA));
     let tolerance = tolerance(c, u, &file.tolerance, &values, link_inertia);
+    let mut controller = controller;
+    for effect in &file.effect {
+        add_effect(c, prismatic, effect, &mut values, controller.as_mut());
+    }
     Some(DriveRig {
         prismatic,
         values,
@@ -174,6 +273,66 @@ fn drive(c: &mut Checker, file: &RigFile) -> Option<DriveRig> {
         controller,
         tolerance,
     })
+}
+
+/// Sets the parameters that an effect of the model file names, in the drive or on the way to the controller.
+fn add_effect(
+    c: &mut Checker,
+    prismatic: bool,
+    written: &EffectTable,
+    drive: &mut DriveValues<f64>,
+    controller: Option<&mut ControllerRig>,
+) {
+    let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.id).collect();
+    let id = &written.id;
+    if !known.contains(&id.value.as_str()) {
+        c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
+        return;
+    }
+    match controller {
+        Some(controller) if id.value.starts_with('C') => {
+            controller.values = with_parameters(c, prismatic, written, &controller.values);
+        }
+        None if id.value.starts_with('C') => {
+            let message = format!("`{}` acts on the way to a controller, and this rig has none", id.value);
+            c.refuse(&id.span, message, "add the table [controller], or remove the effect");
+        }
+        _ => *drive = with_parameters(c, prismatic, written, drive),
+    }
+}
+
+/// A block's values with those that an effect names.
+fn with_parameters<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, written: &EffectTable, values: &B) -> B {
+    let (table, mut all) = (fields::<f64, B>(), to_vec(values));
+    let names: Vec<&str> = table.iter().map(|field| field.name.as_str()).collect();
+    for (name, value) in &written.parameters {
+        let Some(place) = names.iter().position(|field| field == name) else {
+            let message = format!("`{}` has no parameter `{name}`", written.id.value);
+            c.refuse(&value.span, message, suggestion(name, &names));
+            continue;
+        };
+        let unit = if prismatic { sliding(table[place].unit) } else { table[place].unit };
+        all[place] = c.number(value, unit, Range::size(LARGEST));
+    }
+    from_slice(&all)
+}
+
+/// Largest size of an effect's parameter, whatever its unit.
+const LARGEST: f64 = 1e12;
+
+/// A unit of a turning joint on a sliding one.
+pub fn sliding(unit: &'static str) -> &'static str {
+    match unit {
+        "rad" => "m",
+        "rad/s" => "m/s",
+        "1/rad" => "1/m",
+        "N m" => "N",
+        "N m/rad" => "N/m",
+        "N m s/rad" => "N s/m",
+        "rad/(N m)" => "m/N",
+        "kg m^2" => "kg",
+        other => other,
+    }
 }
 
 fn drive_values(c: &mut Checker, u: Units, t: &DriveTable) -> DriveValues<f64> {

@@ -150,6 +150,9 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("N m/s", "a drift of a moment", "N m/s, N m/min"),
     ("N m/rad", "a rotational stiffness", "N m/rad, N m/deg"),
     ("N m s/rad", "a rotational damping", "N m s/rad, N m s/deg"),
+    ("rad/(N m)", "a rotational compliance", "rad/(N m), mrad/(kNm)"),
+    ("1/rad", "a number of cycles", "1/rad"),
+    ("1/m", "a number of cycles", "1/m"),
     ("kg m^2", "a moment of inertia", "kg m^2, g mm^2"),
     ("kg m/s", "a momentum", "kg m/s, N s"),
     ("kg m^2/s", "an angular momentum", "kg m^2/s, N m s"),
@@ -210,7 +213,7 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
     number.is_finite().then(|| (&text[..end], text[end..].trim_start()))
 }
 
-/// A product of units: factors apart by a space, `*` or `·`, then divisors after `/` each.
+/// A product of units: factors apart by a space, `*` or `·`, then divisors after `/` each, several in parentheses.
 fn parse(text: &str) -> Result<Unit, UnitError> {
     let mut product = NONE;
     let mut parts = text.split('/');
@@ -222,7 +225,15 @@ fn parse(text: &str) -> Result<Unit, UnitError> {
         return Err(UnitError::Malformed);
     }
     for divisor in parts {
-        product = factor_times(product, divisor.trim(), -1)?;
+        let divisor = divisor.trim();
+        match divisor.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
+            None => product = factor_times(product, divisor, -1)?,
+            Some(several) => {
+                for factor in several.split_whitespace() {
+                    product = factor_times(product, factor, -1)?;
+                }
+            }
+        }
     }
     Ok(product)
 }

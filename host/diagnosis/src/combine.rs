@@ -4,7 +4,7 @@ use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start, fit};
-use crate::judge::{best_entries, sized, unknowns};
+use crate::judge::{best_entries, is_sound, sized, unknowns};
 use crate::library::Hypothesis;
 
 /// Combinations from which the next larger ones are made.
@@ -12,7 +12,7 @@ const BEAM: usize = 3;
 /// Most effects of a combination.
 const MOST: usize = 3;
 /// Effects that are tried on top of a combination, the most promising.
-const TRIED: usize = 5;
+const TRIED: usize = 8;
 /// Log-odds by the screening below which an effect is not tried on top of a combination.
 const PROMISING: f64 = 2.0;
 /// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
@@ -21,26 +21,29 @@ const PAYS: f64 = 5.0;
 /// Hypotheses of a combination, in rising order, and their joint fit.
 pub(crate) type Set = (Vec<usize>, Fitted);
 
-/// All single effects, and the combinations that explain the data better than any of their parts.
+/// All single effects, and the combinations that explain the data better than any of their parts; `strictly` those alone
+/// that are what their names say.
 pub(crate) fn combine(
     block: &MeasuredBlock,
     library: &[Hypothesis],
     bank: &Bank,
     singles: Vec<Fitted>,
     dispersion: f64,
+    strictly: bool,
     simulate: &Simulate,
 ) -> Vec<Set> {
     let price = PAYS + (library.len() as f64).ln();
     let log = |set: &Set| evidence(&set.1, dispersion).log;
     let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
-    let mut beam = best_of(all.clone(), &log);
+    let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
+    let mut beam = best_of(all.iter().filter(|set| sound(set)).cloned().collect(), &log);
     for _ in 1..MOST {
-        let starts = beam.iter().flat_map(|set| grown(block, library, bank, set, &all)).collect();
+        let starts = beam.iter().flat_map(|set| grown(block, library, bank, dispersion, set, &all)).collect();
         let larger = fitted(starts, block, simulate);
         // More than any of its parts, or it is none.
         let pays = |set: &Set| {
             let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
-            log(set) > price + parts.map(&log).fold(f64::NEG_INFINITY, f64::max)
+            sound(set) && log(set) > price + parts.map(&log).fold(f64::NEG_INFINITY, f64::max)
         };
         let paying: Vec<Set> = larger.into_iter().filter(pays).collect();
         if paying.is_empty() {
@@ -63,10 +66,11 @@ fn grown(
     block: &MeasuredBlock,
     library: &[Hypothesis],
     bank: &Bank,
+    dispersion: f64,
     (members, fitted): &Set,
     known: &[Set],
 ) -> Vec<(Vec<usize>, Start)> {
-    let scores = bank.scores(fitted);
+    let scores = bank.scores(fitted).dispersed(dispersion);
     let shares = |number: usize| {
         let fields = || library[number].unknowns.iter().map(|unknown| unknown.field);
         members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))

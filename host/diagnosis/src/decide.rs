@@ -2,11 +2,13 @@
 
 use crate::block::MeasuredBlock;
 use crate::inference::adequacy::Adequacy;
-use crate::inference::evidence::interval;
+use crate::inference::evidence::{Interval, interval};
 use crate::inference::unknown::Role;
-use crate::judge::{Candidate, Judgement};
+use crate::judge::{Candidate, Judgement, PULLED};
 use crate::library::Hypothesis;
+use crate::variance::ExcessNoise;
 use serde::Serialize;
+use softdock_campaign::rig::sliding;
 use std::collections::BTreeMap;
 
 /// What a diagnosis can answer.
@@ -56,8 +58,8 @@ pub struct Estimate {
 /// A cause that was ruled out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RuledOut {
-    /// Catalogue ids, joined by `+`.
-    pub id: String,
+    /// Catalogue id.
+    pub id: &'static str,
     /// Where it would act.
     pub block: &'static str,
     /// By how much the best answer is more probable: natural logarithm of the odds.
@@ -138,16 +140,12 @@ const GAP: f64 = 3.0;
 const ADEQUATE: f64 = 1.3;
 /// Share of the misfit that a fit must explain where it is not adequate.
 const EXPLAINED: f64 = 0.8;
-/// Tolerances by which a nuisance may be pulled in a fit that is not adequate.
-const PULLED: f64 = 4.5;
 /// Tolerances by which a nuisance is a finding of its own.
 const STRAINED: f64 = 3.5;
 /// Gain from which on an effect is worth knowing.
 const PRACTICAL: f64 = 0.01;
 /// Correlation of signatures from which on two effects look alike.
 const ALIKE: f64 = 0.95;
-/// Standard deviations by which a size must differ from nothing, else the hypothesis' form alone explains the data.
-const SIGNIFICANT: f64 = 2.0;
 /// Logarithms of odds are divided by this before they become probabilities.
 const TEMPERATURE: f64 = 1.0;
 
@@ -160,7 +158,7 @@ pub fn decide(
     prismatic: bool,
 ) -> BlockAnswer {
     let context = Context { block, library, judgement, prismatic };
-    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|c| context.is_significant(c)).collect();
+    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
     let present = best.filter(|best| best.log_odds >= judgement.threshold);
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
@@ -180,12 +178,43 @@ pub fn decide(
         threshold: judgement.threshold,
         gain: adequacy.map(|a| Gain { value: a.gain, lo: a.gain_lo, hi: a.gain_hi }),
         residual: context.residual(present, best),
-        held_out: best.is_some_and(|best| best.adequacy.is_some()),
-        ruled_out: context.ruled_out(&shown, &ranking),
+        held_out: judgement.ranking.iter().any(|candidate| candidate.adequacy.is_some()),
+        ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
         alike: context.alike(),
         strained: if present.is_some() { Vec::new() } else { context.strained() },
         samples: judgement.samples,
+    }
+}
+
+impl BlockAnswer {
+    /// The answer with noise beyond a sensor's own, where repeats differ by more than that; a sensor whose readings are
+    /// stairs differs at their edges.
+    #[must_use]
+    pub fn with_noise(mut self, noise: &ExcessNoise) -> Self {
+        let stairs = self.effects.iter().any(|effect| effect.id.starts_with("S6"));
+        if noise.log_odds < self.threshold || stairs {
+            return self;
+        }
+        let of = |place: usize, unit: &str| {
+            let Interval { value, lo, hi } = noise.deviation[place];
+            Estimate { value, lo, hi, unit: unit.to_owned() }
+        };
+        self.effects.push(EffectFound {
+            id: noise.effect.id,
+            name: "noise beyond the sensor's own",
+            block: self.block,
+            p: 1.0 / (1.0 + (-noise.log_odds).exp()),
+            parameters: [("noise_force", of(0, "N")), ("noise_moment", of(1, "N m"))]
+                .into_iter()
+                .map(|(name, estimate)| (name.to_owned(), estimate))
+                .collect(),
+        });
+        self.log_odds = self.log_odds.max(noise.log_odds);
+        if self.answer < Verdict::Named {
+            self.answer = Verdict::Named;
+        }
+        self
     }
 }
 
@@ -224,26 +253,6 @@ impl Context<'_> {
         };
         let after = present.or(best.filter(|_| before >= ADEQUATE)).map_or(before, of);
         Residual { before: before.sqrt(), after: after.sqrt() }
-    }
-
-    /// Whether every size of a candidate differs from nothing.
-    fn is_significant(&self, candidate: &Candidate) -> bool {
-        candidate.hypotheses.iter().all(|number| {
-            let hypothesis = &self.library[*number];
-            hypothesis.sizes.iter().any(|size| {
-                let field = hypothesis.unknowns[*size].field;
-                let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.field == field);
-                let place = place.expect("a candidate fits the numbers of its hypotheses");
-                let sd = candidate.evidence.covariance[(place, place)].sqrt();
-                let null = self.null_of(field, &hypothesis.unknowns[*size].prior);
-                (candidate.fitted.z[place] - null).abs() > SIGNIFICANT * sd
-            })
-        })
-    }
-
-    /// The `z` at which a size is that of the model.
-    fn null_of(&self, field: usize, prior: &crate::inference::unknown::Prior) -> f64 {
-        prior.place(self.block.base[field])
     }
 
     /// The best candidate and those that are almost as probable, what has the best within it left out.
@@ -305,21 +314,20 @@ impl Context<'_> {
         all
     }
 
-    fn ruled_out(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<RuledOut> {
+    /// The single effects that are not among those shown.
+    fn ruled_out(&self, shown: &[&Candidate]) -> Vec<RuledOut> {
         let Some(best) = shown.first() else {
             return Vec::new();
         };
-        let out = |candidate: &&&Candidate| {
-            candidate.hypotheses.len() == 1
-                && !shown.iter().any(|own| own.hypotheses.contains(&candidate.hypotheses[0]))
-        };
-        let told = |candidate: &&Candidate| RuledOut {
-            id: ids(self.library, candidate),
+        let is_shown = |number: &usize| shown.iter().any(|own| own.hypotheses.contains(number));
+        let out = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && !is_shown(&candidate.hypotheses[0]);
+        let told = |candidate: &Candidate| RuledOut {
+            id: self.library[candidate.hypotheses[0]].effect.id,
             block: self.block.name,
             log_odds: self.score(best) - self.score(candidate),
             residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
         };
-        ranking.iter().filter(out).map(told).collect()
+        self.judgement.ranking.iter().filter(out).map(told).collect()
     }
 
     fn not_visible(&self) -> Vec<NotVisible> {
@@ -352,24 +360,4 @@ impl Context<'_> {
 fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
     let pull = candidate.greatest_pull().map_or(0.0, |pull| pull.1.abs());
     adequacy.own <= ADEQUATE || (adequacy.explained >= EXPLAINED && pull <= PULLED)
-}
-
-/// Ids of a candidate's effects, joined by `+`.
-pub(crate) fn ids(library: &[Hypothesis], candidate: &Candidate) -> String {
-    candidate.hypotheses.iter().map(|number| library[*number].effect.id).collect::<Vec<_>>().join("+")
-}
-
-/// A unit of a turning joint on a sliding one.
-pub(crate) fn sliding(unit: &str) -> &str {
-    match unit {
-        "rad" => "m",
-        "rad/s" => "m/s",
-        "1/rad" => "1/m",
-        "N m" => "N",
-        "N m/rad" => "N/m",
-        "N m s/rad" => "N s/m",
-        "rad/(N m)" => "m/N",
-        "kg m^2" => "kg",
-        other => other,
-    }
 }

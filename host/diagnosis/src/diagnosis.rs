@@ -1,13 +1,17 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
+use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
 use crate::block::drive::drive_block;
+use crate::block::sensor::{self, sensor_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
 use crate::isolability::BlockView;
 use crate::judge::{Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
 use crate::recording::grid::{Finding, Piece, read};
+use crate::suspects::suspects;
+use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
@@ -95,6 +99,9 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         Ok(all)
     };
     let (mut learn, mut test) = (of(logs)?, of(holdout)?);
+    if matches!(rig.plant, Plant::Drive(_)) {
+        learn.iter().chain(&test).try_for_each(moves)?;
+    }
     let mut provisional = Vec::new();
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -131,6 +138,18 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     Ok(prepared)
 }
 
+/// A channel of a drive that never changes was not measured.
+fn moves(piece: &Piece) -> Result<()> {
+    let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
+    match piece.signals.iter().find(|(_, values)| still(values)) {
+        None => Ok(()),
+        Some((signal, values)) => Err(Error::unfit(
+            format!("`{signal}` is constant in {}: {} throughout", piece.experiment, values[0]),
+            "check its column in [log]; a channel that was not recorded is left out there",
+        )),
+    }
+}
+
 /// What is added to the name of an experiment whose later part is held out.
 const HELD_OUT: &str = ", held out";
 
@@ -151,11 +170,6 @@ fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
 }
 
 impl Prepared {
-    fn drive(&self) -> &DriveRig {
-        let Plant::Drive(rig) = &self.rig.plant;
-        rig
-    }
-
     fn has(&self, signal: &str) -> bool {
         self.pieces.iter().all(|piece| piece.signals.contains_key(signal))
     }
@@ -163,7 +177,23 @@ impl Prepared {
     /// The blocks that these channels allow, simulated in steps so many times finer than usual.
     fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let is_held = |experiment: &str| self.held_out.contains(experiment);
-        let rig = self.drive();
+        match &self.rig.plant {
+            Plant::Drive(rig) => self.drive_blocks(rig, finer),
+            Plant::Sensor(rig) => {
+                let block = sensor_block(rig, &self.pieces, &is_held, finer);
+                let library = library::sensor::effects(&block);
+                vec![(block, library)]
+            }
+            Plant::Contact(rig) => {
+                let block = contact_block(rig, &self.pieces, &is_held, finer);
+                let library = library::contact::effects(&block);
+                vec![(block, library)]
+            }
+        }
+    }
+
+    fn drive_blocks(&self, rig: &DriveRig, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let is_held = |experiment: &str| self.held_out.contains(experiment);
         let mut blocks = Vec::new();
         if let Some(controller) = rig.controller.as_ref().filter(|_| self.has("ref")) {
             let block = controller_block(rig, controller, &self.pieces, &is_held);
@@ -177,6 +207,30 @@ impl Prepared {
     }
 
     fn views(&self) -> Result<Vec<BlockView>> {
+        let views = match &self.rig.plant {
+            Plant::Drive(_) => self.drive_views()?,
+            Plant::Sensor(_) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
+            Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+        };
+        let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
+        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
+            let known: Vec<&str> = known.into_iter().collect();
+            return Err(Error::unfit(
+                format!("there is no effect `{id}` in any block"),
+                format!("write one of: {}", known.join(", ")),
+            ));
+        }
+        Ok(views)
+    }
+
+    /// Of a rig with one block, whose signals the model file must name.
+    fn only_view(&self, inputs: &[&'static str], outputs: &[&'static str]) -> Vec<BlockView> {
+        let of =
+            |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
+        self.blocks(1).iter().map(of).collect()
+    }
+
+    fn drive_views(&self) -> Result<Vec<BlockView>> {
         for signal in ["q", "tau"] {
             if !self.has(signal) {
                 let what =
@@ -189,9 +243,7 @@ impl Prepared {
         }
         let mut views: Vec<BlockView> = Vec::new();
         let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
-        let mut known: BTreeSet<&str> = BTreeSet::new();
         for (block, library) in self.blocks(1) {
-            known.extend(library.iter().map(|hypothesis| hypothesis.effect.id));
             let is_drive = block.kind == softdock_engine::blocks::Kind::Drive;
             let (inputs, outputs): (&[&str], &[&str]) =
                 if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
@@ -201,13 +253,6 @@ impl Prepared {
             let missing: &[&str] = if self.has("ref") { &["[controller] in the model file"] } else { &["ref"] };
             views.insert(0, BlockView::closed("R2 reference to torque", &["ref", "q"], &["tau"], missing));
         }
-        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
-            let known: Vec<&str> = known.into_iter().collect();
-            return Err(Error::unfit(
-                format!("there is no effect `{id}` in any block"),
-                format!("write one of: {}", known.join(", ")),
-            ));
-        }
         Ok(views)
     }
 
@@ -215,8 +260,12 @@ impl Prepared {
     ///
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
-    pub fn diagnose(self) -> Result<(Diagnosis, Vec<Judged>)> {
-        let prismatic = self.drive().prismatic;
+    pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
+        let mut prismatic = false;
+        if let Plant::Drive(rig) = &self.rig.plant {
+            prismatic = rig.prismatic;
+            self.findings.extend(suspects(rig, &self.pieces));
+        }
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         for place in 0..self.blocks(1).len() {
             let (block, library, error) = self.exact_enough(place)?;
@@ -224,8 +273,13 @@ impl Prepared {
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
-            let judgement = judge(&block, &library).ok_or_else(|| silent(block.name))?;
-            answers.push(decide(&block, &library, &missing, &judgement, prismatic));
+            let judgement = judge(&block, &library).ok_or_else(|| silent(&block))?;
+            let answer = decide(&block, &library, &missing, &judgement, prismatic);
+            let noise = match &self.rig.plant {
+                Plant::Sensor(rig) => excess_noise(rig, &block),
+                _ => None,
+            };
+            answers.push(noise.iter().fold(answer, BlockAnswer::with_noise));
             judged.push(Judged { block, library, judgement });
         }
         Ok((summed(self, answers, errors), judged))
@@ -237,7 +291,7 @@ impl Prepared {
         let mut coarse = self.blocks(finer).swap_remove(place);
         loop {
             let fine = self.blocks(2 * finer).swap_remove(place);
-            let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(coarse.0.name))?;
+            let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
                 return Ok((coarse.0, coarse.1, error));
             }
@@ -257,9 +311,10 @@ const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.
 const FINEST: usize = 8;
 
-fn silent(block: &str) -> Error {
+fn silent(block: &MeasuredBlock) -> Error {
+    let channels: Vec<&str> = block.channels.iter().map(|channel| channel.name).collect();
     Error::unfit(
-        format!("{block}: a channel is constant, or its repeats are the same to the last digit"),
+        format!("{}: {} is constant, or its repeats are the same to the last digit", block.name, channels.join(" or ")),
         "check the column in [log]; repeats must be measured, not copied",
     )
 }

@@ -1,7 +1,7 @@
 //! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
 use crate::block::{MeasuredBlock, Part};
-use crate::combine::combine;
+use crate::combine::{Set, combine};
 use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
@@ -12,7 +12,7 @@ use crate::library::Hypothesis;
 use nalgebra::{DMatrix, DVector};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
-pub const CLAMP: f64 = 3.0;
+const CLAMP: f64 = 3.0;
 /// Starts of a hypothesis that are fitted.
 const STARTS: usize = 3;
 /// Hypotheses whose fits are carried on with all repeats.
@@ -23,6 +23,12 @@ const OWN_NOISE: usize = 3;
 const WORTH: f64 = 0.01;
 /// Mean square of whitened residuals that may be noise alone.
 const NEARLY_NOISE: f64 = 1.1;
+/// Standard deviations by which a size must differ from the model's.
+const SIGNIFICANT: f64 = 2.0;
+/// Prior standard deviations within which the form of an effect is plausible.
+const FAR_OFF: f64 = 3.5;
+/// Tolerances by which a combination may pull a nuisance.
+pub(crate) const PULLED: f64 = 4.5;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
@@ -39,6 +45,8 @@ pub struct Candidate {
     pub evidence: Evidence,
     /// How much better than the null hypothesis it explains the data: difference of log evidence.
     pub log_odds: f64,
+    /// Whether it is what its name says; see [`is_sound`].
+    pub sound: bool,
     /// Held-out data, if there are any.
     pub adequacy: Option<Adequacy>,
 }
@@ -85,20 +93,21 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
         deviations.extend(test.deviations(&block.base));
         return Some(Bench { block, library, learn, test, noise: Noise::fit(&deviations)? }.judged(true));
     }
-    // The first judgement with noise of no colour finds the richest combination; what that leaves is the noise.
+    // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base))?;
-    let first = Bench { block, library, learn, test, noise: rough }.judged(false);
-    let richest = first.ranking.iter().min_by(|a, b| a.fitted.chi2().total_cmp(&b.fitted.chi2()));
-    let values = richest.map_or(&first.null, |candidate| &candidate.fitted).values(&block.base);
-    let (learn, test) = (block.part(false), block.part(true));
-    let mut rest = learn.means(&values);
-    rest.extend(test.means(&values));
-    Some(Bench { block, library, learn, test, noise: Noise::fit(&rest)? }.judged(false))
+    let bench = Bench { block, library, learn, test, noise: rough };
+    let found = bench.search(false);
+    let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
+    let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
+    let values = richest.values(&block.base);
+    let mut rest = bench.learn.means(&values);
+    rest.extend(bench.test.means(&values));
+    Some(Bench { noise: Noise::fit(&rest)?, ..bench }.judged(false))
 }
 
 /// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
 /// be told.
-pub fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
+pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
     let (a, b) = (coarse.part(false), fine.part(false));
     let noise = match a.has_repeats() {
         true => Noise::fit(&a.deviations(&coarse.base))?,
@@ -118,8 +127,19 @@ struct Bench<'a> {
     noise: Noise,
 }
 
+/// What the fits of all hypotheses and combinations give.
+struct Found {
+    null: Fitted,
+    clamped: Fitted,
+    scores: Scores,
+    bank: Bank,
+    dispersion: f64,
+    sets: Vec<Set>,
+}
+
 impl Bench<'_> {
-    fn judged(self, repeated: bool) -> Judgement {
+    /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.
+    fn search(&self, strictly: bool) -> Found {
         let (block, library) = (self.block, self.library);
         let shortcut = self.learn.shortcut(&self.noise, &block.base);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
@@ -129,24 +149,31 @@ impl Bench<'_> {
         let clamped = clamped(block, &null, &simulate);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
-        let threshold = bank.chance(&scores, library.len(), RARITY).max(LEAST_THRESHOLD);
 
         let starts = starts(block, library, &bank, &scores, &null);
         let singles = polished(fit(starts, &block.base, &quick), &block.base, &simulate);
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let dispersion = dispersion(&null, &singles, samples);
-        let sets = combine(block, library, &bank, singles, dispersion, &simulate);
+        let sets = combine(block, library, &bank, singles, dispersion, strictly, &simulate);
         // A combination may leave less than any effect alone.
         let dispersion = sets.iter().map(|set| set.1.chi2() / samples as f64).fold(dispersion, f64::min).max(1.0);
+        Found { null, clamped, scores, bank, dispersion, sets }
+    }
 
+    fn judged(self, repeated: bool) -> Judgement {
+        let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
+        let library = self.library;
+        let threshold = bank.chance(&scores, library.len(), RARITY).max(LEAST_THRESHOLD);
+        let samples = null.residual.len();
         let none = evidence(&null, dispersion).log;
         let mut ranking: Vec<Candidate> = sets
             .into_iter()
             .map(|(hypotheses, fitted)| {
                 let evidence = evidence(&fitted, dispersion);
                 let log_odds = evidence.log - none;
-                Candidate { hypotheses, fitted, evidence, log_odds, adequacy: None }
+                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence);
+                Candidate { hypotheses, fitted, evidence, log_odds, sound, adequacy: None }
             })
             .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -157,7 +184,7 @@ impl Bench<'_> {
             true => 1.0,
             false => bank.likeness(&scores, a.min(b), a.max(b)),
         });
-        let (block, noise) = (block.name, self.noise.clone());
+        let (block, noise) = (self.block.name, self.noise.clone());
         Judgement {
             block,
             samples,
@@ -198,6 +225,39 @@ impl Bench<'_> {
         let noise = Noise::fit(&deviations)?;
         Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
     }
+}
+
+/// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
+/// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
+/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are plausible,
+/// and nuisances near their tolerance.
+pub(crate) fn is_sound(
+    base: &[f64],
+    library: &[Hypothesis],
+    members: &[usize],
+    fitted: &Fitted,
+    evidence: &Evidence,
+) -> bool {
+    let place = |unknown: &Unknown| {
+        let place = fitted.unknowns.iter().position(|own| own.field == unknown.field);
+        place.expect("a fit has the numbers of its hypotheses")
+    };
+    // Sizes of one effect may be known together and not apart.
+    let differs = |hypothesis: &Hypothesis| {
+        let sizes: Vec<&Unknown> = hypothesis.sizes.iter().map(|size| &hypothesis.unknowns[*size]).collect();
+        let off = |unknown: &&Unknown| fitted.z[place(unknown)] - unknown.prior.place(base[unknown.field]);
+        let off = DVector::from_iterator(sizes.len(), sizes.iter().map(off));
+        let covariance = |i: usize, j: usize| evidence.covariance[(place(sizes[i]), place(sizes[j]))];
+        let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), covariance).cholesky();
+        covariance.is_some_and(|covariance| off.dot(&covariance.solve(&off)) > SIGNIFICANT * SIGNIFICANT)
+    };
+    let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
+    let own = || members.iter().map(|number| &library[*number]);
+    let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
+    // Several effects of impossible size may undo one another.
+    let moderate = |unknown: &Unknown| fitted.z[place(unknown)].abs() < FAR_OFF;
+    let strained = greatest_pull(fitted).is_some_and(|pull| pull.1.abs() > PULLED);
+    each && (members.len() == 1 || (own().all(|h| h.unknowns.iter().all(moderate)) && !strained))
 }
 
 /// Drops the combinations that explain hardly more of the held-out motion than one of their parts does: where a part

@@ -4,13 +4,18 @@ pub mod block;
 mod combine;
 pub mod decide;
 pub mod diagnosis;
+pub mod diagnosis_page;
 mod error;
+pub mod extend;
 pub mod identify;
 pub mod inference;
 pub mod isolability;
 mod judge;
 pub mod library;
 pub mod recording;
+mod suspects;
+pub mod variance;
+pub mod words;
 
 pub use error::{Error, Result};
 pub use judge::{Candidate, Judgement, judge};

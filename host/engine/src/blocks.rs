@@ -2,8 +2,10 @@
 
 use crate::cpu::InstructionSet;
 use rayon::prelude::*;
+use softdock_kernels::block::contact::Contact;
 use softdock_kernels::block::controller::Controller;
 use softdock_kernels::block::drive::Drive;
+use softdock_kernels::block::sensor::Sensor;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
 use softdock_kernels::lanes::Lane;
@@ -15,6 +17,10 @@ pub enum Kind {
     Drive,
     /// A joint's controller, from reference to torque.
     Controller,
+    /// A force/torque sensor, from wrench to reading.
+    Sensor,
+    /// A contact, from relative motion to force.
+    Contact,
 }
 
 /// Carries an expression out with the block of a kind.
@@ -27,6 +33,14 @@ macro_rules! with_block {
             }
             Kind::Controller => {
                 let $block = &Controller;
+                $body
+            }
+            Kind::Sensor => {
+                let $block = &Sensor;
+                $body
+            }
+            Kind::Contact => {
+                let $block = &Contact;
                 $body
             }
         }
@@ -46,6 +60,14 @@ impl Kind {
     pub fn inputs(self) -> Vec<Field> {
         fn of<B: Block>(_: &B) -> Vec<Field> {
             fields::<f64, B::Input<f64>>()
+        }
+        with_block!(self, block => of(block))
+    }
+
+    /// The field table of the signals that reach the block late.
+    pub fn late_inputs(self) -> Vec<Field> {
+        fn of<B: Block>(_: &B) -> Vec<Field> {
+            fields::<f64, B::Late<f64>>()
         }
         with_block!(self, block => of(block))
     }

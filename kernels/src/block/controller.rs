@@ -20,7 +20,7 @@ bundle! {
         viscous: R, "N m s/rad", "feedforward of the reference's rate";
         torque_limit: R, "N m", "greatest torque that is asked for";
         delay: R, "s", "transport delay of the reference";
-        clock_offset: R, "s", "how much later the reference arrives than its time stamp says, for want of a common clock";
+        clock_offset: R, "s", "how much later the torque was asked for than its time stamp says";
         clock_skew: R, "1", "growth of the delay with time";
         hold: R, "s", "period over which the reference is held";
         lag: R, "s", "time constant of a lag of the reference";
@@ -40,6 +40,15 @@ bundle! {
     /// What a controller measures and adds at an instant.
     ControllerInput {
         angle: R, "rad", "measured angle";
+        rate: R, "rad/s", "measured rate";
+    }
+}
+
+impl<R: Real> ControllerInput<R> {
+    /// The angle at the moment at which the torque was asked for.
+    #[inline(always)]
+    fn then(&self, p: &ControllerValues<R>) -> R {
+        self.rate.mul_add(p.clock_offset, self.angle)
     }
 }
 
@@ -85,18 +94,18 @@ impl Block for Controller {
         let zero = R::lit(0.0);
         let period = R::select(p.hold.le(zero), R::lit(1.0), p.hold);
         let held = time - (time / period).floor() * period;
-        let late = p.clock_skew.mul_add(time, p.delay + p.clock_offset);
+        let late = p.clock_skew.mul_add(time, p.delay - p.clock_offset);
         late + R::select(p.hold.le(zero), zero, held)
     }
 
     #[inline(always)]
     fn start<R: Real>(
         &self,
-        _p: &ControllerValues<R>,
+        p: &ControllerValues<R>,
         u: &ControllerInput<R>,
         late: &Reference<R>,
     ) -> ControllerHidden<R> {
-        ControllerHidden { before: u.angle, rate: late.rate, reference: *late }
+        ControllerHidden { before: u.then(p), rate: late.rate, reference: *late }
     }
 
     #[inline(always)]
@@ -108,7 +117,8 @@ impl Block for Controller {
         u: &ControllerInput<R>,
         late: &Reference<R>,
     ) -> ControllerHidden<R> {
-        let slope = (u.angle - s.before) * R::lit(1.0 / step);
+        let angle = u.then(p);
+        let slope = (angle - s.before) * R::lit(1.0 / step);
         let came = Reference {
             angle: lagged(step, p.lag, s.reference.angle, late.angle),
             rate: lagged(step, p.lag, s.reference.rate, late.rate),
@@ -120,7 +130,7 @@ impl Block for Controller {
         let cut = way.min(reach).max(-reach);
         let rate = came.rate.min(p.rate_limit).max(-p.rate_limit);
         ControllerHidden {
-            before: u.angle,
+            before: angle,
             rate: lagged(step, p.derivative_lag, s.rate, slope),
             reference: Reference { angle: s.reference.angle + cut, rate, ..came },
         }
@@ -135,7 +145,7 @@ impl Block for Controller {
         _late: &Reference<R>,
     ) -> ControllerOutput<R> {
         let r = &s.reference;
-        let back = (r.angle - u.angle).mul_add(p.position_gain, (r.rate - s.rate) * p.velocity_gain);
+        let back = (r.angle - u.then(p)).mul_add(p.position_gain, (r.rate - s.rate) * p.velocity_gain);
         let ahead = r.acceleration.mul_add(p.inertia, r.rate.mul_add(p.viscous, r.feedforward));
         let asked = back + ahead + p.offset;
         ControllerOutput { asked: asked.min(p.torque_limit).max(-p.torque_limit) }

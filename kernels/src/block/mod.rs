@@ -4,13 +4,20 @@
 //! A block that is fed with measured inputs shows its own errors and nobody else's: what it says of its outputs is
 //! compared with what was measured there.
 
+pub mod contact;
 pub mod controller;
 pub mod drive;
 pub mod kernel;
+mod low_pass;
 mod replay;
+pub mod sensor;
 
 pub use replay::{Recorded, replay};
 
+#[cfg(test)]
+mod contact_tests;
+#[cfg(test)]
+mod sensor_tests;
 #[cfg(test)]
 mod tests;
 

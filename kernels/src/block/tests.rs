@@ -1,8 +1,10 @@
 //! The blocks against closed forms.
 
+use super::contact::Contact;
 use super::controller::{Controller, ControllerValues};
 use super::drive::{Drive, DriveValues};
 use super::kernel::kernel;
+use super::sensor::Sensor;
 use super::{Recorded, replay};
 
 /// Inertias of motor and link \[kg m^2\].
@@ -173,11 +175,13 @@ fn a_transmission_error_moves_the_link_and_asks_for_torque() {
 fn a_reference_may_be_late_held_lagging_or_limited() {
     let instants = 2001;
     let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 0.0, 0.0]).collect();
-    let recorded = Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; instants], late };
+    let recorded = Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late };
     let asked = |p: ControllerValues<f64>| replay::<f64, Controller>(&Controller, &recorded, &p)[2000];
     let p = ControllerValues { position_gain: 100.0, ..ControllerValues::null() };
     assert!((asked(p) - 200.0).abs() < 1e-9);
     assert!((asked(ControllerValues { delay: 0.0123, ..p }) - 100.0 * (2.0 - 0.0123)).abs() < 1e-9);
+    let early = ControllerValues { clock_offset: -0.01, ..p };
+    assert!((asked(early) - 100.0 * 1.99).abs() < 1e-9, "asked for before its stamp");
     assert!((asked(ControllerValues { clock_skew: 0.01, ..p }) - 100.0 * (2.0 - 0.02)).abs() < 1e-9, "grows with time");
     assert!((asked(ControllerValues { hold: 0.03, ..p }) - 100.0 * 1.98).abs() < 1e-6, "held since the 66th period");
     assert!(
@@ -194,7 +198,7 @@ fn null_effects_change_nothing_and_the_kernels_are_whole() {
     let plain = DriveValues { coulomb: 20.0, viscous: 30.0, ..drive() };
     let exotic = DriveValues { ripple_cycles: 33.0, wave_cycles: 12.0, warm_up: 7.0, stribeck_speed: 0.5, ..plain };
     assert_eq!(run(plain, &recorded), run(exotic, &recorded));
-    for text in [kernel(&Drive, 1e-3), kernel(&Controller, 1e-3)] {
+    for text in [kernel(&Drive, 1e-3), kernel(&Controller, 1e-3), kernel(&Sensor, 1e-3), kernel(&Contact, 1e-3)] {
         for name in ["lateness", "start", "advance", "output", "replay", "input_at", "params_of", "put_output"] {
             assert_eq!(text.matches(&format!("fn {name}(")).count(), 1, "{name}");
         }

@@ -2,9 +2,10 @@
 
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::prelude::{
-    ChartBuilder, ChartContext, Circle, Color, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor, Rectangle,
-    SVGBackend, ShapeStyle, Text,
+    ChartBuilder, ChartContext, Circle, Color, IntoDrawingArea, IntoFont, PathElement, Polygon, Rectangle, SVGBackend,
+    ShapeStyle, Text,
 };
+pub use plotters::style::RGBColor;
 use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 

@@ -6,6 +6,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
+mod contact;
+mod sensor;
+
+pub(crate) use contact::ContactTable;
+pub(crate) use sensor::SensorTable;
+
 /// The model of a bench rig, for diagnosis.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -13,7 +19,7 @@ use std::collections::BTreeMap;
 pub(crate) struct RigFile {
     /// Format and version of this file: "rig/1".
     pub(crate) schema: At<String>,
-    /// What the rig is: "drive".
+    /// What the rig is: "drive", "sensor" or "contact".
     pub(crate) kind: At<String>,
     /// Name of the rig: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -23,12 +29,29 @@ pub(crate) struct RigFile {
     pub(crate) drive: Option<At<DriveTable>>,
     /// The drive's controller, if its law is known.
     pub(crate) controller: Option<At<ControllerTable>>,
+    /// The force/torque sensor with its tool, on a rig of kind "sensor".
+    pub(crate) sensor: Option<At<SensorTable>>,
+    /// The contact, on a rig of kind "contact".
+    pub(crate) contact: Option<At<ContactTable>>,
     /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
     #[serde(default)]
     pub(crate) tolerance: ToleranceTable,
+    /// Effects that a diagnosis found, and that the model has from now on.
+    #[serde(default)]
+    pub(crate) effect: Vec<EffectTable>,
     /// Columns of a recording by signal: `"q" = { column = "...", unit = "deg" }`.
     #[serde(default)]
     pub(crate) log: BTreeMap<String, At<LogTable>>,
+}
+
+/// An effect of the catalogue.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EffectTable {
+    /// Its id, as `softdock diagnose` tells it (`J3_stribeck`).
+    pub(crate) id: At<String>,
+    /// Its numbers by name.
+    pub(crate) parameters: BTreeMap<String, Quantity>,
 }
 
 /// One joint with its drive, all at the joint's side of the gear; a prismatic joint has m, N and kg.
@@ -107,10 +130,30 @@ pub(crate) struct FeedforwardTable {
     pub(crate) gravity_angle: Option<Quantity>,
 }
 
-/// Standard deviations; those of sizes as a share of the value, the rest in the value's unit.
+/// Standard deviations; a drive's sizes as a share of the value, the rest in the value's unit.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ToleranceTable {
+    /// Sensor or contact: force read without any, each axis.
+    pub(crate) bias_force: Option<Quantity>,
+    /// Sensor: moment read without any, each axis.
+    pub(crate) bias_moment: Option<Quantity>,
+    /// Sensor: gain of all channels alike.
+    pub(crate) gain: Option<Quantity>,
+    /// Sensor: mass of the tool.
+    pub(crate) tool_mass: Option<Quantity>,
+    /// Sensor: share of the noise; default 10 %.
+    pub(crate) noise: Option<Quantity>,
+    /// Contact: share of the stiffness.
+    pub(crate) stiffness: Option<Quantity>,
+    /// Contact: share of the damping.
+    pub(crate) damping: Option<Quantity>,
+    /// Contact: share of the depth over which the damping sets in.
+    pub(crate) damping_onset: Option<Quantity>,
+    /// Contact: share of the friction coefficient.
+    pub(crate) friction: Option<Quantity>,
+    /// Contact: height of the surface.
+    pub(crate) surface: Option<Quantity>,
     /// Share of the motor's inertia.
     pub(crate) motor_inertia: Option<Quantity>,
     /// Share of the link's inertia.
@@ -129,4 +172,31 @@ pub(crate) struct ToleranceTable {
     pub(crate) offset: Option<Quantity>,
     /// Clock of one channel against the other's.
     pub(crate) clock_offset: Option<Quantity>,
+}
+
+impl ToleranceTable {
+    /// Everything that may be written, by name.
+    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 19] {
+        [
+            ("bias_force", &self.bias_force),
+            ("bias_moment", &self.bias_moment),
+            ("gain", &self.gain),
+            ("tool_mass", &self.tool_mass),
+            ("noise", &self.noise),
+            ("stiffness", &self.stiffness),
+            ("damping", &self.damping),
+            ("damping_onset", &self.damping_onset),
+            ("friction", &self.friction),
+            ("surface", &self.surface),
+            ("motor_inertia", &self.motor_inertia),
+            ("link_inertia", &self.link_inertia),
+            ("coulomb", &self.coulomb),
+            ("viscous", &self.viscous),
+            ("torque_constant", &self.torque_constant),
+            ("presliding_travel", &self.presliding_travel),
+            ("compliance", &self.compliance),
+            ("offset", &self.offset),
+            ("clock_offset", &self.clock_offset),
+        ]
+    }
 }

@@ -26,6 +26,7 @@ pub fn controller_block(
         channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
+        clock: None,
     }
 }
 
@@ -42,10 +43,11 @@ fn trial(controller: &ControllerRig, piece: &Piece, held_out: bool) -> Trial {
         late.extend([r.value[i], r.rate[i], r.acceleration[i], dry + weight]);
     }
     let instants = q.value.len();
+    let inputs = q.value.iter().zip(&q.rate).flat_map(|(angle, rate)| [*angle, *rate]).collect();
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step: piece.step / each as f64, instants, stride: each, inputs: q.value, late },
+        recorded: Recorded { step: piece.step / each as f64, instants, stride: each, inputs, late },
         measured: vec![piece.signals["tau"].clone()],
     }
 }

@@ -1,7 +1,10 @@
 //! A block of the loop with what was measured at its inputs and outputs, and its residuals for any parameters.
 
+pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod sensor;
+mod trend;
 
 use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::unknown::{Prior, Role, Unknown};
@@ -11,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A measured signal that a block's model must give.
@@ -54,6 +58,8 @@ pub struct MeasuredBlock {
     pub trials: Vec<Trial>,
     /// Which samples of the residuals are judged.
     pub decimator: Decimator,
+    /// The input that is the session's clock, where what grows with it must not count as noise.
+    pub clock: Option<&'static str>,
 }
 
 /// The recordings of a block as experiments: those to learn from or those to judge by.
@@ -103,18 +109,26 @@ impl<'a> Part<'a> {
     /// Residuals (measured less simulated, low-passed) of some trials for every parameter set: `[set][trial]`.
     fn of_trials(&self, trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let recordings: Vec<&Recorded> = trials.iter().map(|trial| self.recordings[*trial]).collect();
-        let outputs = simulate(self.block.kind, &recordings, sets);
+        self.of_recordings(&recordings, trials, sets)
+    }
+
+    /// The same, for the inputs of some recordings and what was measured in trials.
+    fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let stride = self.block.kind.outputs().len();
-        let residual = |set: usize, place: usize| {
-            let mut residual = self.measured[trials[place]].clone();
-            for (row, channel) in self.block.channels.iter().enumerate() {
-                let simulated = self.block.decimator.pass(&outputs[place][set], channel.output, stride);
-                simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
-            }
-            residual
+        let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
+            let outputs = simulate(self.block.kind, recordings, sets);
+            let residual = |set: usize, place: usize| {
+                let mut residual = self.measured[trials[place]].clone();
+                for (row, channel) in self.block.channels.iter().enumerate() {
+                    let simulated = self.block.decimator.pass(&outputs[place][set], channel.output, stride);
+                    simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
+                }
+                residual
+            };
+            let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
+            (0..sets.len()).into_par_iter().map(of_set).collect()
         };
-        let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
-        (0..sets.len()).into_par_iter().map(of_set).collect()
+        sets.chunks(MOST_SETS).flat_map(batch).collect()
     }
 
     fn all(&self) -> Vec<usize> {
@@ -124,7 +138,23 @@ impl<'a> Part<'a> {
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
         let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
-        self.experiments.iter().flat_map(|(_, members)| deviations(&cut(members, &trials))).collect()
+        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, &trials));
+        let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
+        if let Some(clock) = self.block.clock {
+            trend::removed(&mut all, &self.ages(clock));
+        }
+        all
+    }
+
+    /// When each repeat began \[s\], from the mean of its experiment on, in the order of [`Part::deviations`].
+    fn ages(&self, clock: &str) -> Vec<f64> {
+        let field = self.block.kind.inputs().iter().position(|field| field.name == clock).expect("an input's name");
+        let of = |(_, members): &(&str, Vec<usize>)| -> Vec<f64> {
+            let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
+            let mean = starts.iter().sum::<f64>() / starts.len() as f64;
+            if starts.len() < 2 { Vec::new() } else { starts.iter().map(|start| start - mean).collect() }
+        };
+        self.experiments.iter().flat_map(of).collect()
     }
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.
@@ -149,9 +179,30 @@ impl<'a> Part<'a> {
             let own = cut(members, &trials);
             mean(&own) - &own[0]
         };
-        Shortcut { part: self, noise, rest: self.experiments.iter().map(rest).collect() }
+        let rest = self.experiments.iter().map(rest).collect();
+        Shortcut { part: self, noise, first: self.typical(), rest }
+    }
+
+    /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
+    fn typical(&self) -> Vec<Cow<'a, Recorded>> {
+        let firsts = self.experiments.iter().map(|(_, members)| Cow::Borrowed(self.recordings[members[0]]));
+        let Some(clock) = self.block.clock else {
+            return firsts.collect();
+        };
+        let fields = self.block.kind.inputs();
+        let field = fields.iter().position(|field| field.name == clock).expect("an input's name");
+        let start = |trial: &usize| self.recordings[*trial].inputs[field];
+        let later = |(mut first, (_, members)): (Cow<'a, Recorded>, &(&str, Vec<usize>))| {
+            let shift = members.iter().map(start).sum::<f64>() / members.len() as f64 - start(&members[0]);
+            first.to_mut().inputs.iter_mut().skip(field).step_by(fields.len()).for_each(|time| *time += shift);
+            first
+        };
+        firsts.zip(&self.experiments).map(later).collect()
     }
 }
+
+/// Parameter sets whose outputs are held at once: those of ten recordings of six channels fill some hundred megabytes.
+const MOST_SETS: usize = 128;
 
 /// Residuals by the first repeat of each experiment alone.
 ///
@@ -160,6 +211,8 @@ impl<'a> Part<'a> {
 pub struct Shortcut<'a> {
     part: &'a Part<'a>,
     noise: &'a Noise,
+    /// Its recording.
+    first: Vec<Cow<'a, Recorded>>,
     /// Mean residual of each experiment less that of its first repeat, at the nominal parameters.
     rest: Vec<DMatrix<f64>>,
 }
@@ -175,7 +228,8 @@ impl Shortcut<'_> {
             };
             DVector::from_vec(trials.iter().enumerate().flat_map(of).collect())
         };
-        self.part.of_trials(&first, sets).into_par_iter().map(whiten).collect()
+        let recordings: Vec<&Recorded> = self.first.iter().map(AsRef::as_ref).collect();
+        self.part.of_recordings(&recordings, &first, sets).into_par_iter().map(whiten).collect()
     }
 }
 
@@ -199,12 +253,19 @@ fn cut(members: &[usize], trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
 ///
 /// Above that frequency there is nothing to explain, only noise to be mistaken for something.
 pub(crate) fn judged_steps(pieces: &[Piece], signal: &str) -> usize {
+    highest(pieces, signal).map_or(DEFAULT_STEPS, |highest| ((0.4 / highest) as usize).clamp(2, MOST_STEPS))
+}
+
+/// Highest frequency, in cycles a sample, up to which what repeats have in common in a signal stands out of what they
+/// differ by; none without repeats, or where nothing does.
+pub(crate) fn highest(pieces: &[Piece], signal: &str) -> Option<f64> {
     let mut repeats: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for piece in pieces {
-        repeats.entry(&piece.experiment).or_default().push(&piece.signals[signal]);
+        if let Some(samples) = piece.signals.get(signal) {
+            repeats.entry(&piece.experiment).or_default().push(samples);
+        }
     }
-    let highest = repeats.values().filter_map(|list| highest_common(list)).fold(0.0, f64::max);
-    if highest == 0.0 { DEFAULT_STEPS } else { ((0.4 / highest) as usize).clamp(2, MOST_STEPS) }
+    repeats.values().filter_map(|list| highest_common(list)).max_by(f64::total_cmp)
 }
 
 /// Samples that one judged sample stands for where no repeats tell.

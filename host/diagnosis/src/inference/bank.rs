@@ -167,6 +167,13 @@ impl Bank {
     }
 }
 
+impl Scores {
+    /// As they are if residual variances exceed the noise's by a factor.
+    pub fn dispersed(self, factor: f64) -> Self {
+        Self { products: self.products / factor, gram: self.gram / factor }
+    }
+}
+
 /// Draws of noise.
 const NULLS: usize = 2000;
 /// Seed of those draws: the same data give the same threshold.

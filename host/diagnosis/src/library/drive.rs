@@ -22,6 +22,10 @@ struct Spans {
     time: f64,
     /// Inertia of motor and link.
     inertia: f64,
+    /// Whether the joint slides.
+    slides: bool,
+    /// Whether a payload has weight at the joint.
+    weight: bool,
     /// Inertia of the link, or a tenth of the motor's where a model counts all as motor.
     link: f64,
 }
@@ -48,8 +52,21 @@ impl Spans {
             middle: 0.5 * (lo + hi),
             time: end - start,
             inertia: motor + link,
+            slides: block.channels[0].unit == "m",
+            weight: column(5).any(|weight| weight != 0.0),
             link: if link > 0.0 { link } else { 0.1 * motor },
         }
+    }
+
+    /// Size of dry friction: as the model has it, or as much as all of the torque.
+    fn dry(&self, coulomb: f64) -> f64 {
+        if coulomb > 0.0 { coulomb } else { self.torque }
+    }
+
+    /// Cycles of which at least one is seen, and up to which they are looked for \[1/rad\].
+    fn cycles(&self) -> [f64; 2] {
+        let least = TAU / self.range;
+        [least.max(LEAST_CYCLES), (least.max(LEAST_CYCLES) * 4.0).max(MOST_CYCLES)]
     }
 
     /// Compliance at which the link swings on the gear with a frequency \[Hz\].
@@ -83,8 +100,7 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
 
 fn friction(shelf: &mut Shelf, spans: &Spans) {
     let (coulomb, viscous) = (shelf.base("coulomb"), shelf.base("viscous"));
-    let dry = coulomb.max(0.1 * spans.torque);
-    let wet = viscous.max(0.1 * spans.torque / spans.rate);
+    let (dry, wet) = (spans.dry(coulomb), if viscous > 0.0 { viscous } else { spans.torque / spans.rate });
     shelf.add("J1_coulomb", "Coulomb friction", &[("coulomb", either(coulomb, 0.3 * dry), Role::Size)], &[1.0], &[]);
     shelf.add("J2_viscous", "viscous friction", &[("viscous", either(viscous, 0.3 * wet), Role::Size)], &[1.0], &[]);
     shelf.add(
@@ -162,25 +178,31 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     shelf.add(
         "J10_transmission_error",
         "transmission error of the gear",
-        &[("wave_sin", wave, Role::Size), ("wave_cos", wave, Role::Size), periodic("wave_cycles")],
+        &[("wave_sin", wave, Role::Size), ("wave_cos", wave, Role::Size), periodic("wave_cycles", spans)],
         &[1.0],
         &cycles(spans),
     );
 }
 
 /// How often a periodic effect comes around in a radian.
-fn periodic(name: &'static str) -> super::Entry {
-    (name, Prior::LogNormal { centre: CYCLES, spread: 1.0 }, Role::Form)
+fn periodic(name: &'static str, spans: &Spans) -> super::Entry {
+    let [least, most] = spans.cycles();
+    (name, Prior::LogNormal { centre: (least * most).sqrt(), spread: 0.25 * (most / least).ln() }, Role::Form)
 }
 
-/// Middle of the range of cycles that is looked at \[1/rad\].
-const CYCLES: f64 = 30.0;
+/// Cycles of a gear's or a motor's turn in a radian of the joint, at least and at most.
+const LEAST_CYCLES: f64 = 5.0;
+const MOST_CYCLES: f64 = 120.0;
+/// Most cycles that are tried.
+const MOST_TRIED: f64 = 400.0;
 
 /// Cycles so dense that no period of the range falls between two of them.
 fn cycles(spans: &Spans) -> Vec<Vec<f64>> {
-    let step = std::f64::consts::PI / (2.0 * spans.range);
-    let count = ((120.0 - 5.0) / step).min(400.0) as usize;
-    grid((0..=count).map(|k| ((5.0 + k as f64 * step) / CYCLES).ln()))
+    let [least, most] = spans.cycles();
+    let (_, prior, _) = periodic("", spans);
+    let step = (std::f64::consts::PI / (2.0 * spans.range)).max((most - least) / MOST_TRIED);
+    let count = ((most - least) / step) as usize;
+    grid((0..=count).map(|k| prior.place(least + k as f64 * step)))
 }
 
 fn motor(shelf: &mut Shelf, spans: &Spans) {
@@ -188,7 +210,7 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
     shelf.add(
         "J9_torque_ripple",
         "torque ripple of the motor",
-        &[("ripple_sin", ripple, Role::Size), ("ripple_cos", ripple, Role::Size), periodic("ripple_cycles")],
+        &[("ripple_sin", ripple, Role::Size), ("ripple_cos", ripple, Role::Size), periodic("ripple_cycles", spans)],
         &[1.0],
         &cycles(spans),
     );
@@ -211,7 +233,7 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
         &[],
     );
     let offset = either(shelf.base("offset"), 0.05 * spans.torque);
-    let asymmetry = either(shelf.base("coulomb_asymmetry"), 0.1 * shelf.base("coulomb").max(0.1 * spans.torque));
+    let asymmetry = either(shelf.base("coulomb_asymmetry"), 0.1 * spans.dry(shelf.base("coulomb")));
     shelf.add(
         "J18_drive_offset",
         "offset of the drive's torque, and friction that depends on the direction",
@@ -223,23 +245,30 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
 
 fn load(shelf: &mut Shelf, spans: &Spans) {
     let gravity = either(0.0, 0.05 * spans.torque);
-    shelf.add("J14_payload", "mass of the payload", &[("payload", either(0.0, 1.0), Role::Size)], &[1.0], &[]);
+    // Without weight a payload is inertia and nothing else.
+    if spans.weight {
+        let payload = either(0.0, 1.0);
+        shelf.add("J14_payload", "mass of the payload", &[("payload", payload, Role::Size)], &[1.0], &[]);
+    }
     let inertia = either(0.0, 0.1 * spans.inertia);
     shelf.add("J15_link_inertia", "inertia of the link", &[("inertia_error", inertia, Role::Size)], &[1.0], &[]);
-    shelf.add(
-        "J16_gravity_compensation",
-        "weight of the link",
-        &[("gravity_cos", gravity, Role::Size), ("gravity_sin", gravity, Role::Size)],
-        &[1.0],
-        &[],
-    );
+    // Along a line a weight is an offset and nothing else.
+    if !spans.slides {
+        shelf.add(
+            "J16_gravity_compensation",
+            "weight of the link",
+            &[("gravity_cos", gravity, Role::Size), ("gravity_sin", gravity, Role::Size)],
+            &[1.0],
+            &[],
+        );
+    }
     let spring = 0.1 * spans.torque / spans.range;
     shelf.add(
         "J17_cable_drag",
         "drag of cables and hoses",
         &[
             ("cable_stiffness", Prior::Positive { scale: spring }, Role::Size),
-            ("cable_centre", either(spans.middle, spans.range), Role::Form),
+            ("cable_centre", either(spans.middle, 0.5 * spans.range), Role::Form),
         ],
         &[1.0],
         &grid([0.0]),

@@ -1,7 +1,9 @@
 //! The hypotheses of each block: which effects it may hide, how large they may be, and how they look.
 
+pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod sensor;
 
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role, Unknown};

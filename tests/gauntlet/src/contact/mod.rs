@@ -133,7 +133,7 @@ impl ContactBench {
         Self { nuisances, plant: plant(sizes, &nuisances, map) }
     }
 
-    /// Position \[m\] and force that the sensor shows \[N\], tick by tick, one tick longer than the record.
+    /// Position \[m\] and force that the sensor shows by its own clock \[N\], tick by tick, one tick longer than the record.
     fn simulate(&self, experiment: &Experiment, run: &Run, steps: usize) -> [Vec<f64>; 6] {
         let mut disturbance: Vec<Disturbance> = run.noise.map_or(Vec::new(), |colour| {
             let of = |axis| Disturbance::new(colour, DISTURBANCE, TICK, run.stream(axis));
@@ -147,23 +147,37 @@ impl ContactBench {
             experiment.height,
         ]);
         let mut trace: [Vec<f64>; 6] = Default::default();
+        let mut fine: [Vec<f64>; 3] = Default::default();
         for tick in 0..=(motions::DURATION_S / TICK).round() as usize {
             let time = tick as f64 * TICK;
-            let sensed = plant.sensed(&state);
             for axis in 0..3 {
                 trace[axis].push(state[POSITION + axis]);
-                trace[3 + axis].push(sensed[axis]);
                 plant.inputs.disturbance[axis] = disturbance.get_mut(axis).map_or(0.0, Disturbance::next);
             }
             plant.inputs.push = experiment.push.at(time)[0];
             let [x, y] = [0, 1].map(|axis| experiment.carriage[axis].at(time));
             plant.inputs.carriage = [[x[0], y[0]], [x[1], y[1]]];
             for _ in 0..steps {
+                let sensed = plant.sensed(&state);
+                fine.iter_mut().zip(sensed).for_each(|(fine, force)| fine.push(force));
                 state = advance(&plant, &state, TICK / steps as f64);
                 plant.dent(&state);
             }
         }
+        for (trace, fine) in trace[3..].iter_mut().zip(&fine) {
+            *trace = (0..fine.len() / steps).map(|tick| self.by_its_clock(fine, tick, steps)).collect();
+        }
         trace
+    }
+}
+
+impl ContactBench {
+    /// What a force shows at a tick by its own clock. Steps are interpolated, not ticks: between two ticks a blow begins,
+    /// and their mean would be a low-pass that the model does not tell of.
+    fn by_its_clock(&self, fine: &[f64], tick: usize, steps: usize) -> f64 {
+        let place = (tick as f64 + self.nuisances.clock_offset / TICK) * steps as f64;
+        let place = place.clamp(0.0, (fine.len() - 2) as f64);
+        stamped(fine, place.floor() as usize, place.fract())
     }
 }
 
@@ -181,9 +195,10 @@ impl Bench for ContactBench {
         let trace = self.simulate(&experiment, run, STEPS);
         let mut position = Instrument::new(run, "position", POSITION_NOISE, POSITION_QUANTUM);
         let mut force = Instrument::new(run, "force", FORCE_NOISE, FORCE_QUANTUM);
-        let share = self.nuisances.clock_offset / TICK;
         let mut table = Table::new(&COLUMNS);
+        let shown = |tick: usize| -> [f64; 6] { std::array::from_fn(|i| trace[i][tick]) };
         for tick in 0..trace[0].len() - 1 {
+            let shown = shown(tick);
             let time = tick as f64 * TICK;
             let mut row = [0.0; 10];
             row[0] = run.start_s + time;
@@ -192,8 +207,8 @@ impl Bench for ContactBench {
                 row[2 + axis] = experiment.carriage[axis].at(time)[0];
             }
             for axis in 0..3 {
-                row[4 + axis] = position.read(trace[axis][tick]);
-                row[7 + axis] = force.read(stamped(&trace[3 + axis], tick, share) + self.nuisances.bias[axis]);
+                row[4 + axis] = position.read(shown[axis]);
+                row[7 + axis] = force.read(shown[3 + axis] + self.nuisances.bias[axis]);
             }
             table.push(&row);
         }

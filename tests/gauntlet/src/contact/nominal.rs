@@ -34,26 +34,24 @@ id = "bench-plate"
 # A body on air cushions against a plate; z is the plate's normal, out of the plate, and z = 0 its surface.
 # Force: stiffness d + damping d' at a depth d > 0, never pulling; friction against the sliding, up to friction N.
 [contact]
-body_mass = "40 kg"
 stiffness = "100000 N/m"
 exponent = 1
 damping = "200 N s/m"
+damping_onset = "0.01 mm"         # the damping sets in over this depth
 friction = 0.2
 presliding_travel = "0.05 mm"
 
-# What moves the body: a push towards the plate, and a lateral carriage on a spring and a damper.
-[drive]
-carriage_stiffness = "100000 N/m"
-carriage_damping = "4000 N s/m"
+# The body has 40 kg; a carriage on a spring of 100000 N/m and a damper of 4000 N s/m slides it.
 
 # One standard deviation of what may differ unnoticed.
 [tolerance]
 stiffness = "2 %"
 damping = "10 %"
+damping_onset = "30 %"
 friction = "3 %"
 presliding_travel = "20 %"
 surface = "0.005 mm"
-force_bias = "0.2 N"              # each axis
+bias_force = "0.2 N"              # each axis
 clock_offset = "0.2 ms"           # force channels against motion channels
 
 # 2 kHz; position of the contact point, force of the plate on the body.

@@ -18,6 +18,8 @@ use motions::{Experiment, Moving, joined};
 /// Tick of the log \[s\], and the finer grid on which blows and filter run, in steps of a tick.
 const TICK: f64 = 1e-3;
 const STEPS: usize = 20;
+/// Ticks by which the fine grid begins before a record.
+const LEAD: i32 = 2;
 /// White noise of the sensor \[N\], coloured noise \[N\], quantum \[N\]; moments 0.1 m times these.
 const NOISE: f64 = 0.3;
 const COLOURED_NOISE: f64 = 0.1;
@@ -93,7 +95,7 @@ impl SensorBench {
         Self { nuisances, chain, hidden_noise: sizes.of("S7_noise"), seed }
     }
 
-    /// The sensing element's signal on the fine grid, two ticks longer than the record and beginning one before it.
+    /// The sensing element's signal on the fine grid, two ticks longer than the record and beginning two before it.
     fn signal(&self, experiment: &Experiment, run: &Run) -> Vec<Wrench> {
         let mut chain = self.chain.clone();
         let ticks = (motions::DURATION_S / TICK).round() as i32;
@@ -102,9 +104,9 @@ impl SensorBench {
             let moving = experiment.moving(f64::from(tick) * TICK);
             plus(experiment.hung_wrench(&moving), tool_wrench(&moving, chain.tool_mass))
         };
-        let slow: Vec<Wrench> = (-1..=ticks + 1).map(slow).collect();
+        let slow: Vec<Wrench> = (-LEAD..=ticks + 2).map(slow).collect();
         let mut signal = Vec::with_capacity(slow.len() * STEPS);
-        for (tick, pair) in (-1..).zip(slow.windows(2)) {
+        for (tick, pair) in (-LEAD..).zip(slow.windows(2)) {
             for step in 0..STEPS {
                 let share = step as f64 / STEPS as f64;
                 let time = (f64::from(tick) + share) * TICK;
@@ -131,9 +133,19 @@ impl SensorBench {
     }
 }
 
-/// The signal at a tick, off by a clock offset \[s\]; neighbours on the fine grid are interpolated.
-fn sampled(signal: &[Wrench], tick: usize, offset: f64) -> Wrench {
-    let place = (tick as f64 + 1.0 + offset / TICK) * STEPS as f64;
+/// What a converter gives that averages over the tick about its stamp, as those of bridges do: what a blow holds above
+/// half the tick rate would else be folded back, and two channels that are a part of a tick apart would differ by it.
+fn averaged(value: impl Fn(f64) -> Wrench) -> Wrench {
+    let mut sum = [0.0; 6];
+    for step in 0..STEPS {
+        sum = plus(sum, value((step as f64 + 0.5) / STEPS as f64 - 0.5));
+    }
+    sum.map(|sum| sum / STEPS as f64)
+}
+
+/// The signal at a time in ticks; neighbours on the fine grid are interpolated.
+fn sampled(signal: &[Wrench], ticks: f64) -> Wrench {
+    let place = (ticks + f64::from(LEAD)) * STEPS as f64;
     let (at, share) = (place.floor() as usize, place.fract());
     std::array::from_fn(|i| signal[at][i] + share * (signal[at + 1][i] - signal[at][i]))
 }
@@ -159,8 +171,10 @@ impl Bench for SensorBench {
         for tick in 0..(motions::DURATION_S / TICK).round() as usize {
             let time = tick as f64 * TICK;
             let moving = experiment.moving(time);
-            let load = plus(experiment.hung_wrench(&moving), experiment.blow_wrench(time));
-            let signal = sampled(&signal, tick, self.nuisances.clock_offset);
+            let blow = averaged(|share| experiment.blow_wrench(time + share * TICK));
+            let load = plus(experiment.hung_wrench(&moving), blow);
+            let offset = self.nuisances.clock_offset / TICK;
+            let signal = averaged(|share| sampled(&signal, tick as f64 + offset + share));
             let noisy = std::array::from_fn(|i| {
                 let coloured = noise.coloured.get_mut(i).map_or(0.0, Disturbance::next);
                 let hidden = noise.hidden.get_mut(i).map_or(0.0, Disturbance::next);

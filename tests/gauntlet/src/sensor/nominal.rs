@@ -29,13 +29,11 @@ id = "bench-sensor"
 # its origin. The recorded wrench is what is left when the tool's weight and inertia are taken off.
 [sensor]
 tool_mass = "5 kg"
-tool_centre_x = "0.01 m"
-tool_centre_y = "0 m"
-tool_centre_z = "0.09 m"
-tool_inertia_x = "0.02 kg m^2"    # about the tool's centre of mass
-tool_inertia_y = "0.02 kg m^2"
-tool_inertia_z = "0.015 kg m^2"
+tool_centre = ["0.01 m", "0 m", "0.09 m"]
+tool_inertia = ["0.02 kg m^2", "0.02 kg m^2", "0.015 kg m^2"]  # about the tool's centre of mass
 gravity = "9.80665 m/s^2"         # along -z of the world
+noise_force = "0.32 N"            # at rest, healthy
+noise_moment = "0.032 N m"
 
 # One standard deviation of what may differ unnoticed.
 [tolerance]

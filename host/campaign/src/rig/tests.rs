@@ -1,0 +1,76 @@
+//! Rig files of each kind, whole and spoiled.
+
+use super::{Plant, Rig};
+use std::fmt::Write;
+
+/// A rig file of a kind with a line for each signal.
+fn text(kind: &str, tables: &str, signals: &[(&str, &str)]) -> String {
+    let mut text = format!("schema = \"rig/1\"\nkind = \"{kind}\"\nid = \"bench\"\n{tables}\n[log]\n");
+    for (name, unit) in signals {
+        let _ = writeln!(text, "\"{name}\" = {{ column = \"{name}\", unit = \"{unit}\" }}");
+    }
+    text
+}
+
+fn sensor(tables: &str) -> String {
+    text("sensor", tables, &super::SENSOR_SIGNALS.map(|row| (row.0, row.1)))
+}
+
+fn contact(tables: &str) -> String {
+    text("contact", tables, &super::CONTACT_SIGNALS.map(|row| (row.0, row.1)))
+}
+
+fn load(text: &str) -> Result<Rig, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("model.toml");
+    std::fs::write(&path, text).expect("room");
+    Rig::load(&path).map_err(|problems| format!("{problems:?}"))
+}
+
+/// What is said of a file that is wrong.
+fn refused(text: &str) -> String {
+    load(text).expect_err("something is wrong")
+}
+
+#[test]
+fn a_sensor_is_read_with_its_tool_and_its_tolerances() {
+    let tables = "[sensor]\ntool_mass = \"500 g\"\ntool_centre = [\"1 cm\", \"0 m\", \"90 mm\"]\nrange_force = \"2 kN\"\n\
+                  range_moment = \"100 N m\"\n[tolerance]\nbias_force = \"0.2 N\"\ngain = \"0.2 %\"\n";
+    let rig = load(&sensor(tables)).expect("a legal file");
+    let Plant::Sensor(sensor) = &rig.plant else { panic!("a sensor") };
+    let p = &sensor.values;
+    assert_eq!((p.tool_mass, p.tool_centre.z, p.range, p.lever), (0.5, 0.09, 2000.0, 0.05));
+    let names: Vec<&str> = sensor.tolerance.iter().map(|row| row.0).collect();
+    assert_eq!(names, ["bias_force_x", "bias_force_y", "bias_force_z", "gain"]);
+    assert!(sensor.noise.is_none() && sensor.gravity == 9.80665);
+    assert_eq!(rig.log.len(), super::SENSOR_SIGNALS.len());
+}
+
+#[test]
+fn a_contact_is_read_with_its_tolerances_as_sizes() {
+    let tables =
+        "[contact]\nstiffness = \"100 N/mm\"\nfriction = 0.2\n[tolerance]\nstiffness = \"2 %\"\nsurface = \"5 um\"\n";
+    let rig = load(&contact(tables)).expect("a legal file");
+    let Plant::Contact(contact) = &rig.plant else { panic!("a contact") };
+    assert_eq!((contact.values.stiffness, contact.values.friction, contact.values.exponent), (1e5, 0.2, 1.0));
+    assert_eq!(contact.tolerance.len(), 2);
+    assert!((contact.tolerance[0].1 - 2000.0).abs() < 1e-9 && (contact.tolerance[1].1 - 5e-6).abs() < 1e-15);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_range_and_a_remedy() {
+    let has =
+        |message: &str, words: &[&str]| words.iter().for_each(|word| assert!(message.contains(word), "{message}"));
+    has(&refused(&sensor("")), &["needs the table [sensor]"]);
+    has(&refused(&sensor("[sensor]\ntool_mass = \"-5 kg\"\n")), &["-5 kg is out of range", "at least 0 kg"]);
+    has(&refused(&sensor("[sensor]\nrange_moment = \"9 N m\"\n")), &["without `range_force`", "data sheet"]);
+    has(&refused(&sensor("[sensor]\n[tolerance]\nstiffness = \"2 %\"\n")), &["has no tolerance `stiffness`"]);
+    has(&refused(&contact("[contact]\nstiffness = \"0 N/m\"\n")), &["above 0 N/m"]);
+    has(
+        &refused(&contact("[contact]\nstiffness = \"1 N/m\"\n[tolerance]\ncoulomb = \"3 %\"\n")),
+        &["no tolerance `coulomb`"],
+    );
+    let few =
+        text("contact", "[contact]\nstiffness = \"1 N/m\"\n", &[("t", "s"), ("position.x", "m"), ("force.q", "N")]);
+    has(&refused(&few), &["`position.y`", "add a line for each", "no signal `force.q`"]);
+}

@@ -1,0 +1,87 @@
+//! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
+
+use crate::args::{DiagnoseArgs, default_results};
+use crate::words::{Exit, explain, json, refuse, say, warn};
+use miette::{IntoDiagnostic, Report};
+use softdock_campaign::Rig;
+use softdock_campaign::rig::{CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
+use softdock_diagnosis::diagnosis::{Options, prepare};
+use softdock_diagnosis::{Error, diagnosis_page, extend, isolability, words};
+use softdock_results::write_file;
+use std::path::{Path, PathBuf};
+
+/// Diagnoses a rig.
+pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
+    let Some(model) = args.model.as_ref().filter(|_| !args.signals) else {
+        say(signals());
+        return Ok(Exit::Done);
+    };
+    let rig = Rig::load(model).map_err(explain)?;
+    let (title, id) = (rig.title.clone(), rig.id.clone());
+    let options = Options { hold_out_from: args.hold_out_from, without: args.without.clone() };
+    let prepared = prepare(rig, &paths(&args.logs), &paths(&args.holdout), &options).map_err(told)?;
+    // Before any number: what these channels can show at all.
+    warn(isolability::text(&prepared.isolability));
+    let (diagnosis, judged) = prepared.diagnose().map_err(told)?;
+    let command = command(args, model);
+    let text = std::fs::read_to_string(model).into_diagnostic()?;
+    let figures = serde_json::to_value(&diagnosis).into_diagnostic()?;
+    let mut files = vec![
+        ("diagnosis.html", diagnosis_page::page(&title, &diagnosis, &judged, &command).map_err(told)?),
+        ("diagnosis.json", json(&figures) + "\n"),
+    ];
+    files.extend(extend::extended(&text, &diagnosis).map(|text| ("extended.toml", text)));
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{id}")));
+    write(&folder, &files)?;
+    if args.json {
+        say(json(&figures));
+    } else {
+        let listed: Vec<String> = files.iter().map(|(name, _)| folder.join(name).display().to_string()).collect();
+        say(format!("{}\n\n{}", words::text(&diagnosis), listed.join("\n")));
+    }
+    Ok(Exit::Done)
+}
+
+/// Plant kinds and their signals, one a line.
+fn signals() -> String {
+    let mut out = String::from("drive: one joint with its drive, turning or sliding\n");
+    for (name, turning, sliding, meaning) in DRIVE_SIGNALS {
+        let unit = if turning == sliding { turning.to_owned() } else { format!("{turning} or {sliding}") };
+        out += &signal(name, &unit, meaning);
+    }
+    out += "\nsensor: a force/torque sensor under known loads\n";
+    SENSOR_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out += "\ncontact: one body against a plate\n";
+    CONTACT_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out
+}
+
+fn signal(name: &str, unit: &str, meaning: &str) -> String {
+    format!("  {name:<20}{unit:<12}{meaning}\n")
+}
+
+fn write(folder: &Path, files: &[(&str, String)]) -> miette::Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| refuse(format!("{}: {error}", folder.display()), "name a folder that can be written"))?;
+    files.iter().try_for_each(|(name, text)| write_file(&folder.join(name), text.as_bytes())).into_diagnostic()
+}
+
+fn told(error: Error) -> Report {
+    refuse(&error, error.remedy())
+}
+
+fn paths(paths: &[PathBuf]) -> Vec<&Path> {
+    paths.iter().map(PathBuf::as_path).collect()
+}
+
+/// The command that repeats the work, with file names alone: no path of the machine stands in a result.
+fn command(args: &DiagnoseArgs, model: &Path) -> String {
+    let name = |path: &Path| path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let names = |paths: &[PathBuf]| paths.iter().map(|path| format!(" {}", name(path))).collect::<String>();
+    let mut text = format!("softdock diagnose {}{}", name(model), names(&args.logs));
+    if !args.holdout.is_empty() {
+        text += &format!(" --holdout{}", names(&args.holdout));
+    }
+    text += &args.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
+    text + &args.without.iter().map(|id| format!(" --without {id}")).collect::<String>()
+}

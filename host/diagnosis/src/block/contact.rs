@@ -1,0 +1,82 @@
+//! The block from motion to force of a contact, from a bench's recordings.
+
+use super::{Channel, MeasuredBlock, Trial, highest, nuisances};
+use crate::inference::unknown::{Prior, Unknown};
+use crate::recording::grid::Piece;
+use crate::recording::smooth::{Decimator, Motion, motion};
+use softdock_campaign::rig::ContactRig;
+use softdock_engine::blocks::Kind;
+use softdock_kernels::block::Recorded;
+use softdock_kernels::fields::to_vec;
+
+/// Longest step of the simulation \[s\].
+const LONGEST_STEP: f64 = 1.25e-4;
+/// Samples that one judged sample stands for. Repeats of a bounce drift apart, so that what they have in common does not
+/// tell the band; a touch is shorter than a sample, and a mount rings up to a tenth of the sampling rate.
+const STEPS: usize = 5;
+/// By how much the motion's band exceeds what stands out of its noise: a touch bends a motion at once.
+const BAND: f64 = 1.5;
+/// Band of a motion that stands out of its noise nowhere, in cycles a sample.
+const LEAST_BAND: f64 = 0.02;
+
+/// What is known to a factor.
+const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
+
+/// What is measured, in the order of the block's outputs.
+pub const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
+/// What is fed.
+pub const POSITIONS: [&str; 3] = ["position.x", "position.y", "position.z"];
+
+/// The block of a contact's recordings; `held_out` of an experiment's name.
+pub fn contact_block(
+    rig: &ContactRig,
+    pieces: &[Piece],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+) -> MeasuredBlock {
+    let base = to_vec(&rig.values);
+    let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
+    let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
+    MeasuredBlock {
+        kind: Kind::Contact,
+        name: "R5 motion to force",
+        nuisances: nuisances(Kind::Contact, &base, &rig.tolerance).into_iter().map(positive).collect(),
+        base,
+        channels: FORCES.iter().enumerate().map(channel).collect(),
+        trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
+        decimator: Decimator::new(STEPS),
+        clock: None,
+    }
+}
+
+/// A travel or depth known to a share is known to a factor: it cannot be negative.
+fn positive(nuisance: Unknown) -> Unknown {
+    match nuisance.prior {
+        Prior::Normal { mean, sd } if FACTORS.contains(&nuisance.name.as_str()) => {
+            Unknown { prior: Prior::LogNormal { centre: mean, spread: sd / mean }, ..nuisance }
+        }
+        _ => nuisance,
+    }
+}
+
+fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial {
+    let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
+    let step = piece.step / each as f64;
+    let nyquist = 0.5 / piece.step;
+    let axis = |k: usize| -> Motion {
+        motion(&piece.signals[POSITIONS[k]], piece.step, (BAND * bands[k] / piece.step).min(nyquist), each)
+    };
+    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let instants = z.value.len();
+    let (mut inputs, mut late) = (Vec::with_capacity(instants), Vec::with_capacity(6 * instants));
+    for i in 0..instants {
+        inputs.push(piece.start + i as f64 * step);
+        late.extend([x.value[i], y.value[i], z.value[i], x.rate[i], y.rate[i], z.rate[i]]);
+    }
+    Trial {
+        experiment: piece.experiment.clone(),
+        held_out,
+        recorded: Recorded { step, instants, stride: each, inputs, late },
+        measured: FORCES.iter().map(|signal| piece.signals[*signal].clone()).collect(),
+    }
+}

@@ -1,0 +1,277 @@
+//! The diagnosis' page: one self-contained HTML file, plain words first.
+
+use crate::Result;
+use crate::block::MeasuredBlock;
+use crate::decide::BlockAnswer;
+use crate::diagnosis::{Diagnosis, Judged};
+use crate::inference::fit::Fitted;
+use crate::isolability;
+use crate::recording::smooth::band_powers;
+use crate::words::{estimated, headline, verdict};
+use minijinja::Environment;
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use nalgebra::DMatrix;
+use serde::Serialize;
+use softdock_analysis::STYLE;
+use softdock_analysis::number::significant;
+use softdock_analysis::plots::axis::Axis;
+use softdock_analysis::plots::figure::{Figure, RGBColor, Size, colour};
+
+/// Points of a line on the page.
+const MOST_POINTS: usize = 700;
+/// Bands of a spectrum.
+const BANDS: usize = 60;
+
+#[derive(Serialize)]
+struct Page<'a> {
+    style: &'static str,
+    version: &'static str,
+    title: String,
+    headline: String,
+    reasons: &'a [String],
+    findings: Vec<(String, String)>,
+    isolability: String,
+    experiment: Option<String>,
+    blocks: Vec<BlockRows>,
+    numbers: Vec<(String, String)>,
+    command: String,
+}
+
+#[derive(Serialize)]
+struct BlockRows {
+    name: String,
+    answer: &'static str,
+    before: String,
+    after: String,
+    gain: String,
+    held_out: bool,
+    effects: Vec<EffectRow>,
+    strained: Vec<(String, String)>,
+    ruled_out: Vec<[String; 3]>,
+    not_visible: Vec<[String; 3]>,
+    alike: Vec<String>,
+    partner_missing: bool,
+    drawings: Vec<(String, String)>,
+}
+
+#[derive(Serialize)]
+struct EffectRow {
+    id: String,
+    name: String,
+    p: String,
+    parameters: Vec<(String, String)>,
+}
+
+/// The page as text; `command` is what repeats it.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<String> {
+    let rows = |(answer, judged): (&BlockAnswer, &Judged)| block_rows(answer, judged);
+    let mut blocks: Vec<(&BlockAnswer, &Judged)> = diagnosis.blocks.iter().zip(judged).collect();
+    // What was found first.
+    blocks.sort_by_key(|(answer, _)| std::cmp::Reverse(answer.answer));
+    let page = Page {
+        style: STYLE,
+        version: env!("CARGO_PKG_VERSION"),
+        title: title.to_owned(),
+        headline: headline(diagnosis),
+        reasons: &diagnosis.reasons,
+        findings: diagnosis.findings.iter().map(|f| (f.recording.clone(), f.what.clone())).collect(),
+        isolability: isolability::text(&diagnosis.isolability),
+        experiment: diagnosis.experiment.clone(),
+        blocks: blocks.into_iter().map(rows).collect::<Result<_>>()?,
+        numbers: numbers(diagnosis, judged),
+        command: command.to_owned(),
+    };
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
+    environment
+        .add_template("diagnosis.html", include_str!("page/diagnosis.html"))
+        .map_err(softdock_analysis::Error::from)?;
+    let template = environment.get_template("diagnosis.html").map_err(softdock_analysis::Error::from)?;
+    Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
+}
+
+/// How the noise was found and how exact the simulation is, block by block.
+fn numbers(diagnosis: &Diagnosis, judged: &[Judged]) -> Vec<(String, String)> {
+    let of = |(judged, error): (&Judged, &f64)| {
+        let judgement = &judged.judgement;
+        let noise = if judgement.repeated { "repeats" } else { "what the richest explanation leaves" };
+        let told = format!(
+            "{} whitened samples; noise from {noise}, autoregression of order {}; half the step changes the residual by {} \
+             of the noise's power; an effect counts from log-odds {} on",
+            judgement.samples,
+            judgement.noise.order(),
+            significant(*error, 2),
+            significant(judgement.threshold, 3)
+        );
+        (judgement.block.to_owned(), told)
+    };
+    judged.iter().zip(&diagnosis.numerical_error).map(of).collect()
+}
+
+fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
+    let percent = |share: f64| significant(100.0 * share, 3);
+    let residual = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
+    Ok(BlockRows {
+        name: answer.block.to_owned(),
+        answer: verdict(answer.answer),
+        before: significant(answer.residual.before, 3),
+        after: significant(answer.residual.after, 3),
+        gain: answer.gain.map_or(String::new(), |gain| {
+            format!("{} % ({} to {} %)", percent(gain.value), percent(gain.lo), percent(gain.hi))
+        }),
+        held_out: answer.held_out,
+        effects: answer
+            .effects
+            .iter()
+            .map(|effect| EffectRow {
+                id: effect.id.to_owned(),
+                name: effect.name.to_owned(),
+                p: significant(effect.p, 3),
+                parameters: effect.parameters.iter().map(|(name, e)| (name.clone(), estimated(e))).collect(),
+            })
+            .collect(),
+        strained: answer.strained.iter().map(|(name, z)| (name.clone(), significant(*z, 2))).collect(),
+        ruled_out: answer
+            .ruled_out
+            .iter()
+            .map(|out| [out.id.to_owned(), significant(out.log_odds, 3), residual(out.residual)])
+            .collect(),
+        not_visible: answer
+            .not_visible
+            .iter()
+            .map(|hidden| [hidden.id.to_owned(), hidden.name.to_owned(), significant(hidden.log_odds, 2)])
+            .collect(),
+        alike: answer.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
+        partner_missing: answer.partner_missing,
+        drawings: drawings(answer, judged)?,
+    })
+}
+
+/// A residual before and after, averaged over the repeats of one held-out experiment.
+struct Compared {
+    before: DMatrix<f64>,
+    /// Only where something was found.
+    after: Option<DMatrix<f64>>,
+    step: f64,
+}
+
+impl Compared {
+    /// Both residuals of a channel with their colours; what is drawn last lies on top.
+    fn rows(&self, row: usize) -> Vec<(Vec<f64>, RGBColor)> {
+        let of = |matrix: &DMatrix<f64>| matrix.row(row).iter().copied().collect();
+        let after = self.after.as_ref().map(|after| (of(after), colour::SPACE));
+        std::iter::once((of(&self.before), colour::FACILITY)).chain(after).collect()
+    }
+
+    fn range(&self, row: usize) -> (f64, f64) {
+        ends(self.rows(row).iter().flat_map(|(values, _)| values))
+    }
+}
+
+fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String)>> {
+    let Judged { block, judgement, .. } = judged;
+    let part = block.part(answer.held_out);
+    let first = |fitted: &Fitted| part.means(&fitted.values(&block.base)).into_iter().next();
+    let found = judgement.ranking.iter().find(|candidate| candidate.sound && !answer.effects.is_empty());
+    let after = found.and_then(|candidate| first(&candidate.fitted));
+    let Some(before) = first(&judgement.clamped) else {
+        return Ok(Vec::new());
+    };
+    let Some(trial) = block.trials.iter().find(|trial| trial.held_out == answer.held_out) else {
+        return Ok(Vec::new());
+    };
+    let step = trial.recorded.step * (trial.recorded.stride * block.decimator.every()) as f64;
+    let compared = Compared { before, after, step };
+    let mut all = Vec::new();
+    for (row, channel) in block.channels.iter().enumerate() {
+        let name = format!("{}, {}", answer.block, channel.name);
+        all.push((in_time(&name, channel.unit, row, &compared)?, format!("{}: residual over time", channel.name)));
+        all.push((spectrum(&name, row, &compared)?, format!("{}: its spectrum", channel.name)));
+        for (signal, unit, values) in against(block, trial, &compared) {
+            let drawing = scatter(&name, channel.unit, row, &compared, (&signal, unit, &values))?;
+            all.push((drawing, format!("{}: against the {signal}", channel.name)));
+        }
+    }
+    Ok(all)
+}
+
+/// Signals against which a residual tells most: position, speed and torque or force, at the judged samples.
+fn against(
+    block: &MeasuredBlock,
+    trial: &crate::block::Trial,
+    compared: &Compared,
+) -> Vec<(String, &'static str, Vec<f64>)> {
+    let every = trial.recorded.stride * block.decimator.every();
+    let first = trial.recorded.stride * block.decimator.margin();
+    let sampled = |list: &[f64], width: usize, place: usize| -> Vec<f64> {
+        (0..compared.before.ncols()).filter_map(|i| list.get((first + i * every) * width + place).copied()).collect()
+    };
+    let (inputs, late) = (block.kind.inputs(), block.kind.late_inputs());
+    let mut all = Vec::new();
+    for (fields, list) in [(&inputs, &trial.recorded.inputs), (&late, &trial.recorded.late)] {
+        for (place, field) in fields.iter().enumerate() {
+            if ["angle", "rate", "torque"].contains(&field.name.as_str()) {
+                let name = if fields.len() == late.len() { "commanded " } else { "measured " };
+                all.push((name.to_owned() + &field.name, field.unit, sampled(list, fields.len(), place)));
+            }
+        }
+    }
+    all
+}
+
+fn ends<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(*value), hi.max(*value)))
+}
+
+fn in_time(name: &str, unit: &str, row: usize, compared: &Compared) -> Result<String> {
+    let count = compared.before.ncols();
+    let (lo, hi) = compared.range(row);
+    let x = Axis::linear("time [s]", 0.0, count as f64 * compared.step);
+    let mut figure = Figure::new(name, Size::Half, x, Axis::linear(format!("residual [{unit}]"), lo, hi).padded(0.05));
+    for (values, colour) in compared.rows(row) {
+        let points = (0..count).step_by(count.div_ceil(MOST_POINTS).max(1));
+        figure = figure.line(points.map(|i| (i as f64 * compared.step, values[i])).collect(), colour, 1.1);
+    }
+    Ok(figure.svg()?)
+}
+
+fn spectrum(name: &str, row: usize, compared: &Compared) -> Result<String> {
+    let width = 0.5 / compared.step / BANDS as f64;
+    let line = |(values, colour): (Vec<f64>, RGBColor)| {
+        let powers = band_powers(&values, BANDS).into_iter().enumerate();
+        let points = powers.map(|(band, power)| ((band as f64 + 0.5) * width, power.max(1e-300).sqrt()));
+        (points.collect::<Vec<_>>(), colour)
+    };
+    let lines: Vec<_> = compared.rows(row).into_iter().map(line).collect();
+    let (lo, hi) = ends(lines.iter().flat_map(|(points, _)| points).map(|point| &point.1));
+    let x = Axis::linear("frequency [Hz]", 0.0, BANDS as f64 * width);
+    let mut figure = Figure::new(format!("{name}, spectrum"), Size::Half, x, Axis::scaled("amplitude", lo, hi, true));
+    for (points, colour) in lines {
+        figure = figure.line(points, colour, 1.1);
+    }
+    Ok(figure.svg()?)
+}
+
+fn scatter(
+    name: &str,
+    unit: &str,
+    row: usize,
+    compared: &Compared,
+    (signal, signal_unit, values): (&str, &str, &[f64]),
+) -> Result<String> {
+    let (lo, hi) = ends(values.iter());
+    let x = Axis::linear(format!("{signal} [{signal_unit}]"), lo, hi).padded(0.03);
+    let (lo, hi) = compared.range(row);
+    let y = Axis::linear(format!("residual [{unit}]"), lo, hi).padded(0.05);
+    let mut figure = Figure::new(format!("{name} against {signal}"), Size::Half, x, y);
+    for (residual, colour) in compared.rows(row) {
+        let pairs = values.iter().zip(&residual).step_by(values.len().div_ceil(MOST_POINTS).max(1));
+        figure = figure.points(pairs.map(|(value, residual)| (*value, *residual)).collect(), colour, 1.5, 0.6);
+    }
+    Ok(figure.svg()?)
+}

@@ -1,0 +1,117 @@
+//! Effects of a contact: its normal law, its friction, its mount, and the force sensor's timing.
+
+use super::{Entry, Hypothesis, Shelf};
+use crate::block::MeasuredBlock;
+use crate::inference::unknown::{Prior, Role};
+use softdock_kernels::effects::EffectId;
+
+/// What the recordings of a contact span.
+#[derive(Clone, Copy, Debug)]
+struct Spans {
+    /// Greatest normal force \[N\].
+    force: f64,
+    /// Greatest depth \[m\].
+    depth: f64,
+    /// Greatest rate along the normal \[m/s\].
+    rate: f64,
+    /// Greatest sliding speed \[m/s\].
+    sliding: f64,
+}
+
+impl Spans {
+    fn of(block: &MeasuredBlock) -> Self {
+        let motion = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(6));
+        let normal = block.trials.iter().flat_map(|trial| trial.measured[2].iter());
+        Self {
+            force: normal.fold(0.0, |peak, force| peak.max(force.abs())),
+            depth: motion().fold(1e-6, |peak, m| peak.max(-m[2])),
+            rate: motion().fold(0.0, |peak, m| peak.max(m[5].abs())),
+            sliding: motion().fold(0.0, |peak, m| peak.max(m[3].hypot(m[4]))),
+        }
+    }
+}
+
+/// The plausible size of a parameter by the effect table.
+fn size(id: &str, field: &str) -> f64 {
+    let parameters = EffectId::of(id).effect().parameters;
+    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
+}
+
+/// A size of either sign about its nominal value.
+fn either(shelf: &Shelf, name: &'static str, sd: f64) -> Entry {
+    (name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size)
+}
+
+fn grid(values: impl IntoIterator<Item = f64>) -> Vec<Vec<f64>> {
+    values.into_iter().map(|value| vec![value]).collect()
+}
+
+/// The effects of a contact that has been measured.
+pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
+    let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
+    normal(&mut shelf, &spans);
+    friction(&mut shelf, &spans);
+    mount(&mut shelf);
+    sensor(&mut shelf);
+    shelf.all
+}
+
+fn normal(shelf: &mut Shelf, spans: &Spans) {
+    let share = size("K1_stiffness", "contact_stiffness_error");
+    let stiffness = either(shelf, "stiffness", share * shelf.base("stiffness"));
+    shelf.add("K1_stiffness", "stiffness of the contact", &[stiffness], &[1.0], &[]);
+    let exponent = either(shelf, "exponent", size("K2_exponent", "contact_exponent_error"));
+    shelf.add("K2_exponent", "exponent of force over depth", &[exponent], &[0.5], &[]);
+    // A damping that gives a tenth of the greatest force at the greatest rate, at any depth or the greatest.
+    let least = 0.1 * spans.force / spans.rate;
+    let damping = size("K3_damping", "contact_damping_error") * shelf.base("damping");
+    let linear = either(shelf, "damping", damping.max(least));
+    let deep = either(shelf, "depth_damping", least / spans.depth);
+    shelf.add("K3_damping", "damping of the contact", &[linear, deep], &[1.0], &[]);
+    let surface = either(shelf, "surface", size("K7_surface_offset", "place_error_z"));
+    shelf.add("K7_surface_offset", "place of the surface", &[surface], &[0.1], &[]);
+    let scale = size("K8_adhesion", "contact_adhesion").max(0.02 * spans.force);
+    let range = Prior::LogNormal { centre: shelf.base("adhesion_range"), spread: 1.0 };
+    let entries = [("adhesion", Prior::Positive { scale }, Role::Size), ("adhesion_range", range, Role::Form)];
+    shelf.add("K8_adhesion", "adhesion of the parts", &entries, &[1.0], &grid([-1.0, 0.0, 1.0]));
+}
+
+fn friction(shelf: &mut Shelf, spans: &Spans) {
+    let nominal = shelf.base("friction");
+    let level = if nominal > 0.0 { nominal } else { 0.1 };
+    let coefficient = either(shelf, "friction", size("K4_friction", "contact_friction_error") * level);
+    shelf.add("K4_friction", "friction of the contact", &[coefficient], &[1.0], &[]);
+    let entries = [
+        ("stribeck", Prior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
+        ("stribeck_speed", Prior::LogNormal { centre: 0.1 * spans.sliding, spread: 1.0 }, Role::Form),
+    ];
+    shelf.add(
+        "K5_stribeck",
+        "friction that falls with the sliding speed",
+        &entries,
+        &[1.0],
+        &grid([-1.5, -0.5, 0.5, 1.5]),
+    );
+    let share = size("K6_anisotropy", "contact_anisotropy");
+    let entries = [either(shelf, "anisotropy", share), either(shelf, "anisotropy_across", share)];
+    shelf.add("K6_anisotropy", "friction that depends on the direction of sliding", &entries, &[0.5], &[]);
+}
+
+/// Frequencies of a mount that are tried lie a tenth apart, from the slowest that rings in a recording to the fastest
+/// that its samples show.
+fn mount(shelf: &mut Shelf) {
+    let scale = size("K10_fixture", "fixture_compliance");
+    let (centre, damping) = (shelf.base("fixture_frequency"), shelf.base("fixture_damping"));
+    let entries = [
+        ("fixture_compliance", Prior::Positive { scale }, Role::Size),
+        ("fixture_frequency", Prior::LogNormal { centre, spread: 1.0 }, Role::Form),
+        ("fixture_damping", Prior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
+    ];
+    let forms: Vec<Vec<f64>> = (0..30).map(|k| vec![-1.5 + 0.1 * f64::from(k), 0.0]).collect();
+    shelf.add("K10_fixture", "mount that gives way and rings", &entries, &[0.5], &forms);
+}
+
+fn sensor(shelf: &mut Shelf) {
+    let lag = Prior::Positive { scale: size("S5_low_pass", "sensor_lag") };
+    shelf.add("S5_low_pass", "low-pass of the force sensor", &[("lag", lag, Role::Size)], &[0.05, 0.5], &[]);
+}

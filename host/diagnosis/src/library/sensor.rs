@@ -1,0 +1,186 @@
+//! Effects of a force/torque sensor: offsets, gains, timing, digits, and its tool.
+
+use super::{Entry, Hypothesis, Shelf};
+use crate::block::{MeasuredBlock, Trial};
+use crate::inference::unknown::{Prior, Role};
+use softdock_kernels::effects::EffectId;
+
+/// What the recordings of a sensor span.
+#[derive(Clone, Copy, Debug)]
+struct Spans {
+    /// Greatest raw force \[N\], that of the tool included.
+    force: f64,
+    /// Greatest raw moment \[N m\].
+    moment: f64,
+    /// Root mean square of what neighbouring samples of a force differ by, over the root of two \[N\].
+    noise: f64,
+}
+
+impl Spans {
+    fn of(block: &MeasuredBlock) -> Self {
+        let peak = |channels: std::ops::Range<usize>| channels.fold(0.0, |peak, k| f64::max(peak, raw_peak(block, k)));
+        // The median is not misled by blows.
+        let steps = |samples: &[f64]| samples.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>();
+        let mut steps: Vec<f64> =
+            block.trials.iter().flat_map(|trial| trial.measured[..3].iter()).flat_map(|s| steps(s)).collect();
+        steps.sort_by(f64::total_cmp);
+        let noise = steps[steps.len() / 2] / (MEDIAN * 2_f64.sqrt());
+        Self { force: peak(0..3), moment: peak(3..6), noise }
+    }
+}
+
+/// Greatest reading of a channel before the tool's share was taken off.
+fn raw_peak(block: &MeasuredBlock, channel: usize) -> f64 {
+    let width = block.kind.inputs().len();
+    let of = |trial: &Trial| {
+        let tool = trial.recorded.inputs.iter().skip(channel).step_by(width * trial.recorded.stride);
+        let raw = trial.measured[channel].iter().zip(tool).map(|(reading, tool)| (reading + tool).abs());
+        raw.fold(0.0, f64::max)
+    };
+    block.trials.iter().map(of).fold(0.0, f64::max)
+}
+
+/// Median of the size of a standard normal number.
+const MEDIAN: f64 = 0.6745;
+
+/// The plausible size of a parameter by the effect table.
+fn size(id: &str, field: &str) -> f64 {
+    let parameters = EffectId::of(id).effect().parameters;
+    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
+}
+
+/// Free numbers of either sign, each about its nominal value.
+fn either(shelf: &Shelf, names: &[&'static str], sd: f64) -> Vec<Entry> {
+    names.iter().map(|name| (*name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size)).collect()
+}
+
+/// The effects of a sensor that has been measured.
+pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
+    let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
+    offsets(&mut shelf);
+    calibration(&mut shelf, &spans);
+    timing(&mut shelf);
+    digits(&mut shelf, &spans);
+    tool(&mut shelf);
+    shelf.all
+}
+
+fn offsets(shelf: &mut Shelf) {
+    let mut bias =
+        either(shelf, &["bias_force_x", "bias_force_y", "bias_force_z"], size("S1_bias", "sensor_bias_force_x"));
+    let moments = ["bias_moment_x", "bias_moment_y", "bias_moment_z"];
+    bias.extend(either(shelf, &moments, size("S1_bias", "sensor_bias_moment_x")));
+    shelf.add("S1_bias", "bias of the sensor", &bias, &[1.0], &[]);
+    let forces = ["drift_force_x", "drift_force_y", "drift_force_z"];
+    let mut drift = either(shelf, &forces, size("S2_drift", "sensor_drift_force_x"));
+    let moments = ["drift_moment_x", "drift_moment_y", "drift_moment_z"];
+    drift.extend(either(shelf, &moments, size("S2_drift", "sensor_drift_moment_x")));
+    shelf.add("S2_drift", "drift of the sensor", &drift, &[1.0], &[]);
+}
+
+fn calibration(shelf: &mut Shelf, spans: &Spans) {
+    let gains =
+        ["fx_of_force_x", "fy_of_force_y", "fz_of_force_z", "mx_of_moment_x", "my_of_moment_y", "mz_of_moment_z"];
+    let gain = either(shelf, &gains, size("S3_gain", "sensor_gain_force_x"));
+    shelf.add("S3_gain", "gain of the sensor", &gain, &[1.0], &[]);
+    let (share, lever) = (size("S4_crosstalk", "sensor_crosstalk"), spans.moment / spans.force);
+    let own = |names: &[&'static str]| -> Vec<&'static str> {
+        names.iter().copied().filter(|name| !gains.contains(name)).collect()
+    };
+    let mut crosstalk = either(shelf, &own(&FORCE_BY_FORCE), share);
+    crosstalk.extend(either(shelf, &FORCE_BY_MOMENT, share / lever));
+    crosstalk.extend(either(shelf, &MOMENT_BY_FORCE, share * lever));
+    crosstalk.extend(either(shelf, &own(&MOMENT_BY_MOMENT), share));
+    shelf.add("S4_crosstalk", "crosstalk between the sensor's channels", &crosstalk, &[1.0], &[]);
+}
+
+const FORCE_BY_FORCE: [&str; 9] = [
+    "fx_of_force_x",
+    "fx_of_force_y",
+    "fx_of_force_z",
+    "fy_of_force_x",
+    "fy_of_force_y",
+    "fy_of_force_z",
+    "fz_of_force_x",
+    "fz_of_force_y",
+    "fz_of_force_z",
+];
+
+const FORCE_BY_MOMENT: [&str; 9] = [
+    "fx_of_moment_x",
+    "fx_of_moment_y",
+    "fx_of_moment_z",
+    "fy_of_moment_x",
+    "fy_of_moment_y",
+    "fy_of_moment_z",
+    "fz_of_moment_x",
+    "fz_of_moment_y",
+    "fz_of_moment_z",
+];
+
+const MOMENT_BY_FORCE: [&str; 9] = [
+    "mx_of_force_x",
+    "mx_of_force_y",
+    "mx_of_force_z",
+    "my_of_force_x",
+    "my_of_force_y",
+    "my_of_force_z",
+    "mz_of_force_x",
+    "mz_of_force_y",
+    "mz_of_force_z",
+];
+
+const MOMENT_BY_MOMENT: [&str; 9] = [
+    "mx_of_moment_x",
+    "mx_of_moment_y",
+    "mx_of_moment_z",
+    "my_of_moment_x",
+    "my_of_moment_y",
+    "my_of_moment_z",
+    "mz_of_moment_x",
+    "mz_of_moment_y",
+    "mz_of_moment_z",
+];
+
+fn timing(shelf: &mut Shelf) {
+    let lag = Prior::Positive { scale: size("S5_low_pass", "sensor_lag") };
+    let delay = Prior::Positive { scale: size("S5_low_pass", "sensor_delay") };
+    let entries = [("lag", lag, Role::Size), ("delay", delay, Role::Form)];
+    shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
+}
+
+/// Steps of the reading from three times the noise, which hides finer ones, to a tenth of the greatest force, so dense
+/// that none comes out of phase by more than half over it; and limits of the range.
+fn digits(shelf: &mut Shelf, spans: &Spans) {
+    let scale = size("S6_quantisation", "sensor_resolution_force").max(0.01 * spans.force);
+    let peak = spans.force.max(spans.moment / shelf.base("lever"));
+    let top = peak.min(shelf.base("range"));
+    let blur = (3_f64.sqrt() * spans.noise).min(0.25 * scale);
+    let entries = [
+        ("resolution", Prior::Positive { scale }, Role::Size),
+        ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
+        ("range", Prior::Below { top, share: 0.2 }, Role::Form),
+    ];
+    shelf.add("S6_quantisation", "steps and limits of the sensor's reading", &entries, &[1.0], &[]);
+    let (fewest, most) = (10.0 / peak, 0.33 / spans.noise);
+    let apart = 0.5 / peak;
+    let count = ((most - fewest) / apart).clamp(0.0, MOST_STEPS) as usize;
+    let stepped = |k: usize| vec![1.0 / (scale * (fewest + k as f64 * apart)), 0.0, 0.0];
+    let forms = (0..=count).map(stepped).chain([0.1, 0.3, 1.0, 3.0].map(|cut| vec![0.0, 0.0, cut]));
+    let forms = forms.collect();
+    if let Some(own) = shelf.all.last_mut() {
+        (own.forms, own.shaped) = (forms, true);
+    }
+}
+
+/// Most steps of a reading that are tried.
+const MOST_STEPS: f64 = 1000.0;
+
+fn tool(shelf: &mut Shelf) {
+    let mass = shelf.base("tool_mass");
+    let share = size("S8_load", "load_mass_error");
+    let mut entries = either(shelf, &["tool_mass"], share * if mass > 0.0 { mass } else { 1.0 });
+    let centre = size("S8_load", "load_centre_error_x");
+    entries.extend(either(shelf, &["tool_centre_x", "tool_centre_y", "tool_centre_z"], centre));
+    shelf.add("S8_load", "mass and centre of the tool that is compensated", &entries, &[1.0], &[]);
+}

@@ -1,0 +1,138 @@
+//! Noise beyond a sensor's own: an effect without a mean, judged by what repeats differ by.
+
+use crate::block::MeasuredBlock;
+use crate::block::sensor::READINGS;
+use crate::inference::evidence::Interval;
+use crate::inference::noise::deviations;
+use nalgebra::DMatrix;
+use softdock_campaign::rig::SensorRig;
+use softdock_kernels::effects::{Effect, EffectId};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// What repeats say of a sensor's noise.
+#[derive(Clone, Debug)]
+pub struct ExcessNoise {
+    /// Its row of the effect table.
+    pub effect: &'static Effect,
+    /// How much better than the healthy sensor's noise alone it explains what repeats differ by: difference of log
+    /// evidence.
+    pub log_odds: f64,
+    /// Standard deviation of the noise beyond the healthy sensor's, with its 95 % interval: force \[N\], moment \[N m\].
+    pub deviation: [Interval; 2],
+    /// Time over which all noise forgets to 1/e \[s\].
+    pub correlation_time: f64,
+}
+
+/// Longest lag at which the noise's memory is looked for, as a share of a recording.
+const LONGEST_LAG: f64 = 0.1;
+
+/// Judges the noise of a sensor's readings against what is known of it healthy; `None` if nothing is known of it, or
+/// nothing was repeated.
+pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNoise> {
+    let healthy = rig.noise?;
+    let mut repeats: BTreeMap<&str, Vec<DMatrix<f64>>> = BTreeMap::new();
+    let shortest = block.trials.iter().map(|trial| trial.measured[0].len()).min()?;
+    for trial in &block.trials {
+        let x = DMatrix::from_fn(READINGS.len(), shortest, |c, t| trial.measured[c][t]);
+        repeats.entry(&trial.experiment).or_default().push(x);
+    }
+    let series: Vec<DMatrix<f64>> = repeats.values().flat_map(|list| deviations(list)).map(centred).collect();
+    if series.is_empty() {
+        return None;
+    }
+    let memory = Memory::of(&series);
+    let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
+    let id = EffectId::of("S7_noise").effect();
+    let mut log_odds = 0.0;
+    let mut deviation = [Interval { value: 0.0, lo: 0.0, hi: 0.0 }; 2];
+    for kind in 0..2 {
+        let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
+        let samples = 3.0 * memory.samples;
+        // A variance of n samples is known to a share of sqrt(2 / n).
+        let share = 1.959_964 * (2.0 / samples).sqrt();
+        let beyond = |factor: f64| (variance * factor - healthy[kind].powi(2)).max(0.0).sqrt();
+        deviation[kind] = Interval { value: beyond(1.0), lo: beyond(1.0 - share), hi: beyond(1.0 + share) };
+        log_odds +=
+            odds(variance / healthy[kind].powi(2), samples, rig.noise_share, id.parameters[kind].scale / healthy[kind]);
+    }
+    Some(ExcessNoise { effect: id, log_odds, deviation, correlation_time: memory.time * step })
+}
+
+/// A series without its mean: a constant is no noise.
+fn centred(x: DMatrix<f64>) -> DMatrix<f64> {
+    let mean = x.column_mean();
+    DMatrix::from_fn(x.nrows(), x.ncols(), |c, t| x[(c, t)] - mean[c])
+}
+
+fn power(series: &[DMatrix<f64>], channel: usize) -> f64 {
+    let samples: usize = series.iter().map(DMatrix::ncols).sum();
+    series.iter().map(|x| x.row(channel).norm_squared()).sum::<f64>() / samples as f64
+}
+
+/// How long noise remembers.
+struct Memory {
+    /// Samples until the correlation has fallen to 1/e.
+    time: f64,
+    /// Independent samples that tell a channel's variance as well (Bartlett).
+    samples: f64,
+}
+
+impl Memory {
+    /// Of all channels alike, by their mean correlation.
+    fn of(series: &[DMatrix<f64>]) -> Self {
+        let samples: usize = series.iter().map(DMatrix::ncols).sum();
+        let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
+        let correlation: Vec<f64> = (0..=most).map(|lag| correlation(series, lag)).collect();
+        let squares: f64 = correlation[1..].iter().map(|r| r * r).sum();
+        let time = correlation.iter().position(|r| *r < (-1.0_f64).exp()).unwrap_or(most);
+        // Of R deviations from a mean R - 1 are independent; three repeats are the usual number.
+        Self { time: time as f64, samples: samples as f64 * (2.0 / 3.0) / (1.0 + 2.0 * squares) }
+    }
+}
+
+/// Mean correlation of all channels at a lag.
+fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
+    let channels = series[0].nrows();
+    let of = |c: usize| {
+        let at = |lag: usize| -> f64 {
+            let pairs = |x: &DMatrix<f64>| (lag..x.ncols()).map(|t| x[(c, t)] * x[(c, t - lag)]).sum::<f64>();
+            series.iter().map(pairs).sum()
+        };
+        at(lag) / at(0)
+    };
+    (0..channels).map(of).sum::<f64>() / channels as f64
+}
+
+/// Log odds of a variance, in units of the healthy one that is known to a share, for an excess of a plausible size
+/// against none. The logarithm of a variance is nearly normal; the excess is half-normal, summed by Simpson's rule.
+fn odds(ratio: f64, samples: f64, share: f64, scale: f64) -> f64 {
+    const PANELS: usize = 400;
+    const WIDEST: f64 = 8.0;
+    let spread = (2.0 / samples + 4.0 * share * share).sqrt();
+    let log_density = |expected: f64| -0.5 * ((ratio.ln() - expected.ln()) / spread).powi(2);
+    let width = WIDEST / PANELS as f64;
+    let panel = |i: usize| {
+        let (z, ends) = (width * i as f64, i == 0 || i == PANELS);
+        let weight: f64 = if ends { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        weight.ln() + log_density(1.0 + (scale * z).powi(2)) - 0.5 * z * z
+    };
+    let panels: Vec<f64> = (0..=PANELS).map(panel).collect();
+    let peak = panels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = panels.iter().map(|log| (log - peak).exp()).sum();
+    // The half-normal density is 2 / sqrt(2 pi) exp(-z^2 / 2).
+    peak + (sum * width / 3.0 * 2.0 / TAU.sqrt()).ln() - log_density(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_variance_beyond_what_is_known_speaks_for_more_noise() {
+        assert!(odds(1.0, 1e4, 0.1, 3.0) < 0.0);
+        assert!(odds(1.3, 1e4, 0.1, 3.0) < 3.0, "within the tolerance of the healthy noise");
+        assert!(odds(10.0, 1e4, 0.1, 3.0) > 20.0);
+        assert!(odds(2.0, 1e4, 0.01, 3.0) > odds(2.0, 1e4, 0.1, 3.0), "the better it is known");
+    }
+}

@@ -1,0 +1,123 @@
+//! A diagnosis in plain words.
+
+use crate::decide::{BlockAnswer, EffectFound, Estimate, Verdict};
+use crate::diagnosis::Diagnosis;
+use softdock_analysis::number::significant;
+
+/// Causes that are told before the rest is only counted.
+const MOST_TOLD: usize = 5;
+
+/// The answer in one sentence.
+pub fn headline(diagnosis: &Diagnosis) -> String {
+    let names = |joint: &str| diagnosis.effects.iter().map(named).collect::<Vec<_>>().join(joint);
+    let answer = match diagnosis.answer {
+        Verdict::NoEffect => "Nothing is wrong with the model that these recordings could show.".to_owned(),
+        Verdict::NoPracticalEffect => {
+            format!("Statistically there, but hardly worth an extension of the model: {}.", names(" and "))
+        }
+        Verdict::Named => format!("The model lacks {}.", names(" and ")),
+        Verdict::Ambiguous => format!("The model lacks {}: these recordings cannot tell which.", names(" or ")),
+        Verdict::NotInLibrary => format!(
+            "Something is wrong in {} that no known cause explains.",
+            blocks(diagnosis, Verdict::NotInLibrary).join(" and ")
+        ),
+    };
+    match diagnosis.provisional {
+        true => format!("Provisional: {}{}", answer[..1].to_lowercase(), &answer[1..]),
+        false => answer,
+    }
+}
+
+fn named(effect: &EffectFound) -> String {
+    format!("{} ({})", effect.name, effect.id)
+}
+
+fn blocks(diagnosis: &Diagnosis, verdict: Verdict) -> Vec<&'static str> {
+    diagnosis.blocks.iter().filter(|block| block.answer == verdict).map(|block| block.block).collect()
+}
+
+/// The whole answer for a terminal.
+pub fn text(diagnosis: &Diagnosis) -> String {
+    let mut out = headline(diagnosis);
+    for reason in &diagnosis.reasons {
+        out += &format!("\n  provisional: {reason}");
+    }
+    for finding in &diagnosis.findings {
+        out += &format!("\n  {}: {}", finding.recording, finding.what);
+    }
+    for block in &diagnosis.blocks {
+        out += &format!("\n\n{}", block_text(block));
+    }
+    if let Some(experiment) = &diagnosis.experiment {
+        out += &format!("\n\nWhat would tell them apart: {experiment}.");
+    }
+    out
+}
+
+/// The answer for a block.
+fn block_text(block: &BlockAnswer) -> String {
+    let mut lines = vec![format!("{}: {}", block.block, verdict(block.answer))];
+    for effect in &block.effects {
+        lines.push(format!("  {}, probability {}", named(effect), significant(effect.p, 3)));
+        lines.extend(effect.parameters.iter().map(|(name, estimate)| format!("    {name} {}", estimated(estimate))));
+    }
+    lines.push(format!("  {}", residual(block)));
+    if block.partner_missing {
+        lines.push("  a cause that looks alike was not in the library: it may be that one".to_owned());
+    }
+    for (name, z) in &block.strained {
+        lines.push(format!("  {name} is {} tolerances off its nominal value", significant(*z, 2)));
+    }
+    if !block.ruled_out.is_empty() {
+        let told = block.ruled_out.iter().take(MOST_TOLD);
+        let told: Vec<String> = told.map(|out| format!("{} by {}", out.id, significant(out.log_odds, 3))).collect();
+        lines.push(format!("  ruled out (log-odds): {}{}", told.join(", "), more(block.ruled_out.len())));
+    }
+    if !block.not_visible.is_empty() {
+        let told: Vec<&str> = block.not_visible.iter().map(|effect| effect.id).collect();
+        lines.push(format!("  could not have shown at a plausible size: {}", told.join(", ")));
+    }
+    if !block.alike.is_empty() {
+        let told: Vec<String> = block.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+        lines.push(format!("  hardly differ in these motions: {}", told.join(", ")));
+    }
+    lines.join("\n")
+}
+
+fn more(count: usize) -> String {
+    if count > MOST_TOLD { format!(" and {} more by more", count - MOST_TOLD) } else { String::new() }
+}
+
+/// An answer in words.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NoEffect => "no effect",
+        Verdict::NoPracticalEffect => "no practical effect",
+        Verdict::Named => "named",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::NotInLibrary => "not in the library",
+    }
+}
+
+/// A number with its interval and unit.
+pub fn estimated(estimate: &Estimate) -> String {
+    let [value, lo, hi] = [estimate.value, estimate.lo, estimate.hi].map(|value| significant(value, 4));
+    let unit = if estimate.unit == "1" { "" } else { &estimate.unit };
+    format!("{value} {unit} ({lo} to {hi})").replace("  ", " ")
+}
+
+/// What the model leaves, and what the answer makes of it.
+fn residual(block: &BlockAnswer) -> String {
+    let (before, after) = (significant(block.residual.before, 3), significant(block.residual.after, 3));
+    let place = if block.held_out { "on motion that no fit has seen" } else { "on the motion that was fitted" };
+    let percent = |share: f64| significant(100.0 * share, 3);
+    match block.gain {
+        None => format!("residual {before} times the noise {place}"),
+        Some(gain) => format!(
+            "residual {before} times the noise before, {after} after, {place}: gain {} % ({} to {} %)",
+            percent(gain.value),
+            percent(gain.lo),
+            percent(gain.hi)
+        ),
+    }
+}

@@ -1,0 +1,82 @@
+//! Diagnosis of the gauntlet's sensor and contact bench, whose generator shares no code with the fitter.
+
+mod contact;
+mod sensor;
+
+use softdock_campaign::Rig;
+use softdock_campaign::rig::Plant;
+use softdock_diagnosis::block::MeasuredBlock;
+use softdock_diagnosis::block::contact::contact_block;
+use softdock_diagnosis::block::sensor::sensor_block;
+use softdock_diagnosis::recording::grid::{Piece, read};
+use softdock_diagnosis::{judge, library};
+use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
+use std::path::{Path, PathBuf};
+
+/// A bench with something hidden: its rig and its recordings, training and held out.
+struct Recorded {
+    rig: Rig,
+    all: Vec<Piece>,
+    held_out: Vec<String>,
+}
+
+impl Recorded {
+    fn of(bench: Bench, hidden: &[Hidden], seed: u64) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let set = generate(bench, hidden, NoiseColour::FirstOrder, seed).expect("a legal size");
+        set.write(folder.path()).expect("room");
+        let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
+        let read = |name: &str| -> Vec<Piece> {
+            files(&folder.path().join(name)).iter().flat_map(|file| read(file, &rig).expect("a log").0).collect()
+        };
+        let (mut all, test) = (read("training"), read("holdout"));
+        let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
+        all.extend(test);
+        Self { rig, all, held_out }
+    }
+
+    fn block(&self) -> MeasuredBlock {
+        let is_held = |experiment: &str| self.held_out.iter().any(|held| held == experiment);
+        match &self.rig.plant {
+            Plant::Sensor(rig) => sensor_block(rig, &self.all, &is_held, 1),
+            Plant::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
+            Plant::Drive(_) => unreachable!("another bench"),
+        }
+    }
+}
+
+/// Files of a folder, sorted.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> =
+        folder.read_dir().expect("a folder").map(|entry| entry.expect("a file").path()).collect();
+    files.sort();
+    files
+}
+
+/// What is said of a bench.
+#[derive(Debug)]
+struct Said {
+    /// Id of the best hypothesis, or several.
+    ids: Vec<&'static str>,
+    log_odds: f64,
+    /// By how much the best single rival is behind.
+    gap: f64,
+    /// Mean square of held-out residuals under the best.
+    held_out: f64,
+    /// Mean square of the null hypothesis' residuals.
+    misfit: f64,
+}
+
+fn said(block: &MeasuredBlock, library: &[library::Hypothesis]) -> Said {
+    let judgement = judge(block, library).expect("repeats");
+    let first = &judgement.ranking[0];
+    let ids: Vec<&str> = first.hypotheses.iter().map(|number| library[*number].effect.id).collect();
+    let rival = judgement.ranking.iter().find(|c| c.hypotheses.iter().all(|h| !first.hypotheses.contains(h)));
+    Said {
+        log_odds: first.log_odds,
+        gap: first.log_odds - rival.map_or(0.0, |rival| rival.log_odds),
+        held_out: first.adequacy.expect("held-out motion").own,
+        misfit: judgement.misfit(),
+        ids,
+    }
+}

@@ -1,0 +1,88 @@
+//! Recordings of the gauntlet's benches, whose generator shares no code with the fitter, and their diagnosis.
+
+use softdock_campaign::Rig;
+use softdock_diagnosis::decide::{BlockAnswer, Verdict};
+use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, prepare};
+use softdock_diagnosis::{Error, extend};
+use softdock_gauntlet::{Hidden, NoiseColour, Rig as Kind, generate};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A bench's folder: model file, recordings to learn from, recordings to judge by.
+pub(crate) struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    /// A drive with hidden effects.
+    pub(crate) fn drive(hidden: &[(&'static str, f64)], seed: u64) -> Self {
+        let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
+        let kind = Kind::Drive { link_encoder: false };
+        let set = generate(kind, &hidden, NoiseColour::FirstOrder, seed).expect("a legal size");
+        let folder = tempfile::tempdir().expect("a folder");
+        set.write(folder.path()).expect("room");
+        Self { folder }
+    }
+
+    pub(crate) fn model(&self) -> PathBuf {
+        self.folder.path().join("model.toml")
+    }
+
+    /// The model file with some of its text replaced.
+    pub(crate) fn with_model(self, from: &str, to: &str) -> Self {
+        let text = std::fs::read_to_string(self.model()).expect("a model");
+        assert!(text.contains(from), "{from} is not in the model file");
+        std::fs::write(self.model(), text.replacen(from, to, 1)).expect("room");
+        self
+    }
+
+    /// Every recording with its text changed.
+    pub(crate) fn with_recordings(self, change: impl Fn(&str) -> String) -> Self {
+        for file in self.files("training").iter().chain(&self.files("holdout")) {
+            let text = std::fs::read_to_string(file).expect("a recording");
+            std::fs::write(file, change(&text)).expect("room");
+        }
+        self
+    }
+
+    /// Files of one of its folders, sorted.
+    fn files(&self, name: &str) -> Vec<PathBuf> {
+        let folder = self.folder.path().join(name).read_dir().expect("a folder");
+        let mut files: Vec<PathBuf> = folder.map(|entry| entry.expect("a file").path()).collect();
+        files.sort();
+        files
+    }
+
+    pub(crate) fn diagnose_with(&self, options: &Options) -> Result<(Diagnosis, Vec<Judged>), Error> {
+        let rig = Rig::load(&self.model()).expect("a legal model");
+        let (learn, test) = (self.files("training"), self.files("holdout"));
+        let learn: Vec<&Path> = learn.iter().map(PathBuf::as_path).collect();
+        let test: Vec<&Path> = test.iter().map(PathBuf::as_path).collect();
+        prepare(rig, &learn, &test, options)?.diagnose()
+    }
+
+    pub(crate) fn diagnose(&self) -> Diagnosis {
+        self.diagnose_with(&Options::default()).expect("good recordings").0
+    }
+
+    /// The bench with the model that a diagnosis extends.
+    pub(crate) fn extended(self, diagnosis: &Diagnosis) -> Self {
+        let text = std::fs::read_to_string(self.model()).expect("a model");
+        let extended = extend::extended(&text, diagnosis).expect("an answer that names something");
+        std::fs::write(self.model(), extended).expect("room");
+        self
+    }
+}
+
+/// The drive's answer.
+pub(crate) fn drive(diagnosis: &Diagnosis) -> &BlockAnswer {
+    diagnosis.blocks.iter().find(|block| block.block == "R3 torque to motion").expect("the drive is judged")
+}
+
+/// Asserts that exactly these effects are named, and that what they leave is noise.
+pub(crate) fn assert_named(diagnosis: &Diagnosis, ids: &[&str]) {
+    let found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+    assert_eq!((diagnosis.answer, &found[..]), (Verdict::Named, ids));
+    let gain = diagnosis.gain.expect("held-out motion");
+    assert!(gain.lo > 0.01 && gain.hi < 1.0 && diagnosis.residual.after < 1.14, "{gain:?} {:?}", diagnosis.residual);
+}

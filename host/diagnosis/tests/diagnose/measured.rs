@@ -1,0 +1,39 @@
+//! Measured data that nobody in this project made; their folder is in `SOFTDOCK_DATA`.
+
+use softdock_campaign::Rig;
+use softdock_diagnosis::decide::Verdict;
+use softdock_diagnosis::diagnosis::{Options, prepare};
+use std::path::{Path, PathBuf};
+
+fn data(file: &str) -> PathBuf {
+    let folder = std::env::var("SOFTDOCK_DATA").expect("SOFTDOCK_DATA: the folder of the measured data");
+    Path::new(&folder).join(file)
+}
+
+fn shipped(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/rigs").join(file)
+}
+
+/// EMPS known by its mass and viscous friction alone: Coulomb friction and offset are missing (Janot, Gautier and Brunot
+/// 2019: 20.3935 N, -3.1648 N).
+#[test]
+#[ignore = "needs SOFTDOCK_DATA"]
+fn emps_lacks_coulomb_friction_and_an_offset() {
+    let rig = Rig::load(&shipped("emps.toml")).expect("a legal model");
+    let options = Options { hold_out_from: Some(6.21), ..Options::default() };
+    let prepared = prepare(rig, &[&data("emps/emps_train.csv")], &[], &options).expect("good recordings");
+    let diagnosis = prepared.diagnose().expect("a motion that shows something").0;
+    let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+    found.sort_unstable();
+    assert_eq!((diagnosis.answer, diagnosis.provisional), (Verdict::Named, true));
+    assert_eq!(found, ["J18_drive_offset", "J1_coulomb"]);
+    let of = |id: &str, name: &str| {
+        let effect = diagnosis.effects.iter().find(|effect| effect.id == id).expect("named above");
+        effect.parameters[name].value
+    };
+    let coulomb = of("J1_coulomb", "coulomb");
+    assert!((coulomb / 20.3935 - 1.0).abs() < 0.03, "{coulomb}");
+    // Sliding tells only what the offset and the difference between the directions add up to.
+    let offset = of("J18_drive_offset", "offset") + of("J18_drive_offset", "coulomb_asymmetry");
+    assert!((offset + 3.1648).abs() < 0.3, "{offset}");
+}

@@ -1,0 +1,117 @@
+//! `softdock diagnose` from outside: what it says, what it leaves, and how it refuses.
+
+use softdock_gauntlet::{Hidden, NoiseColour, Rig, generate};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn softdock(folder: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+    command.current_dir(folder).arg("diagnose").args(words).stdin(Stdio::null());
+    command.output().expect("softdock starts")
+}
+
+/// A bench's recordings, by name from its folder.
+fn recordings(folder: &Path, name: &str) -> Vec<String> {
+    let files = folder.join(name).read_dir().expect("a folder");
+    let mut names: Vec<String> =
+        files.map(|file| format!("{name}/{}", file.expect("a file").file_name().to_string_lossy())).collect();
+    names.sort();
+    names
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn page_figures_and_terminal_tell_the_same_and_the_extended_model_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = [Hidden { id: "J14_payload", size: 1.5 }];
+    let set = generate(Rig::Drive { link_encoder: false }, &hidden, NoiseColour::FirstOrder, 3).expect("a legal size");
+    set.write(folder.path()).expect("room");
+    let (learn, test) = (recordings(folder.path(), "training"), recordings(folder.path(), "holdout"));
+    let words = |model: &'static str, out: &'static str| -> Vec<String> {
+        let mut words = vec![model.to_owned()];
+        words.extend(learn.iter().cloned());
+        words.push("--holdout".to_owned());
+        words.extend(test.iter().cloned());
+        words.extend(["--out".to_owned(), out.to_owned()]);
+        words
+    };
+    let run = |words: Vec<String>| softdock(folder.path(), &words.iter().map(String::as_str).collect::<Vec<_>>());
+
+    let output = run(words("model.toml", "first"));
+    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{beside}");
+    assert!(beside.contains("R3 torque to motion: tau -> q") && beside.contains("J14_payload"), "{beside}");
+    assert!(said.starts_with("The model lacks mass of the payload (J14_payload)."), "{said}");
+    let figures: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("first/diagnosis.json")).expect("figures"))
+            .expect("JSON");
+    assert_eq!((&figures["answer"], &figures["provisional"]), (&"named".into(), &false.into()));
+    let payload = figures["effects"][0]["parameters"]["payload"]["value"].as_f64().expect("a number");
+    assert!((payload - 1.5).abs() < 0.15, "{payload}");
+    for key in ["ruled_out", "gain", "residual", "not_visible", "experiment"] {
+        assert!(figures.get(key).is_some(), "{key}");
+    }
+    let page = fs::read_to_string(folder.path().join("first/diagnosis.html")).expect("a page");
+    let shown = softdock_analysis::number::significant(payload, 4);
+    assert!(said.contains(&shown) && page.contains(&shown) && page.contains("<svg"), "{shown}");
+    assert!(!page.contains("http"), "the page opens offline");
+
+    let output = run(words("first/extended.toml", "second"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).starts_with("Nothing is wrong"), "{}", text(&output.stdout));
+    assert!(!folder.path().join("second/extended.toml").exists(), "nothing to add");
+}
+
+#[test]
+fn bad_input_ends_with_2_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = "schema = \"rig/1\"\nkind = \"drive\"\nid = \"x\"\n[drive]\nmotion = \"revolute\"\nmotor_inertia = \"1 kg m^2\"\n";
+    let log = "[log]\n\"t\" = { column = \"t\", unit = \"s\" }\n\"q\" = { column = \"q\", unit = \"rad\" }\n\"tau\" = { column = \"u\", unit = \"N m\" }\n";
+    fs::write(folder.path().join("good.toml"), format!("{model}{log}")).expect("room");
+    fs::write(folder.path().join("unit.toml"), format!("{model}{}", log.replace("N m", "kg"))).expect("room");
+    fs::write(
+        folder.path().join("effect.toml"),
+        format!("{model}[[effect]]\nid = \"J3_stribek\"\nparameters = {{}}\n{log}"),
+    )
+    .expect("room");
+    fs::write(
+        folder.path().join("parameter.toml"),
+        format!("{model}[[effect]]\nid = \"J3_stribeck\"\nparameters = {{ stribek = \"1 N m\" }}\n{log}"),
+    )
+    .expect("room");
+    fs::write(folder.path().join("short.csv"), "t,q,u\n0,0,1\n0.1,0,1\n").expect("room");
+    fs::write(
+        folder.path().join("still.csv"),
+        (0..300).fold(String::from("t,q,u\n"), |all, i| all + &format!("{},{},5\n", f64::from(i) * 0.01, i)),
+    )
+    .expect("room");
+    for (words, expected) in [
+        (&["missing.toml", "short.csv"][..], "missing.toml"),
+        (&["unit.toml", "short.csv"], "unit"),
+        (&["effect.toml", "short.csv"], "J3_stribeck"),
+        (&["parameter.toml", "short.csv"], "stribeck"),
+        (&["good.toml", "short.csv"], "2 rows are too few"),
+        (&["good.toml", "still.csv"], "`tau` is constant"),
+        (&["good.toml", "none.csv"], "none.csv"),
+    ] {
+        let output = softdock(folder.path(), words);
+        let beside = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {beside}");
+        assert!(beside.contains(expected), "{words:?}: {beside}");
+        assert!(!folder.path().join("results").exists(), "{words:?} left something");
+    }
+}
+
+#[test]
+fn signals_are_told_without_a_model() {
+    let output = softdock(Path::new("."), &["--signals"]);
+    let said = text(&output.stdout);
+    assert!(
+        output.status.success() && ["drive:", "tau", "sensor:", "contact:"].iter().all(|word| said.contains(word)),
+        "{said}"
+    );
+}
