@@ -107,7 +107,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     row("push_robots", 0.0, "no arithmetic", call("push_robots(held);", &[], NONE)),
     row(
         "place_robots",
-        4000.0,
+        2000.0,
         "as drives_at1, which it calls",
         call("place_robots(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
     ),
