@@ -106,9 +106,9 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     #[inline(always)]
     fn holding(&self, mut lifted: Vec3<R>, first: [Vec3<R>; N], mass: [R; N]) -> [R; N] {
         let mut felt = [Vec3::zero(); N];
-        for i in 0..N {
+        for (i, felt) in felt.iter_mut().enumerate() {
             lifted = self.chain.links[i].outwards(self.turns[i], lifted);
-            felt[i] = lifted;
+            *felt = lifted;
         }
         let (mut lever, mut carried, mut torque) = (Vec3::zero(), R::lit(0.0), [R::lit(0.0); N]);
         for i in (0..N).rev() {
