@@ -59,7 +59,7 @@ fn drives() -> (Recorded, Vec<Vec<f64>>) {
 }
 
 fn controllers() -> (Recorded, Vec<Vec<f64>>) {
-    let recorded = recorded(|_, [q, _, _]| vec![q], |_, [q, v, a]| vec![q, v, a, 20.0 * v.signum()]);
+    let recorded = recorded(|_, [q, v, _]| vec![q, v], |_, [q, v, a]| vec![q, v, a, 20.0 * v.signum()]);
     let set = |i: u64| {
         to_vec(&ControllerValues {
             position_gain: 3e4,
@@ -67,6 +67,7 @@ fn controllers() -> (Recorded, Vec<Vec<f64>>) {
             derivative_lag: 1.6e-3,
             delay: 5e-3 * draw("delay", i),
             lag: 5e-3 * draw("lag", i),
+            clock_offset: 1e-3 * (draw("clock", i) - 0.5),
             clock_skew: 1e-3 * draw("skew", i),
             rate_limit: 0.5 + draw("limit", i),
             ..ControllerValues::null()
