@@ -3,6 +3,8 @@
 use crate::fields::{Bundle, fields};
 use crate::lanes::Lane;
 use crate::plant::Plant;
+use crate::quads::words;
+use crate::space::{Parts, Wrench};
 use std::marker::PhantomData;
 
 /// More lanes than any lane type has.
@@ -14,6 +16,16 @@ pub const LINE_SPAN: f64 = 0.128;
 /// Slots of a delay line: the span in ticks, and what interpolation and the newest entry need.
 pub fn line_slots(plant: &Plant) -> usize {
     (LINE_SPAN / plant.timing.tick()).ceil() as usize + 4
+}
+
+/// Where the numbers of so many slots lie in a lane's share of the kernel's delay lines: commands slot by slot, then
+/// wrenches, each slot in vectors of its own.
+pub fn line_places(slots: usize) -> Vec<usize> {
+    let (command, wrench) = (fields::<f64, Parts<f64>>().len(), fields::<f64, Wrench<f64>>().len());
+    let line = |from: usize, width: usize| {
+        (0..slots).flat_map(move |slot| (0..width).map(move |number| from + slot * words(width) + number))
+    };
+    line(0, command).chain(line(slots * words(command), wrench)).collect()
 }
 
 /// A ring of bundles, one value per lane, that each lane may read at its own age.

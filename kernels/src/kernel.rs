@@ -8,6 +8,7 @@ use crate::load::loaded;
 use crate::model::CompensatorKind;
 use crate::noise::{LINK, SENSOR};
 use crate::plant::Plant;
+use crate::quads::{quads, read, reads, stores, words};
 use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
 use std::fmt::Write;
@@ -60,7 +61,7 @@ const EXTRAS: [&str; 13] = [
     "space_watch.lever_z",
 ];
 
-/// A scenario's kernel: its text and the sizes of its buffers, in numbers per lane.
+/// A scenario's kernel: its text and its buffers; inputs, state and delay lines lie in [`crate::quads`].
 #[derive(Clone, Debug)]
 pub struct Kernel {
     /// The WGSL module.
@@ -69,9 +70,11 @@ pub struct Kernel {
     pub structs: Vec<Struct>,
     /// Traced stage functions.
     pub functions: Vec<Function>,
-    /// f32 per lane in the state buffer.
+    /// Fields of the parameters that something reads, in the order of the input buffer.
+    pub inputs: Vec<usize>,
+    /// Numbers per lane in the state buffer.
     pub state: usize,
-    /// f32 per lane in the delay lines.
+    /// Numbers per lane in the delay lines, see [`crate::delay_line::line_places`].
     pub lines: usize,
     /// f32 per lane in the outcome buffer.
     pub outcome: usize,
@@ -108,40 +111,40 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     };
     let listings: Vec<String> = functions.iter().map(Function::listing).collect();
     // A driver compiles loads and stores slowly: only parameters that something reads are loaded.
-    let read = |field: &&Field| {
+    let is_read = |field: &Field| {
         let name = format!("p.{}", field.name);
         FRAME.contains(&name) || listings.iter().any(|listing| listing.contains(&name))
     };
-    let parameters = fields("Params").iter().enumerate().filter(|(_, field)| read(field));
-    let params: String = parameters.map(|(index, field)| load("p", field, "inputs", index)).collect();
-    let metrics = || fields("Metrics").iter();
-    let state = variables().count();
-    let loaded: String = variables().enumerate().map(|(index, (v, field))| load(v, field, "states", index)).collect();
-    let stored =
-        |value: String, buffer: &str, index: usize| format!("    {buffer}[{index}u * batch.lanes + lane] = {value};\n");
+    let inputs: Vec<usize> =
+        fields("Params").iter().enumerate().filter(|(_, field)| is_read(field)).map(|(index, _)| index).collect();
     let member = |(variable, field): (&str, &Field)| format!("{variable}.{}", field.name);
-    let kept: String =
-        variables().map(member).enumerate().map(|(index, value)| stored(value, "states", index)).collect();
+    let params: Vec<String> = inputs.iter().map(|index| member(("p", &fields("Params")[*index]))).collect();
+    let state: Vec<String> = variables().map(member).collect();
+    let metrics = || fields("Metrics").iter();
     let in_space = metrics().map(|field| member(("in_space", field)));
     let outcomes =
         in_space.chain(metrics().map(|field| member(("on_facility", field)))).chain(EXTRAS.map(str::to_owned));
     let size = 2 * metrics().count() + EXTRAS.len();
-    let outcome: String = outcomes.enumerate().map(|(index, value)| stored(value, "outcomes", index)).collect();
+    let stored = |(index, value): (usize, String)| format!("    outcomes[{index}u * batch.lanes + lane] = {value};\n");
+    let outcome: String = outcomes.enumerate().map(stored).collect();
     let _ = write!(
         text,
-        "\nfn load_params() {{\n{params}}}\n\nfn load_state() {{\n{loaded}}}\n\nfn store_state() {{\n{kept}}}\n\n\
-         fn store_outcome(in_space: Metrics, on_facility: Metrics) {{\n{outcome}}}\n"
+        "\nfn load_params() {{\n{}}}\n\nfn load_state() {{\n{}}}\n\nfn store_state() {{\n{}}}\n\n\
+         fn store_outcome(in_space: Metrics, on_facility: Metrics) {{\n{outcome}}}\n",
+        loads("inputs", &params),
+        loads("states", &state),
+        stores("states", &state, in_order),
     );
-    let (commands, wrenches) = (fields("Parts").len(), fields("Wrench").len());
-    text.push_str(&line("command", "Parts", fields("Parts"), 0));
-    text.push_str(&line("wrench", "Wrench", fields("Wrench"), slots * commands));
+    let (command, wrench) = (fields("Parts"), fields("Wrench"));
+    text.push_str(&line("command", "Parts", command, 0));
+    text.push_str(&line("wrench", "Wrench", wrench, slots * quads(command.len())));
     text.push_str(&touches(plant));
     listings.iter().for_each(|listing| {
         text.push('\n');
         text.push_str(listing);
     });
-    let lines = slots * (commands + wrenches);
-    Kernel { text, functions, state, lines, outcome: size, structs }
+    let lines = slots * (words(command.len()) + words(wrench.len()));
+    Kernel { text, functions, inputs, state: state.len(), lines, outcome: size, structs }
 }
 
 /// The scenario's numbers that the frame needs.
@@ -205,9 +208,15 @@ fn touches(plant: &Plant) -> String {
     out + "}\n"
 }
 
-/// A statement that reads a variable's member from a buffer laid out field by field.
-fn load(variable: &str, field: &Field, buffer: &str, index: usize) -> String {
-    format!("    {variable}.{} = {buffer}[{index}u * batch.lanes + lane];\n", field.name)
+/// Vectors of a lane one behind the other.
+fn in_order(quad: usize) -> String {
+    format!("{quad}u")
+}
+
+/// Statements that read variables from a buffer laid out one number behind the other.
+fn loads(buffer: &str, variables: &[String]) -> String {
+    let given = variables.iter().enumerate().map(|(index, variable)| format!("    {variable} = {};\n", read(index)));
+    reads(buffer, variables.len(), in_order) + &given.collect::<String>()
 }
 
 /// Whether a member of the state ever leaves zero: one that only an absent effect moves is not kept between slices.
@@ -223,16 +232,15 @@ pub(crate) fn moves(plant: &Plant, member: &str) -> bool {
     }
 }
 
-/// Access functions of one delay line that begins `offset` numbers into a lane's share.
+/// Access functions of one delay line that begins `offset` vectors into a lane's share.
 fn line(name: &str, ty: &str, fields: &[Field], offset: usize) -> String {
-    let at = |index: usize| format!("lines[({offset}u + slot * {}u + {index}u) * batch.lanes + lane]", fields.len());
-    let mut out = format!("\nfn put_{name}(slot: u32, value: {ty}) {{\n");
-    for (index, field) in fields.iter().enumerate() {
-        let _ = writeln!(out, "    {} = value.{};", at(index), field.name);
-    }
-    let _ = write!(out, "}}\n\nfn get_{name}(slot: u32) -> {ty} {{\n    return {ty}(\n");
-    for index in 0..fields.len() {
-        let _ = writeln!(out, "        {},", at(index));
-    }
-    out + "    );\n}\n"
+    let place = |quad: usize| format!("{offset}u + slot * {}u + {quad}u", quads(fields.len()));
+    let values: Vec<String> = fields.iter().map(|field| format!("value.{}", field.name)).collect();
+    let numbers: Vec<String> = (0..fields.len()).map(read).collect();
+    format!(
+        "\nfn put_{name}(slot: u32, value: {ty}) {{\n{}}}\n\nfn get_{name}(slot: u32) -> {ty} {{\n{}    return {ty}({});\n}}\n",
+        stores("lines", &values, place),
+        reads("lines", fields.len(), place),
+        numbers.join(", "),
+    )
 }

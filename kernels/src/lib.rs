@@ -4,7 +4,6 @@
 //! and the symbols of [`trace`] print the same text as straight-line WGSL. The frame around the stages (ticks,
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
-mod aba;
 pub mod block;
 pub mod chain;
 pub mod compensator;
@@ -31,10 +30,12 @@ pub mod outcome;
 pub mod params;
 pub mod philox;
 pub mod plant;
+pub mod quads;
 pub mod real;
 pub mod robot;
 pub mod sensor;
 pub mod space;
+mod spatial;
 pub mod staged;
 pub mod stages;
 pub mod start;

@@ -47,7 +47,7 @@ impl Plant {
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
-        let chain = Chain::new(&model, &link_attitudes);
+        let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let mut plant =
             Self { model, chain, tool_start, target_inverse_inertia, solids, cells: None, effects: EffectSet::ALL };

@@ -22,9 +22,9 @@ struct Control {
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<storage, read_write> controls: array<Control>;
-@group(0) @binding(2) var<storage, read> inputs: array<f32>;
-@group(0) @binding(3) var<storage, read_write> states: array<f32>;
-@group(0) @binding(4) var<storage, read_write> lines: array<f32>;
+@group(0) @binding(2) var<storage, read> inputs: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> states: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> lines: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> outcomes: array<f32>;
 
 var<private> lane: u32;

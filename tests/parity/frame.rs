@@ -6,11 +6,13 @@ use super::stages::{SLACK, scales};
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, words, written};
 use softdock_engine::gpu::GpuEngine;
+use softdock_kernels::delay_line::{line_places, line_slots};
 use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
 use softdock_kernels::frame::Tile;
 use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::plant::Plant;
+use softdock_kernels::quads::{self, quads, word};
 use softdock_kernels::space::{Parts, Wrench};
 use std::fmt::Write;
 
@@ -92,7 +94,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     ),
     row(
         "take_command",
-        2000.0,
+        100.0,
         "angles of a posture found in f32 to 1e-7 of metres, then to 1e-7 of their change",
         call("take_command(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
     ),
@@ -105,7 +107,7 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
     row("push_robots", 0.0, "no arithmetic", call("push_robots(held);", &[], NONE)),
     row(
         "place_robots",
-        4000.0,
+        2000.0,
         "as drives_at1, which it calls",
         call("place_robots(command(parts_of(kinematics(hil_masses(p), hil))));", &[], NONE),
     ),
@@ -226,7 +228,7 @@ fn spread<const N: usize>(case: &Case, shot: &Snapshot, twin: FrameFunction<N>, 
 
 /// The kernel with an entry point around one frame function; stored state lies behind the loaded one.
 fn module(kernel: &Kernel, row: &Row<Call>) -> String {
-    let behind = format!("states[batch.lanes * {}u + ", kernel.state);
+    let behind = format!("states[batch.lanes * {}u + ", quads(kernel.state));
     let (before, rest) = kernel.text.split_once("fn store_state() {").expect("the frame stores its state");
     let (store, after) = rest.split_once("}\n").expect("a body");
     let mut text = format!("{before}fn store_state() {{{}}}\n{after}", store.replace("states[", &behind))
@@ -235,7 +237,7 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
     // Every binding must be used by every entry point, if only where no lane comes.
     for status in ["FRESH", "RUNNING", "FINISHED"] {
         let enter = format!("    if (!enter(id, {status})) {{\n");
-        let used = format!("{enter}        outcomes[0] = lines[0] + inputs[0] + states[0];\n");
+        let used = format!("{enter}        outcomes[0] = lines[0].x + inputs[0].x + states[0].x;\n");
         text = text.replace(&enter, &used);
     }
     let mut results = String::new();
@@ -256,7 +258,7 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
 fn try_function(@builtin(global_invocation_id) id: vec3u) {{
     lane = id.x;
     if (lane >= batch.lanes) {{ // every binding must be used
-        outcomes[0] = lines[0];
+        outcomes[0] = lines[0].x;
         return;
     }}
     run = controls[lane].run;
@@ -276,22 +278,27 @@ fn try_function(@builtin(global_invocation_id) id: vec3u) {{
 /// The farm's buffers over all snapshots of a case; what the function must write is poisoned.
 fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec<Vec<u32>> {
     let shots = &case.snapshots;
-    let column = |value: &dyn Fn(&Snapshot) -> f64| -> Vec<u32> { words(shots.iter().map(value)) };
-    let columns = |count: usize, value: &dyn Fn(&Snapshot, usize) -> f64| -> Vec<u32> {
-        (0..count).flat_map(|index| column(&|shot| value(shot, index))).collect()
+    let vectors = |numbers: usize, value: &dyn Fn(&Snapshot, usize) -> f64, places: &mut dyn Iterator<Item = usize>| {
+        let mut out = vec![0; quads::words(numbers) * SAMPLES];
+        for (index, place) in places.enumerate() {
+            let column = words(shots.iter().map(|shot| value(shot, index)));
+            column.into_iter().enumerate().for_each(|(sample, w)| out[word(place, SAMPLES, sample)] = w);
+        }
+        out
     };
     let [low, high] = case.batch.key;
     let controls = shots.iter().flat_map(|s| [s.run as u32, (s.run >> 32) as u32, status(row), s.tick]);
-    let parameters: Vec<Vec<f64>> = shots.iter().map(|s| to_vec(&s.params)).collect();
-    let inputs = (0..parameters[0].len()).flat_map(|index| parameters.iter().map(move |p| p[index]));
-    let mut states = columns(kernel.state, &|s, index| s.lane.state[index]);
+    let count = kernel.inputs.len();
+    let inputs = vectors(count, &|s, index| to_vec(&s.params)[kernel.inputs[index]], &mut (0..count));
+    let mut states = vectors(kernel.state, &|s, index| s.lane.state[index], &mut (0..kernel.state));
     states.resize(2 * states.len(), POISON);
-    let mut lines = columns(kernel.lines, &|s, index| s.lane.lines[index]);
+    let places = line_places(line_slots(&case.plant));
+    let mut lines = vectors(kernel.lines, &|s, index| s.lane.lines[index], &mut places.iter().copied());
     poison(case, row, sends, &mut lines);
     vec![
         vec![SAMPLES as u32, 1, low, high],
         controls.collect(),
-        words(inputs),
+        inputs,
         states,
         lines,
         vec![POISON; kernel.outcome * SAMPLES],
@@ -301,7 +308,8 @@ fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec
 /// Poisons the slots that a function writes (a loop that has ended sends nothing).
 fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32]) {
     let widths = [fields::<f64, Parts<f64>>().len(), fields::<f64, Wrench<f64>>().len()];
-    let slots = case.snapshots[0].lane.lines.len() / (widths[0] + widths[1]);
+    let slots = line_slots(&case.plant);
+    let places = line_places(slots);
     for (sample, shot) in case.snapshots.iter().enumerate() {
         for (line, width) in widths.into_iter().enumerate() {
             let offset = if line == 0 { 0 } else { slots * widths[0] };
@@ -310,7 +318,8 @@ fn poison(case: &Case, row: &Row<Call>, sends: &[bool], lines: &mut [u32]) {
                 _ => sends[sample] && row.twin.writes[line] && slot == shot.tick as usize % slots,
             };
             for slot in (0..slots).filter(|slot| written(*slot)) {
-                (0..width).for_each(|k| lines[(offset + slot * width + k) * SAMPLES + sample] = POISON);
+                let numbers = &places[offset + slot * width..][..width];
+                numbers.iter().for_each(|place| lines[word(*place, SAMPLES, sample)] = POISON);
             }
         }
     }
@@ -327,7 +336,8 @@ fn compare<const N: usize>(
     let twins = frame_functions::<N>();
     let twin = twins.iter().find(|(name, _)| *name == row.name).expect("no orphan: the table's own test").1;
     let names = names::<N>(&kernel, &row.twin, &case.plant, &case.snapshots[0].lane);
-    let results = names.len() - kernel.state - kernel.lines;
+    let places = line_places(line_slots(&case.plant));
+    let results = names.len() - kernel.state - places.len();
     let flats: Vec<Vec<f64>> = case.snapshots.iter().map(|shot| truth(case, shot, twin)).collect();
     let done = names.iter().position(|field| field.name == "hil_watch_done").expect("a row of the state");
     let sends: Vec<bool> = case.snapshots.iter().map(|shot| shot.lane.state[done] <= 0.0).collect();
@@ -339,10 +349,10 @@ fn compare<const N: usize>(
     let (mut seen, mut undecided, mut missed, mut where_seen) = (0.0_f64, 0.0, Vec::new(), String::new());
     for (sample, (shot, truth)) in case.snapshots.iter().zip(&flats).enumerate() {
         let spread = spread(case, shot, twin, truth);
-        let column = |buffer: &[u32], index: usize| buffer[index * SAMPLES + sample];
-        let state = (0..kernel.state).map(|i| column(&out[3], kernel.state + i));
-        let given =
-            state.chain((0..results).map(|i| column(&out[5], i))).chain((0..kernel.lines).map(|i| column(&out[4], i)));
+        let number = |buffer: &[u32], index: usize| buffer[word(index, SAMPLES, sample)];
+        let state = (0..kernel.state).map(|i| number(&out[3], quads::words(kernel.state) + i));
+        let results = (0..results).map(|i| out[5][i * SAMPLES + sample]);
+        let given = state.chain(results).chain(places.iter().map(|place| number(&out[4], *place)));
         let (mut well, mut beyond) = (true, String::new());
         for (index, word) in given.enumerate() {
             let what = || {

@@ -163,8 +163,8 @@ fn joint_rows() -> Vec<Row<Twin>> {
         held_parts(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
             => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
         reaction(parts: Parts<f64>, w: Wrench<f64>) => joint_level::reaction(&parts, w), 6.0, "a cross product added to a moment";
-        drives_at1(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &told.a), 4000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
-        drives_at2(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &told.b), 4000.0, "as drives_at1";
+        drives_at1(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &told.a), 2000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
+        drives_at2(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &told.b), 1000.0, "as drives_at1";
         first_set_point(s: Drives<f64>) => cell::first_set_point(&s), 0.0, COPIED;
     }
 }

@@ -56,7 +56,7 @@ pub(crate) struct Posture<'a, R, const N: usize> {
 impl<R: Real> Course<R> {
     /// The matrix that gives the acceleration of a point from its place: `[turning] + [rate]^2`.
     #[inline(always)]
-    fn field(&self) -> Mat3<R> {
+    pub(super) fn field(&self) -> Mat3<R> {
         let (w, a) = (self.rate, self.turning);
         let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
         let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
@@ -141,16 +141,22 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     /// Inertial forces of the base and of the links, each about its own origin.
     #[inline(always)]
     pub(crate) fn inertial_forces(&self, base: Course<R>, rate: &[R; N], gain: &[R; N]) -> (Force<R>, [Force<R>; N]) {
-        let (mut course, mut field, mut forces) = (base, base.field(), [Force::zero(); N]);
-        let moment = turning_moment(&field, self.chain.base_moments) * self.base_inertia_scale;
+        let moment = turning_moment(&base.field(), self.chain.base_moments) * self.base_inertia_scale;
         let own = Force { moment, force: base.acceleration * self.base_mass };
+        (own, self.link_forces(base, rate, gain).0)
+    }
+
+    /// Inertial forces of the links, each about its own origin, and how the last one moves.
+    #[inline(always)]
+    pub(super) fn link_forces(&self, base: Course<R>, rate: &[R; N], gain: &[R; N]) -> ([Force<R>; N], Course<R>) {
+        let (mut course, mut field, mut forces) = (base, base.field(), [Force::zero(); N]);
         for i in 0..N {
             let link = &self.chain.links[i];
             course = course.outwards(&field, link, self.turns[i], rate[i], gain[i]);
             field = course.field();
             forces[i] = inertial_force(&course, &field, link);
         }
-        (own, forces)
+        (forces, course)
     }
 
     /// What each link passes on to the one inside it, about its own origin, and the base's share last.

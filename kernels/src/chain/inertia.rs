@@ -104,10 +104,21 @@ impl<R: Real> Articulated<R> {
     /// With a rigid link fixed to it.
     #[inline(always)]
     pub(crate) fn plus_link(self, link: &ChainLink) -> Self {
-        let (m, h) = (R::lit(link.mass), Vec3::<R>::lit(link.com * link.mass));
+        self.plus_body(R::lit(link.mass), Vec3::lit(link.com * link.mass), Sym3::lit(link.inertia))
+    }
+
+    /// With a point mass fixed to it.
+    #[inline(always)]
+    pub(crate) fn plus_point(self, mass: R, place: Vec3<R>) -> Self {
+        self.plus_body(mass, place * mass, Sym3::point_mass(mass, place))
+    }
+
+    /// With a body of the given mass, first moment and inertia about the origin fixed to it.
+    #[inline(always)]
+    fn plus_body(self, m: R, h: Vec3<R>, inertia: Sym3<R>) -> Self {
         let Mat3 { x, y, z } = self.coupling;
         Self {
-            rotation: self.rotation + Sym3::lit(link.inertia),
+            rotation: self.rotation + inertia,
             // Columns of the cross product matrix of -h.
             coupling: Mat3 {
                 x: vec3(x.x, x.y - h.z, x.z + h.y),
@@ -142,6 +153,44 @@ impl<R: Real> Articulated<R> {
         }
     }
 
+    /// Seen from the inner link behind a joint that moves against a rotor; `give` is the resistance about z over minus its
+    /// own moment and the rotor's.
+    #[inline(always)]
+    pub(crate) fn inwards_geared(&self, give: Force<R>, link: &ChainLink, turn: Turn<R>) -> Self {
+        let own = self.about_z();
+        let (c, g) = (self.coupling, give.moment);
+        let coupling = Mat3 {
+            x: own.force.scale_add(g.x, c.x),
+            y: own.force.scale_add(g.y, c.y),
+            z: own.force.scale_add(g.z, c.z),
+        };
+        let left = Self {
+            rotation: self.rotation.plus_outer(g, own.moment),
+            coupling,
+            translation: self.translation.plus_outer(give.force, own.force),
+        };
+        left.turned(turn).tilted(link.tilt).shifted(link.origin)
+    }
+
+    /// In the axes from which these are turned about z.
+    #[inline(always)]
+    fn turned(self, turn: Turn<R>) -> Self {
+        let Mat3 { x, y, z } = self.coupling;
+        let [x, y] = turned_columns([x, y], turn);
+        let coupling = Mat3 { x, y, z: turn.about_z(z) };
+        Self { rotation: turned(self.rotation, turn), coupling, translation: turned(self.translation, turn) }
+    }
+
+    /// In the axes from which these are turned about x by a constant angle.
+    #[inline(always)]
+    fn tilted(self, tilt: Turn<f64>) -> Self {
+        let tilt = Turn::<R>::lit(tilt);
+        let Mat3 { x, y, z } = self.coupling;
+        let (x, y, z) = (tilt.about_x(x), tilt.about_x(y), tilt.about_x(z));
+        let coupling = Mat3 { x, y: y.scale_add(tilt.cos, z * -tilt.sin), z: y.scale_add(tilt.sin, z * tilt.cos) };
+        Self { rotation: tilted(self.rotation, tilt), coupling, translation: tilted(self.translation, tilt) }
+    }
+
     /// About the origin of the axes in which this one's origin is `r`.
     #[inline(always)]
     fn shifted(self, r: Vec3<f64>) -> Self {
@@ -172,16 +221,8 @@ impl<R: Real> Released<R> {
     /// In the axes from which these are turned about z.
     #[inline(always)]
     fn turned(self, turn: Turn<R>) -> Self {
-        let (ss, cs) = (turn.sin * turn.sin, turn.cos * turn.sin);
         let plane = turned(Sym3 { xx: self.xx, yy: self.yy, xy: self.xy, ..Sym3::splat(R::lit(0.0)) }, turn);
-        let [x, y] = self.coupling;
-        let (difference, sum) = (x.x - y.y, x.y + y.x);
-        let along = ss.mul_add(difference, cs * sum);
-        let across = cs.mul_add(difference, -ss * sum);
-        let coupling = [
-            vec3(x.x - along, x.y + across, x.z.mul_add(turn.cos, y.z * -turn.sin)),
-            vec3(y.x + across, y.y + along, x.z.mul_add(turn.sin, y.z * turn.cos)),
-        ];
+        let coupling = turned_columns(self.coupling, turn);
         let translation = turned(self.translation, turn);
         Self { xx: plane.xx, yy: plane.yy, xy: plane.xy, coupling, translation }
     }
@@ -224,6 +265,19 @@ fn cross_y<R: Real>(r: Vec3<R>, v: Vec3<R>, onto: R) -> R {
 #[inline(always)]
 fn cross_z<R: Real>(r: Vec3<R>, v: Vec3<R>, onto: R) -> R {
     v.x.mul_add(-r.y, v.y.mul_add(r.x, onto))
+}
+
+/// The x and y columns of a matrix in the axes from which its own are turned about z.
+#[inline(always)]
+fn turned_columns<R: Real>([x, y]: [Vec3<R>; 2], turn: Turn<R>) -> [Vec3<R>; 2] {
+    let (ss, cs) = (turn.sin * turn.sin, turn.cos * turn.sin);
+    let (difference, sum) = (x.x - y.y, x.y + y.x);
+    let along = ss.mul_add(difference, cs * sum);
+    let across = cs.mul_add(difference, -ss * sum);
+    [
+        vec3(x.x - along, x.y + across, x.z.mul_add(turn.cos, y.z * -turn.sin)),
+        vec3(y.x + across, y.y + along, x.z.mul_add(turn.sin, y.z * turn.cos)),
+    ]
 }
 
 /// A tensor in the axes from which its own are turned about z; written as its change, which costs least.

@@ -5,16 +5,17 @@
 //! constants of usual arms are exactly 0 or 1. McMillan and Orin, IEEE Trans. Robotics and Automation 11 (1995) 841;
 //! unlike Denavit-Hartenberg frames, origins stay at the joints, so that nearly parallel axes do no harm.
 
+pub(crate) mod driven;
 pub(crate) mod dynamics;
 pub(crate) mod inertia;
 
 use crate::bundle;
-use crate::model::Model;
+use crate::model::Link;
 use crate::real::Real;
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 
 /// Below this a cosine, a sine or a length of the order of a metre is rounding.
-const ROUNDING: f64 = 1e-14;
+pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// The arm's constants; link 0 of the text is the base, whose axes are chosen to suit the first joint.
 #[derive(Clone, Debug)]
@@ -46,6 +47,8 @@ pub struct ChainLink {
     pub half_tilt: Turn<f64>,
     /// Angle about z at the start posture, from the inner link's x axis to this one's \[rad\].
     pub start_angle: f64,
+    /// The turn by that angle.
+    pub start_turn: Turn<f64>,
     /// Mass \[kg\].
     pub mass: f64,
     /// Centre of mass, own axes \[m\].
@@ -65,18 +68,19 @@ bundle! {
 }
 
 impl Chain {
-    /// The chain of a model; `start` has each link's attitude in its parent at the start posture.
-    pub(crate) fn new(model: &Model, start: &[Quat<f64>]) -> Self {
+    /// The chain of links; `start` has each one's attitude in its parent at the start posture, `tool` is part A's pose in
+    /// the last link's frame, `base_inertia` about the base's origin.
+    pub(crate) fn new(links: &[Link], start: &[Quat<f64>], tool: Pose<f64>, base_inertia: Sym3<f64>) -> Self {
         let mut poses = vec![Pose::identity()];
-        for (link, attitude) in model.links.iter().zip(start) {
+        for (link, attitude) in links.iter().zip(start) {
             let inner = poses[poses.len() - 1];
             poses.push(inner.compose(Pose { position: link.origin.position, attitude: *attitude }));
         }
         let axes = chain_axes(&poses);
-        let links: Vec<_> = (1..poses.len()).map(|i| ChainLink::new(model, i, &poses, &axes)).collect();
+        let links: Vec<_> = (1..poses.len()).map(|i| ChainLink::new(&links[i - 1], i, &poses, &axes)).collect();
         let root = quaternion(axes[0]);
         let last = links.iter().fold(root, |inner, link| link.turned(inner, Turn::of_angle(0.5 * link.start_angle)));
-        let (end, end_axes) = (poses[poses.len() - 1].compose(model.tool), axes[axes.len() - 1]);
+        let (end, end_axes) = (poses[poses.len() - 1].compose(tool), axes[axes.len() - 1]);
         let attitude = last.conjugate().compose(end.attitude);
         let arm = end.position - poses[poses.len() - 1].position;
         let tool = Pose {
@@ -85,7 +89,7 @@ impl Chain {
         };
         let matrix = attitude.matrix();
         let tool_axes = Mat3 { x: matrix.x.map(clean), y: matrix.y.map(clean), z: matrix.z.map(clean) };
-        let base_inertia = without_rounding(model.base_inertia.rotated(axes[0].transposed()));
+        let base_inertia = without_rounding(base_inertia.rotated(axes[0].transposed()));
         let mass = links.iter().map(|link| link.mass).sum();
         Self { links, root, base_inertia, base_moments: second_moments(base_inertia), tool, tool_axes, mass }
     }
@@ -115,8 +119,9 @@ fn chain_axes(poses: &[Pose<f64>]) -> Vec<Mat3<f64>> {
 }
 
 impl ChainLink {
-    fn new(model: &Model, i: usize, poses: &[Pose<f64>], axes: &[Mat3<f64>]) -> Self {
-        let (link, inner, own) = (&model.links[i - 1], axes[i - 1], axes[i]);
+    /// Of the link that is number `i` counted from the base.
+    fn new(link: &Link, i: usize, poses: &[Pose<f64>], axes: &[Mat3<f64>]) -> Self {
+        let (inner, own) = (axes[i - 1], axes[i]);
         // From the model's link axes to those of the chain.
         let rotation = own.transposed().compose(poses[i].attitude.matrix());
         let com = rotation.times(link.com).map(clean);
@@ -128,6 +133,7 @@ impl ChainLink {
             tilt: Turn::of_angle(tilt),
             half_tilt: Turn::of_angle(0.5 * tilt),
             start_angle: clean(start_angle),
+            start_turn: Turn::of_angle(start_angle),
             mass: link.mass,
             com,
             moments: second_moments(central),
@@ -177,6 +183,13 @@ impl<R: Real> Turn<R> {
     pub(crate) fn doubled(self) -> Self {
         let twice = self.sin + self.sin;
         Self { cos: twice.mul_add(-self.sin, R::lit(1.0)), sin: twice * self.cos }
+    }
+
+    /// The turn and another one about the same axis.
+    #[inline(always)]
+    pub(crate) fn and(self, o: Self) -> Self {
+        let sin = self.sin.mul_add(o.cos, self.cos * o.sin);
+        Self { cos: self.cos.mul_add(o.cos, self.sin * -o.sin), sin }
     }
 
     /// A vector turned about x.
@@ -237,6 +250,6 @@ fn quaternion(m: Mat3<f64>) -> Quat<f64> {
 }
 
 /// A number of the order of 1 without its rounding about zero.
-fn clean(value: f64) -> f64 {
+pub(crate) fn clean(value: f64) -> f64 {
     if value.abs() < ROUNDING { 0.0 } else { value }
 }

@@ -3,6 +3,7 @@
 use super::cell::*;
 use super::sample::{carriage, mount, reference_drives, robot, servo};
 use super::*;
+use crate::chain::inertia::Force;
 use crate::model::{Rail, Timing};
 use crate::space::{Motion, Wrench};
 use crate::vector::Vec3;
@@ -95,13 +96,17 @@ fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
     let robot = robot();
     let (angle, rate) = ([0.3, -1.2, 1.1, 0.4, -0.7, 0.2], [0.5, -0.3, 0.4, -0.8, 0.6, 1.0]);
     let (joints, along, mass) = ([1.0, -2.0, 0.7, 3.0, -1.5, 2.5], vec3(0.6, 0.8, 0.0), 2000.0);
+    let arm = Arm::new(&robot, Pose::identity());
     for base in [0.0, 1.7, -0.4] {
-        let (torque, push) = chain_torques(&robot, angle, rate, joints, along * base);
+        let (torque, push) = inverse_dynamics::chain_torques(&robot, angle, rate, joints, along * base);
         let force = push.dot(along) + mass * base;
-        let chain = fold_chain(&robot, &link_frames(&robot, angle), rate, &torque, &[0.0; 6], NOTHING, None);
+        let turns = arm.turns(angle);
+        let posture = arm.posture(&turns);
+        let chain = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), arm.lifted, None);
+        let along = arm.from_base.rotate(along);
         let slid = chain.slide(along, mass, force);
         assert!((slid - base).abs() < 1e-9, "{slid} for {base}");
-        let found = chain.accelerations_on(along * slid);
+        let found = chain.accelerations(&posture, along * slid);
         found.iter().zip(joints).for_each(|(found, joint)| assert!((found - joint).abs() < 1e-9, "{found} {joint}"));
     }
 }

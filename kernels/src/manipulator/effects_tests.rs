@@ -2,7 +2,10 @@
 
 use super::cell::*;
 use super::sample::{mount, reference_drives, robot, servo};
+use super::tests::accelerations;
 use super::*;
+use crate::chain::driven::PointMass;
+use crate::chain::inertia::Force;
 use crate::effects::EffectSet;
 use crate::model::Timing;
 use crate::space::{Motion, Wrench};
@@ -81,8 +84,6 @@ fn an_unknown_payload_is_felt_as_inertia_too() {
     let robot = robot();
     let (angle, rate) = ([0.3, -1.2, 1.1, 0.4, -0.7, 0.2], [0.5, -0.3, 0.4, -0.8, 0.6, 1.0]);
     let (mass, place) = (15.0, vec3(0.1, -0.2, 0.3));
-    let frames = link_frames(&robot, angle);
-    let at = frames[5].position + frames[5].attitude.rotate(place);
     // The same as a robot whose last link is that much heavier.
     let mut heavier = robot.clone();
     let last = &mut heavier.joints[5].link;
@@ -92,9 +93,13 @@ fn an_unknown_payload_is_felt_as_inertia_too() {
         last.inertia + Sym3::point_mass(last.mass, last.com - middle) + Sym3::point_mass(mass, place - middle);
     (last.mass, last.com) = (both, middle);
     let torque = [100.0, 200.0, -300.0, 40.0, 50.0, -60.0];
-    let unknown = Some(PointMass { mass, place: at });
-    let found = fold_chain(&robot, &frames, rate, &torque, &[0.0; 6], NOTHING, unknown).accelerations_on(Vec3::zero());
-    let expected = accelerations(&heavier, angle, rate, &torque);
+    // As the tool of the chain: its place in the last link's axes there.
+    let arm = Arm::new(&robot, Pose { position: place, attitude: Quat::identity() });
+    let (turns, unknown) = (arm.turns(angle), PointMass { mass, place: arm.chain.tool.position });
+    let posture = arm.posture(&turns);
+    let folded = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), arm.lifted, Some(unknown));
+    let found = folded.accelerations(&posture, Vec3::zero());
+    let expected = accelerations(&Arm::new(&heavier, Pose::identity()), angle, rate, torque);
     found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{a} {b}"));
 }
 

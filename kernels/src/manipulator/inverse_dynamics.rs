@@ -3,9 +3,9 @@
 //! Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; gravity enters as an acceleration of the base.
 
 use super::{Counterweight, Levels, Manipulator, joint_axis, link_frames};
-use crate::aba::{Spatial, inertial_force};
 use crate::math::sin_cos;
 use crate::real::Real;
+use crate::spatial::{Spatial, inertial_force};
 use crate::vector::{Sym3, Vec3};
 
 /// Torques of the rigid links alone \[N m\] for angles \[rad\], rates \[rad/s\] and accelerations \[rad/s^2\].

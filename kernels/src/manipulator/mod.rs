@@ -3,21 +3,19 @@
 //! World axes are the robot base's: z up, origin on the floor under axis 1. A joint is a [`Link`] whose frame turns
 //! about its own z axis by `sign * q`, so that modified (Craig) Denavit-Hartenberg tables fit as they are.
 
+mod arm;
 pub mod cell;
 mod drive;
-mod forward_dynamics;
 mod friction;
 mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
 pub mod sample;
 
+pub(crate) use arm::Arm;
 pub use cell::{drive, drives_at, set_point};
 pub use drive::{DriveParams, JointState, VelocityLoop};
-pub use forward_dynamics::accelerations;
-pub(crate) use forward_dynamics::{PointMass, fold_chain};
 pub use friction::{Levels, bristle};
-pub(crate) use inverse_dynamics::chain_torques;
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
 pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, nearest_turn};
 pub use kinematics::{flange, joint_axis, link_frames};

@@ -6,8 +6,8 @@ use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
-use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::quads::{self, word};
 use softdock_kernels::vector::vec3;
 
 /// Status of a lane, as the frame has it.
@@ -98,7 +98,9 @@ pub(super) struct Farm<'a> {
     fresh: bool,
     buffers: Buffers,
     lanes: Vec<Control>,
-    parameters: Vec<f32>,
+    /// Of every lane all parameters, and those that the kernel reads as its buffer has them.
+    parameters: Vec<Vec<f32>>,
+    inputs: Vec<f32>,
 }
 
 /// What a batch has on the device and the host reads or writes; the bindings keep the rest alive.
@@ -113,7 +115,8 @@ struct Buffers {
 
 impl Buffers {
     fn new(engine: &GpuEngine, kernel: &Kernel, lanes: usize, layout: &wgpu::BindGroupLayout) -> Self {
-        let words = |count: usize| (count.max(1) * lanes * 4) as u64;
+        let words = |count: usize| (count.max(1) * lanes * size_of::<f32>()) as u64;
+        let vectors = |numbers: usize| words(quads::words(numbers));
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let buffer = |label, size, usage| {
             let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
@@ -122,9 +125,9 @@ impl Buffers {
         let uniform =
             buffer("batch", size_of::<Batch>() as u64, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
         let controls = buffer("controls", words(4), usage);
-        let inputs = buffer("inputs", words(fields::<f64, Params<f64>>().len()), usage);
-        let states = buffer("states", words(kernel.state), usage);
-        let lines = buffer("delay lines", words(kernel.lines), usage);
+        let inputs = buffer("inputs", vectors(kernel.inputs.len()), usage);
+        let states = buffer("states", vectors(kernel.state), usage);
+        let lines = buffer("delay lines", vectors(kernel.lines), usage);
         let outcomes = buffer("outcomes", words(kernel.outcome), usage);
         let landing_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let landing = buffer("landing", words(kernel.outcome.max(4)), landing_usage);
@@ -137,12 +140,24 @@ impl<'a> Farm<'a> {
     pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
         let kernel = kernel(&job.plant, job.batch);
         let pipelines = Pipelines::of(engine, &kernel.text)?;
-        let parameters = vec![0.0; fields::<f64, Params<f64>>().len() * lanes];
+        let inputs = vec![0.0; quads::words(kernel.inputs.len()) * lanes];
+        let parameters = vec![Vec::new(); lanes];
         let buffers = engine.with_room(|| Buffers::new(engine, &kernel, lanes, &pipelines.bindings))?;
         let batch = Batch { lanes: lanes as u32, ticks: 0, key: job.batch.key };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
         let lanes = vec![idle; lanes];
-        Ok(Self { engine, plant: &job.plant, kernel, batch, pipelines, fresh: false, buffers, lanes, parameters })
+        Ok(Self {
+            engine,
+            plant: &job.plant,
+            kernel,
+            batch,
+            pipelines,
+            fresh: false,
+            buffers,
+            lanes,
+            parameters,
+            inputs,
+        })
     }
 
     /// Puts waiting runs into idle lanes; `false` when no lane has work.
@@ -156,14 +171,15 @@ impl<'a> Farm<'a> {
             let Some(input) = waiting.next() else { break };
             let run = [input.run as u32, (input.run >> 32) as u32];
             self.lanes[lane] = Control { run, status: Status::Fresh as u32, tick: 0 };
-            for (field, value) in to_vec(&input.params).into_iter().enumerate() {
-                self.parameters[field * count + lane] = value as f32;
+            self.parameters[lane] = to_vec(&input.params).into_iter().map(|value| value as f32).collect();
+            for (index, field) in self.kernel.inputs.iter().enumerate() {
+                self.inputs[word(index, count, lane)] = self.parameters[lane][*field];
             }
             entered = true;
         }
         self.fresh |= entered;
         if entered {
-            self.engine.queue.write_buffer(&self.buffers.inputs, 0, bytemuck::cast_slice(&self.parameters));
+            self.engine.queue.write_buffer(&self.buffers.inputs, 0, bytemuck::cast_slice(&self.inputs));
             self.engine.queue.write_buffer(&self.buffers.controls, 0, bytemuck::cast_slice(&self.lanes));
         }
         self.lanes.iter().any(|c| c.status != Status::Idle as u32)
@@ -206,8 +222,7 @@ impl<'a> Farm<'a> {
     fn finished(&self, outcomes: &[f32], lane: usize) -> Finished {
         let values: Vec<f64> =
             (0..self.kernel.outcome).map(|field| f64::from(outcomes[field * self.lanes.len() + lane])).collect();
-        let lanes = self.lanes.len();
-        let params: Vec<f64> = self.parameters.iter().skip(lane).step_by(lanes).map(|v| f64::from(*v)).collect();
+        let params: Vec<f64> = self.parameters[lane].iter().map(|value| f64::from(*value)).collect();
         let (space, rest) = values.split_at(fields::<f64, Metrics<f64>>().len());
         let (hil, extra) = rest.split_at(space.len());
         let (space, hil): (Metrics<f64>, Metrics<f64>) = (from_slice(space), from_slice(hil));

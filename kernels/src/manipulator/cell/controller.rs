@@ -4,7 +4,7 @@ use super::reach::{Reach, posture};
 use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
 use crate::manipulator::drive::cold;
-use crate::manipulator::{DriveParams, Levels, chain_torques, counterweight_torque};
+use crate::manipulator::{Arm, DriveParams, Levels, counterweight_torque};
 use crate::real::Real;
 use crate::robot::rail_share;
 use crate::space::Motion;
@@ -24,8 +24,8 @@ pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
     let (joints, mut limited) = posture(cell, &left);
-    let to_base = Quat::lit(cell.base_inverse.attitude);
-    let rates = Reach::at(cell, joints).rates(to_base.rotate(left.velocity), to_base.rotate(left.omega));
+    let to_chain = Quat::lit(cell.to_chain);
+    let rates = Reach::at(cell, joints).rates(to_chain.rotate(left.velocity), to_chain.rotate(left.omega));
     let (mut angle, mut rate) = ([place; AXES], [speed; AXES]);
     angle[..JOINTS].copy_from_slice(&joints);
     rate[..JOINTS].copy_from_slice(&rates);
@@ -81,8 +81,7 @@ pub(super) fn feedforward<R: Real>(
     if cell.servo.feedforward == Feedforward::Off {
         return zero;
     }
-    let still = links(cell, angle, zero, zero);
-    let load = beyond_counterweights(cell, angle, still);
+    let load = weight(cell, angle);
     let mut torque = zero;
     for i in 0..JOINTS {
         torque[i] = load[i].mul_add(p.model_gravity_error, load[i]);
@@ -90,11 +89,11 @@ pub(super) fn feedforward<R: Real>(
     if cell.servo.feedforward == Feedforward::Gravity {
         return torque;
     }
-    let moving = links(cell, angle, rate, acceleration);
+    let moving = inertial(cell, angle, rate, acceleration);
     for i in 0..cell.axes() {
         let joint = cell.axis(i).joint;
         let rotor = p.gear_ratio * p.gear_ratio * R::lit(joint.drive.reflected_inertia());
-        let inertial = acceleration[i].mul_add(rotor, moving[i] - still[i]);
+        let inertial = acceleration[i].mul_add(rotor, moving[i]);
         // A commanded direction that changes smoothly: no step of the torque at a rate of zero.
         let direction = rate[i] / (rate[i].abs() + R::lit(joint.friction.stribeck_speed));
         let resisting = Levels::of(&joint.friction).torque(direction, rate[i], load[i]);
@@ -104,34 +103,34 @@ pub(super) fn feedforward<R: Real>(
     torque
 }
 
-/// What the gears carry of a robot at rest.
+/// What the gears carry of a robot at rest: its weight, less what the counterbalances take.
 #[inline(always)]
 pub(super) fn weight<R: Real>(cell: &Cell, angle: [R; AXES]) -> [R; AXES] {
-    let zero = [R::lit(0.0); AXES];
-    beyond_counterweights(cell, angle, links(cell, angle, zero, zero))
-}
-
-/// Torques that move the rigid links and the force that moves the carriage under them.
-#[inline(always)]
-fn links<R: Real>(cell: &Cell, angle: [R; AXES], rate: [R; AXES], acceleration: [R; AXES]) -> [R; AXES] {
-    let (along, mass) = cell.track();
-    let (along, own) = (Vec3::lit(along), acceleration[RAIL] * R::lit(mass));
-    let (torque, push) =
-        chain_torques(&cell.robot, joints(angle), joints(rate), joints(acceleration), along * acceleration[RAIL]);
-    let mut all = [along.dot(push) + own; AXES];
-    all[..JOINTS].copy_from_slice(&torque);
-    all
-}
-
-/// What the counterbalances leave of the joints' torques.
-#[inline(always)]
-fn beyond_counterweights<R: Real>(cell: &Cell, angle: [R; AXES], mut torque: [R; AXES]) -> [R; AXES] {
+    let Arm { chain, lifted, .. } = &cell.arm;
+    let turns = cell.arm.turns(joints(angle));
+    let carried = cell.arm.posture(&turns).weight(Vec3::lit(*lifted));
+    // The carriage is pushed along the rail whatever the posture.
+    let mut torque = [R::lit(cell.track().0.dot(*lifted) * chain.mass); AXES];
     for i in 0..JOINTS {
-        if let Some(c) = cell.robot.joints[i].counterweight {
-            torque[i] = torque[i] - counterweight_torque(&c, angle[i] + R::lit(cell.start[i]));
-        }
+        torque[i] = match cell.robot.joints[i].counterweight {
+            Some(c) => carried[i] - counterweight_torque(&c, angle[i] + R::lit(cell.start[i])),
+            None => carried[i],
+        };
     }
     torque
+}
+
+/// Torques that move the links, without their weight, and the force that moves the carriage under them.
+#[inline(always)]
+fn inertial<R: Real>(cell: &Cell, angle: [R; AXES], rate: [R; AXES], acceleration: [R; AXES]) -> [R; AXES] {
+    let (along, mass) = cell.track();
+    let along = Vec3::lit(along);
+    let turns = cell.arm.turns(joints(angle));
+    let (torque, push) =
+        cell.arm.posture(&turns).torques(&joints(rate), &joints(acceleration), along * acceleration[RAIL]);
+    let mut all = [along.dot(push) + acceleration[RAIL] * R::lit(mass); AXES];
+    all[..JOINTS].copy_from_slice(&torque);
+    all
 }
 
 /// The set-point before the first tick: the motion that is under way.

@@ -3,15 +3,16 @@
 use super::controller::{Course, course, feedforward, weight};
 use super::reach::{Reach, tool_pose};
 use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint, joints};
+use crate::chain::Chain;
+use crate::chain::driven::PointMass;
+use crate::chain::inertia::Force;
 use crate::effects::EffectId;
 use crate::fields::filled;
 use crate::manipulator::drive::{Reference, cable, motor, moved};
-use crate::manipulator::{
-    DriveParams, JointState, PointMass, counterweight_torque, fold_chain, joint_axis, link_frames,
-};
+use crate::manipulator::{DriveParams, JointState, counterweight_torque};
 use crate::real::Real;
 use crate::space::{Motion, Wrench};
-use crate::vector::{Pose, Quat, Vec3};
+use crate::vector::{Mat3, Quat, Vec3};
 
 const PAYLOAD: EffectId = EffectId::of("J14_payload");
 
@@ -64,47 +65,44 @@ fn accelerations<R: Real>(
     load: Wrench<R>,
 ) -> [R; AXES] {
     let (angle, rate) = motion(s);
-    let frames = link_frames(&cell.robot, angle);
-    let last = frames[JOINTS - 1];
-    let part = last.position + last.attitude.rotate(Vec3::lit(cell.tool.position));
-    let to_base = Quat::lit(cell.base_inverse.attitude);
-    let force = to_base.rotate(load.force);
-    let tip = Wrench { force, moment: to_base.rotate(load.moment) + part.cross(force) };
-    let unknown = unknown_payload(cell, p, last);
-    let chain = fold_chain(&cell.robot, &frames, rate, &joints(*torque), &joints(*armature), tip, unknown);
+    let turns = cell.arm.turns(angle);
+    let posture = cell.arm.posture(&turns);
+    let to_chain = Quat::lit(cell.to_chain);
+    let (force, moment) = (posture.in_last(to_chain.rotate(load.force)), posture.in_last(to_chain.rotate(load.moment)));
+    let part = Vec3::lit(cell.arm.chain.tool.position);
+    let tip = Force { moment: moment + part.cross(force), force };
+    let (torques, armatures, lifted) = (joints(*torque), joints(*armature), Vec3::lit(cell.arm.lifted));
+    let chain = posture.folded(&rate, &torques, &armatures, tip, lifted, unknown_payload(cell, p));
     let (along, mass) = cell.track();
     let along = Vec3::lit(along);
     let mut all = [R::lit(0.0); AXES];
     if cell.rail.is_some() {
         all[RAIL] = chain.slide(along, armature[RAIL] + R::lit(mass), torque[RAIL]);
     }
-    let joints = chain.accelerations_on(along * all[RAIL]);
+    let joints = chain.accelerations(&posture, along * all[RAIL]);
     all[..JOINTS].copy_from_slice(&joints);
     all
 }
 
-/// The mass on the part that the feedforward does not know, and its place in base axes, if there may be one.
+/// The mass on the part that the feedforward does not know, if there may be one.
 #[inline(always)]
-fn unknown_payload<R: Real>(cell: &Cell, p: &DriveParams<R>, last: Pose<R>) -> Option<PointMass<R>> {
+fn unknown_payload<R: Real>(cell: &Cell, p: &DriveParams<R>) -> Option<PointMass<R>> {
     if !cell.effects.has(PAYLOAD) {
         return None;
     }
-    let place = Vec3::lit(cell.tool.position) + Quat::lit(cell.tool.attitude).rotate(p.payload_place);
-    Some(PointMass { mass: p.payload_error, place: last.position + last.attitude.rotate(place) })
+    let Chain { tool, tool_axes, .. } = &cell.arm.chain;
+    let place = Vec3::lit(tool.position) + Mat3::lit(*tool_axes).times(p.payload_place);
+    Some(PointMass { mass: p.payload_error, place })
 }
 
 /// Torques with which the joints carry that mass at rest.
 #[inline(always)]
 fn unknown_weight<R: Real>(cell: &Cell, p: &DriveParams<R>, angle: [R; AXES]) -> [R; AXES] {
     let mut torque = [R::lit(0.0); AXES];
-    let frames = link_frames(&cell.robot, joints(angle));
-    let Some(unknown) = unknown_payload(cell, p, frames[JOINTS - 1]) else {
-        return torque;
-    };
-    let lift = Vec3::lit(cell.robot.gravity) * -unknown.mass;
-    for i in 0..JOINTS {
-        let axis = joint_axis(frames[i], cell.robot.joints[i].sign);
-        torque[i] = axis.dot((unknown.place - frames[i].position).cross(lift));
+    if let Some(payload) = unknown_payload(cell, p) {
+        let turns = cell.arm.turns(joints(angle));
+        let carried = cell.arm.posture(&turns).weight_of(payload, Vec3::lit(cell.arm.lifted));
+        torque[..JOINTS].copy_from_slice(&carried);
     }
     torque
 }
@@ -125,7 +123,7 @@ pub fn held_part<R: Real>(cell: &Cell, s: &Drives<R>) -> (Motion<R>, [R; 2]) {
     let (angle, rate) = motion(s);
     let pose = tool_pose(cell, angle);
     let (velocity, omega) = Reach::at(cell, angle).twist(rate);
-    let to_laboratory = Quat::lit(cell.base.attitude);
+    let to_laboratory = Quat::lit(cell.to_chain.conjugate());
     let motion = Motion {
         position: pose.position,
         attitude: pose.attitude,

@@ -31,11 +31,12 @@ impl Cell {
         let pose = tool_pose(self, angle);
         let (velocity, omega) = Reach::at(self, angle).twist(joints(axes.rate));
         let along = self.rail.as_ref().map_or(Vec3::zero(), |(rail, _)| rail.axis);
+        let to_laboratory = self.to_chain.conjugate();
         Motion {
             position: along.scale_add(axes.position[RAIL], pose.position),
             attitude: pose.attitude,
-            velocity: along.scale_add(axes.rate[RAIL], self.base.attitude.rotate(velocity)),
-            omega: self.base.attitude.rotate(omega),
+            velocity: along.scale_add(axes.rate[RAIL], to_laboratory.rotate(velocity)),
+            omega: to_laboratory.rotate(omega),
         }
     }
 

@@ -14,12 +14,14 @@ pub use kinematics::Axes;
 
 use super::drive::Axis;
 use super::{
-    Branch, Joint, JointState, Manipulator, SphericalWrist, VelocityLoop, best_posture, joint_axis, link_frames, turn,
+    Arm, Branch, Joint, JointState, Manipulator, SphericalWrist, VelocityLoop, best_posture, joint_axis, link_frames,
+    turn,
 };
 use crate::bundle;
+use crate::chain::clean;
 use crate::effects::EffectSet;
 use crate::model::Rail;
-use crate::vector::{Pose, Vec3, vec3};
+use crate::vector::{Pose, Quat, Vec3, vec3};
 
 /// Joints of a robot with a spherical wrist.
 const JOINTS: usize = 6;
@@ -106,6 +108,8 @@ pub struct Carriage {
 pub struct Cell {
     /// The robot with its payload; its link frames at joint angle 0 are those of the start posture.
     robot: Manipulator,
+    /// The same as a chain.
+    arm: Arm,
     wrist: SphericalWrist,
     branch: Branch,
     /// Start posture, in the robot's own angles \[rad\].
@@ -113,9 +117,9 @@ pub struct Cell {
     servo: Servo,
     /// The rail under the robot, and what runs on it.
     rail: Option<(Rail, Carriage)>,
-    base: Pose<f64>,
     base_inverse: Pose<f64>,
-    tool: Pose<f64>,
+    /// From the laboratory's axes to the chain's at its base.
+    to_chain: Quat<f64>,
     tool_inverse: Pose<f64>,
     /// Pose of the part at the start posture, laboratory.
     home: Pose<f64>,
@@ -165,16 +169,17 @@ impl Cell {
             let axis = mount.base.attitude.rotate(joint_axis(frames[i], robot.joints[i].sign));
             (axis, home.position - mount.base.compose(frames[i]).position)
         });
+        let arm = Arm::new(&robot, mount.tool);
         Ok(Self {
             robot,
+            to_chain: arm.from_base.compose(base_inverse.attitude),
+            arm,
             wrist,
             branch,
             start,
             servo: servo.clone(),
             rail,
-            base: mount.base,
             base_inverse,
-            tool: mount.tool,
             tool_inverse,
             home,
             screws,
@@ -209,11 +214,11 @@ impl Cell {
         Axis { joint, servo, start, substep: self.substep, effects: self.effects }
     }
 
-    /// Direction of the rail in base axes, and the mass of its carriage \[kg\]; zero without a rail.
+    /// Direction of the rail in the chain's axes at its base, and the mass of its carriage \[kg\]; zero without a rail.
     fn track(&self) -> (Vec3<f64>, f64) {
         let still = (Vec3::splat(0.0), 0.0);
         let track = |(rail, carriage): &(Rail, Carriage)| {
-            (self.base_inverse.attitude.rotate(rail.axis), carriage.joint.link.mass)
+            (self.to_chain.rotate(rail.axis).map(clean), carriage.joint.link.mass)
         };
         self.rail.as_ref().map_or(still, track)
     }

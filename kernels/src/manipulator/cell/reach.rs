@@ -1,7 +1,7 @@
 //! Where a robot's joints hold its part, and which joint angles and rates hold it where it shall be.
 
 use super::{Cell, JOINTS};
-use crate::manipulator::{joint_axis, link_frames};
+use crate::chain::driven::Frames;
 use crate::math::sin_cos;
 use crate::real::Real;
 use crate::space::Motion;
@@ -24,9 +24,9 @@ pub(super) fn tool_pose<R: Real>(cell: &Cell, angle: [R; JOINTS]) -> Pose<R> {
     Pose { position: Vec3::lit(cell.home.position) + shift, attitude: turn.compose(Quat::lit(cell.home.attitude)) }
 }
 
-/// What the part's twist and the joints' rates have to do with each other at a posture; base axes.
+/// What the part's twist and the joints' rates have to do with each other at a posture; the chain's axes at its base.
 pub(super) struct Reach<R> {
-    frames: [Pose<R>; JOINTS],
+    origin: [Vec3<R>; JOINTS],
     axes: [Vec3<R>; JOINTS],
     part: Vec3<R>,
 }
@@ -34,21 +34,18 @@ pub(super) struct Reach<R> {
 impl<R: Real> Reach<R> {
     #[inline(always)]
     pub(super) fn at(cell: &Cell, angle: [R; JOINTS]) -> Self {
-        let frames = link_frames(&cell.robot, angle);
-        let mut axes = [Vec3::zero(); 6];
-        for i in 0..JOINTS {
-            axes[i] = joint_axis(frames[i], cell.robot.joints[i].sign);
-        }
-        let part = frames[5].position + frames[5].attitude.rotate(Vec3::lit(cell.tool.position));
-        Self { frames, axes, part }
+        let turns = cell.arm.turns(angle);
+        let Frames { origin, joint: axes, last } = cell.arm.posture(&turns).frames();
+        let part = origin[JOINTS - 1] + last.times(Vec3::lit(cell.arm.chain.tool.position));
+        Self { origin, axes, part }
     }
 
-    /// Velocity of the part's origin and angular velocity, base axes.
+    /// Velocity of the part's origin and angular velocity.
     #[inline(always)]
     pub(super) fn twist(&self, rate: [R; JOINTS]) -> (Vec3<R>, Vec3<R>) {
         let (mut velocity, mut omega) = (Vec3::zero(), Vec3::zero());
         for (i, rate) in rate.into_iter().enumerate() {
-            velocity = self.axes[i].cross(self.part - self.frames[i].position).scale_add(rate, velocity);
+            velocity = self.axes[i].cross(self.part - self.origin[i]).scale_add(rate, velocity);
             omega = self.axes[i].scale_add(rate, omega);
         }
         (velocity, omega)
@@ -57,8 +54,8 @@ impl<R: Real> Reach<R> {
     /// Joint rates for a velocity of the part and an angular velocity: the wrist's centre needs the first three alone.
     #[inline(always)]
     pub(super) fn rates(&self, velocity: Vec3<R>, omega: Vec3<R>) -> [R; JOINTS] {
-        let wrist = self.frames[4].position;
-        let column = |i: usize| self.axes[i].cross(wrist - self.frames[i].position);
+        let wrist = self.origin[4];
+        let column = |i: usize| self.axes[i].cross(wrist - self.origin[i]);
         let arm = Mat3 { x: column(0), y: column(1), z: column(2) };
         let first = solve(arm, velocity + omega.cross(wrist - self.part));
         let swung = self.axes[2].scale_add(first.z, self.axes[1].scale_add(first.y, self.axes[0] * first.x));
@@ -103,8 +100,8 @@ pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R
     let at = tool_pose(cell, angle);
     let error = told.attitude.compose(at.attitude.conjugate());
     let turn = error.v * R::select(error.w.lt(zero), R::lit(-2.0), R::lit(2.0));
-    let to_base = Quat::lit(cell.base_inverse.attitude);
-    let step = reach.rates(to_base.rotate(told.position - at.position), to_base.rotate(turn));
+    let to_chain = Quat::lit(cell.to_chain);
+    let step = reach.rates(to_chain.rotate(told.position - at.position), to_chain.rotate(turn));
     for i in 0..JOINTS {
         let limits = &cell.robot.joints[i].limits;
         let wanted = angle[i] + step[i];
