@@ -1,14 +1,14 @@
 //! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
 
 use crate::args::{DiagnoseArgs, default_results};
-use crate::words::{Exit, explain, json, refuse, say, warn};
-use miette::{IntoDiagnostic, Report};
+use crate::found::{file_name, file_names, listed, paths, told, write};
+use crate::words::{Exit, explain, json, say, warn};
+use miette::IntoDiagnostic;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
 use softdock_diagnosis::diagnosis::{Options, prepare};
-use softdock_diagnosis::{Error, diagnosis_page, extend, isolability, words};
-use softdock_results::write_file;
-use std::path::{Path, PathBuf};
+use softdock_diagnosis::{diagnosis_page, extend, isolability, words};
+use std::path::Path;
 
 /// Diagnoses a rig.
 pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
@@ -36,8 +36,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     if args.json {
         say(json(&figures));
     } else {
-        let listed: Vec<String> = files.iter().map(|(name, _)| folder.join(name).display().to_string()).collect();
-        say(format!("{}\n\n{}", words::text(&diagnosis), listed.join("\n")));
+        say(format!("{}\n\n{}", words::text(&diagnosis), listed(&folder, &files)));
     }
     Ok(Exit::Done)
 }
@@ -60,27 +59,11 @@ fn signal(name: &str, unit: &str, meaning: &str) -> String {
     format!("  {name:<20}{unit:<12}{meaning}\n")
 }
 
-fn write(folder: &Path, files: &[(&str, String)]) -> miette::Result<()> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| refuse(format!("{}: {error}", folder.display()), "name a folder that can be written"))?;
-    files.iter().try_for_each(|(name, text)| write_file(&folder.join(name), text.as_bytes())).into_diagnostic()
-}
-
-fn told(error: Error) -> Report {
-    refuse(&error, error.remedy())
-}
-
-fn paths(paths: &[PathBuf]) -> Vec<&Path> {
-    paths.iter().map(PathBuf::as_path).collect()
-}
-
 /// The command that repeats the work, with file names alone: no path of the machine stands in a result.
 fn command(args: &DiagnoseArgs, model: &Path) -> String {
-    let name = |path: &Path| path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let names = |paths: &[PathBuf]| paths.iter().map(|path| format!(" {}", name(path))).collect::<String>();
-    let mut text = format!("softdock diagnose {}{}", name(model), names(&args.logs));
+    let mut text = format!("softdock diagnose {}{}", file_name(model), file_names(&args.logs));
     if !args.holdout.is_empty() {
-        text += &format!(" --holdout{}", names(&args.holdout));
+        text += &format!(" --holdout{}", file_names(&args.holdout));
     }
     text += &args.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
     text + &args.without.iter().map(|id| format!(" --without {id}")).collect::<String>()

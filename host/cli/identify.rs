@@ -1,18 +1,16 @@
 //! `softdock identify robot`: a robot's model from its recorded motions, or a motion worth recording.
 
 use crate::args::{Identify, IdentifyArgs, RobotArgs, default_results};
-use crate::words::{Exit, explain, json, refuse, say};
-use miette::{IntoDiagnostic, Report};
+use crate::found::{file_name, file_names, listed, paths, told, write};
+use crate::words::{Exit, explain, json, say};
 use softdock_analysis::number::significant;
 use softdock_campaign::Robot;
+use softdock_diagnosis::identify::Options;
 use softdock_diagnosis::identify::excitation::{self, DesignOptions};
 use softdock_diagnosis::identify::marks::read_marks;
 use softdock_diagnosis::identify::motion::Preparation;
 use softdock_diagnosis::identify::motion_page;
 use softdock_diagnosis::identify::report::{page, summary, terminal};
-use softdock_diagnosis::{Error, identify::Options};
-use softdock_results::write_file;
-use std::path::{Path, PathBuf};
 
 /// Identifies what is asked.
 pub(crate) fn identify(args: &IdentifyArgs) -> miette::Result<Exit> {
@@ -82,38 +80,17 @@ fn design(args: &RobotArgs, robot: &Robot) -> miette::Result<Exit> {
 }
 
 fn design_command(args: &RobotArgs, options: &DesignOptions) -> String {
-    let name = args.model.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name = file_name(&args.model);
     format!("softdock identify robot {name} --design --period {} --seed {}", options.period, options.seed)
-}
-
-/// The files that were written, one a line.
-fn listed(folder: &Path, files: &[(&str, String)]) -> String {
-    files.iter().map(|(name, _)| folder.join(name).display().to_string()).collect::<Vec<_>>().join("\n")
-}
-
-fn write(folder: &Path, files: &[(&str, String)]) -> miette::Result<()> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| refuse(format!("{}: {error}", folder.display()), "name a folder that can be written"))?;
-    files.iter().try_for_each(|(name, text)| write_file(&folder.join(name), text.as_bytes())).into_diagnostic()
-}
-
-fn told(error: Error) -> Report {
-    refuse(&error, error.remedy())
-}
-
-fn paths(paths: &[PathBuf]) -> Vec<&Path> {
-    paths.iter().map(PathBuf::as_path).collect()
 }
 
 /// The command that repeats the work, with file names alone: no path of the machine stands in a result.
 fn command(args: &RobotArgs) -> String {
-    let name = |path: &PathBuf| path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let names = |paths: &[PathBuf]| paths.iter().map(|path| format!(" {}", name(path))).collect::<String>();
-    let mut text = format!("softdock identify robot {}{}", name(&args.model), names(&args.logs));
+    let mut text = format!("softdock identify robot {}{}", file_name(&args.model), file_names(&args.logs));
     if !args.validate.is_empty() {
-        text += &format!(" --validate{}", names(&args.validate));
+        text += &format!(" --validate{}", file_names(&args.validate));
     }
-    text += &args.marks.as_ref().map_or_else(String::new, |path| format!(" --marks {}", name(path)));
+    text += &args.marks.as_ref().map_or_else(String::new, |path| format!(" --marks {}", file_name(path)));
     text += &format!(" --cutoff {}", args.cutoff);
     text += &args.period.map_or_else(String::new, |period| format!(" --period {period}"));
     text + &args.weight.map_or_else(String::new, |weight| format!(" --weight {weight}"))

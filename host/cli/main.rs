@@ -12,6 +12,7 @@ mod emulate;
 mod farm;
 mod finish;
 mod folder;
+mod found;
 mod half_step;
 mod identify;
 mod kernel;

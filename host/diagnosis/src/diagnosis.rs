@@ -267,8 +267,8 @@ impl Prepared {
             self.findings.extend(suspects(rig, &self.pieces));
         }
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
-        for place in 0..self.blocks(1).len() {
-            let (block, library, error) = self.exact_enough(place)?;
+        for (place, coarse) in self.blocks(1).into_iter().enumerate() {
+            let (block, library, error) = self.exact_enough(place, coarse)?;
             errors.push(error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
@@ -285,10 +285,13 @@ impl Prepared {
         Ok((summed(self, answers, errors), judged))
     }
 
-    /// A block whose step is so short that half of it changes nothing that matters.
-    fn exact_enough(&self, place: usize) -> Result<(MeasuredBlock, Vec<Hypothesis>, f64)> {
+    /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
+    fn exact_enough(
+        &self,
+        place: usize,
+        mut coarse: (MeasuredBlock, Vec<Hypothesis>),
+    ) -> Result<(MeasuredBlock, Vec<Hypothesis>, f64)> {
         let mut finer = 1;
-        let mut coarse = self.blocks(finer).swap_remove(place);
         loop {
             let fine = self.blocks(2 * finer).swap_remove(place);
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;

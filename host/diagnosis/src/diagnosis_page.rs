@@ -7,10 +7,8 @@ use crate::diagnosis::{Diagnosis, Judged};
 use crate::inference::fit::Fitted;
 use crate::isolability;
 use crate::recording::smooth::band_powers;
+use crate::template::render;
 use crate::words::{estimated, headline, verdict};
-use minijinja::Environment;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
 use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_analysis::STYLE;
@@ -85,14 +83,7 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
         numbers: numbers(diagnosis, judged),
         command: command.to_owned(),
     };
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
-    environment
-        .add_template("diagnosis.html", include_str!("page/diagnosis.html"))
-        .map_err(softdock_analysis::Error::from)?;
-    let template = environment.get_template("diagnosis.html").map_err(softdock_analysis::Error::from)?;
-    Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
+    render("diagnosis.html", include_str!("page/diagnosis.html"), &page)
 }
 
 /// How the noise was found and how exact the simulation is, block by block.

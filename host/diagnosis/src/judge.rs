@@ -109,10 +109,7 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
 /// be told.
 pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
     let (a, b) = (coarse.part(false), fine.part(false));
-    let noise = match a.has_repeats() {
-        true => Noise::fit(&a.deviations(&coarse.base))?,
-        false => Noise::rough(&a.means(&coarse.base))?,
-    };
+    let noise = a.noise(&coarse.base)?;
     let of = |part: &Part, block: &MeasuredBlock| part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
     let difference = of(&a, coarse) - of(&b, fine);
     Some(difference.norm_squared() / difference.len() as f64)
@@ -154,10 +151,10 @@ impl Bench<'_> {
         let singles = polished(fit(starts, &block.base, &quick), &block.base, &simulate);
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
-        let dispersion = dispersion(&null, &singles, samples);
-        let sets = combine(block, library, &bank, singles, dispersion, strictly, &simulate);
+        let alone = dispersion(&null, singles.iter(), samples);
+        let sets = combine(block, library, &bank, singles, alone, strictly, &simulate);
         // A combination may leave less than any effect alone.
-        let dispersion = sets.iter().map(|set| set.1.chi2() / samples as f64).fold(dispersion, f64::min).max(1.0);
+        let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
         Found { null, clamped, scores, bank, dispersion, sets }
     }
 
@@ -279,8 +276,8 @@ fn drop_worthless(ranking: &mut Vec<Candidate>) {
 }
 
 /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
-fn dispersion(null: &Fitted, fits: &[Fitted], samples: usize) -> f64 {
-    let least = fits.iter().map(Fitted::chi2).fold(null.chi2(), f64::min);
+fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples: usize) -> f64 {
+    let least = fits.map(Fitted::chi2).fold(null.chi2(), f64::min);
     (least / samples as f64).max(1.0)
 }
 

@@ -1,7 +1,6 @@
 //! Channels that fit the model far better by another unit or with the other sign: mistakes that no effect explains.
 
 use crate::block::drive::drive_block;
-use crate::inference::noise::Noise;
 use crate::recording::grid::{Finding, Piece};
 use softdock_campaign::rig::DriveRig;
 
@@ -47,10 +46,7 @@ pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
 fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<f64> {
     let block = drive_block(rig, pieces, &|_| false, 1);
     let part = block.part(false);
-    let noise = match part.has_repeats() {
-        true => Noise::fit(&part.deviations(&block.base))?,
-        false => Noise::rough(&part.means(&block.base))?,
-    };
+    let noise = part.noise(&block.base)?;
     let residual = part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
     Some(residual.norm_squared() / residual.len() as f64).filter(|misfit| misfit.is_finite())
 }

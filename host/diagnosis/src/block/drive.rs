@@ -11,8 +11,8 @@ use softdock_kernels::manipulator::GRAVITY;
 
 /// Longest step of the simulation \[s\].
 const LONGEST_STEP: f64 = 5e-4;
-/// The motion that the observer holds to reaches up to this share of the recording's Nyquist frequency: friction turns around faster
-/// than any command.
+/// The motion that the observer holds to reaches up to this share of the recording's Nyquist frequency: friction turns
+/// around faster than any command.
 const BAND: f64 = 0.8;
 
 /// The block of a drive's recordings; `held_out` of an experiment's name.

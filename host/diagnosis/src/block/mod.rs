@@ -163,6 +163,15 @@ impl<'a> Part<'a> {
         self.experiments.iter().map(|(_, members)| mean(&cut(members, &trials))).collect()
     }
 
+    /// The noise for one parameter set before any hypothesis: by the repeats, or of no colour without any; `None` if it
+    /// cannot be told.
+    pub fn noise(&self, set: &[f64]) -> Option<Noise> {
+        match self.has_repeats() {
+            true => Noise::fit(&self.deviations(set)),
+            false => Noise::rough(&self.means(set)),
+        }
+    }
+
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {

@@ -4,9 +4,7 @@ use crate::Result;
 use crate::identify::layout::Layout;
 use crate::identify::marks::Mark;
 use crate::identify::{Compared, Comparison, Identification};
-use minijinja::Environment;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
+use crate::template::render;
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_analysis::STYLE;
@@ -123,14 +121,7 @@ pub fn page(found: &Identification, marks: &[Mark], command: &str) -> Result<Str
         command: command.to_owned(),
         joints: names,
     };
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
-    environment
-        .add_template("identify.html", include_str!("../page/identify.html"))
-        .map_err(softdock_analysis::Error::from)?;
-    let template = environment.get_template("identify.html").map_err(softdock_analysis::Error::from)?;
-    Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
+    render("identify.html", include_str!("../page/identify.html"), &page)
 }
 
 fn percent(share: f64) -> String {
