@@ -45,7 +45,7 @@ pub struct Candidate {
     pub evidence: Evidence,
     /// How much better than the null hypothesis it explains the data: difference of log evidence.
     pub log_odds: f64,
-    /// Whether it is what its name says; see [`is_sound`].
+    /// Whether it is what its name says; see `is_sound`.
     pub sound: bool,
     /// Held-out data, if there are any.
     pub adequacy: Option<Adequacy>,

@@ -116,7 +116,7 @@ impl Bank {
 
     /// The greatest log-odds that noise alone gives to any hypothesis, exceeded with a probability of `rarity`.
     ///
-    /// Noise is drawn [`NULLS`] times in the space of the signatures; beyond the draws the tail is exponential.
+    /// Noise is drawn `NULLS` times in the space of the signatures; beyond the draws the tail is exponential.
     pub fn chance(&self, scores: &Scores, hypotheses: usize, rarity: f64) -> f64 {
         let count = scores.gram.ncols();
         let jitter = 1e-9 * scores.gram.diagonal().max() + f64::MIN_POSITIVE;
