@@ -3,8 +3,8 @@
 use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
-use crate::inference::fit::{Fitted, Simulate, Start, fit};
-use crate::judge::{best_entries, is_sound, sized, unknowns};
+use crate::inference::fit::{Fitted, Start};
+use crate::judge::{NEARLY_NOISE, best_entries, is_sound, sized, unknowns};
 use crate::library::Hypothesis;
 
 /// Combinations from which the next larger ones are made.
@@ -18,6 +18,9 @@ const PROMISING: f64 = 2.0;
 /// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
 const PAYS: f64 = 5.0;
 
+/// Fits starts; the best of each hypothesis comes back.
+pub(crate) type Fit<'a> = dyn Fn(Vec<Start>) -> Vec<Fitted> + 'a;
+
 /// Hypotheses of a combination, in rising order, and their joint fit.
 pub(crate) type Set = (Vec<usize>, Fitted);
 
@@ -30,7 +33,7 @@ pub(crate) fn combine(
     singles: Vec<Fitted>,
     dispersion: f64,
     strictly: bool,
-    simulate: &Simulate,
+    fit: &Fit,
 ) -> Vec<Set> {
     let price = PAYS + (library.len() as f64).ln();
     let log = |set: &Set| evidence(&set.1, dispersion).log;
@@ -38,8 +41,12 @@ pub(crate) fn combine(
     let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
     let mut beam = best_of(all.iter().filter(|set| sound(set)).cloned().collect(), &log);
     for _ in 1..MOST {
+        // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
+        if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
+            beam.truncate(1);
+        }
         let starts = beam.iter().flat_map(|set| grown(block, library, bank, dispersion, set, &all)).collect();
-        let larger = fitted(starts, block, simulate);
+        let larger = fitted(starts, fit);
         // More than any of its parts, or it is none.
         let pays = |set: &Set| {
             let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
@@ -104,7 +111,7 @@ fn grown(
 }
 
 /// Joint fits; combinations that were reached from two sides are fitted from both.
-fn fitted(starts: Vec<(Vec<usize>, Start)>, block: &MeasuredBlock, simulate: &Simulate) -> Vec<Set> {
+fn fitted(starts: Vec<(Vec<usize>, Start)>, fit: &Fit) -> Vec<Set> {
     let mut sets: Vec<Vec<usize>> = starts.iter().map(|(set, _)| set.clone()).collect();
     sets.sort();
     sets.dedup();
@@ -112,6 +119,6 @@ fn fitted(starts: Vec<(Vec<usize>, Start)>, block: &MeasuredBlock, simulate: &Si
         hypothesis: sets.iter().position(|other| *other == set).expect("collected above"),
         ..start
     };
-    let fits = fit(starts.into_iter().map(numbered).collect(), &block.base, simulate);
+    let fits = fit(starts.into_iter().map(numbered).collect());
     fits.into_iter().map(|fitted| (sets[fitted.hypothesis].clone(), fitted)).collect()
 }

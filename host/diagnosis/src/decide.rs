@@ -249,7 +249,7 @@ impl Context<'_> {
         let before = self.without();
         let of = |candidate: &Candidate| match candidate.adequacy {
             Some(adequacy) => adequacy.with,
-            None => candidate.fitted.chi2() / self.judgement.samples as f64,
+            None => candidate.fitted.mean_square(),
         };
         let after = present.or(best.filter(|_| before >= ADEQUATE)).map_or(before, of);
         Residual { before: before.sqrt(), after: after.sqrt() }

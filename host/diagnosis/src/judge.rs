@@ -5,7 +5,7 @@ use crate::combine::{Set, combine};
 use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
-use crate::inference::fit::{Fitted, Simulate, Start, fit};
+use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
@@ -22,7 +22,7 @@ const OWN_NOISE: usize = 3;
 /// Gain on held-out motion that one more effect must bring.
 const WORTH: f64 = 0.01;
 /// Mean square of whitened residuals that may be noise alone.
-const NEARLY_NOISE: f64 = 1.1;
+pub(crate) const NEARLY_NOISE: f64 = 1.1;
 /// Standard deviations by which a size must differ from the model's.
 const SIGNIFICANT: f64 = 2.0;
 /// Prior standard deviations within which the form of an effect is plausible.
@@ -81,7 +81,7 @@ pub struct Judgement {
 impl Judgement {
     /// Mean square of the clamped null hypothesis' whitened residuals on the data that it was fitted to.
     pub fn misfit(&self) -> f64 {
-        self.clamped.chi2() / self.samples as f64
+        self.clamped.mean_square()
     }
 }
 
@@ -152,7 +152,11 @@ impl Bench<'_> {
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let alone = dispersion(&null, singles.iter(), samples);
-        let sets = combine(block, library, &bank, singles, alone, strictly, &simulate);
+        let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
+        let shortcut = self.learn.shortcut(&self.noise, &anchor);
+        let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
+        let fit_jointly = |starts| polished(fit(starts, &block.base, &quick), &block.base, &simulate);
+        let sets = combine(block, library, &bank, singles, alone, strictly, &fit_jointly);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
         Found { null, clamped, scores, bank, dispersion, sets }
@@ -290,6 +294,9 @@ fn polished(quick: Vec<Fitted>, base: &[f64], simulate: &Simulate) -> Vec<Fitted
     let mut order: Vec<usize> = (0..all.len()).collect();
     order.sort_by(|a, b| all[*a].cost().total_cmp(&all[*b].cost()));
     order.truncate(POLISHED);
+    // Those that lie far behind the best are ruled out, whatever they reach.
+    let best = order.first().map_or((0.0, 1.0), |best| (all[*best].cost(), all[*best].mean_square().max(1.0)));
+    order.retain(|place| all[*place].cost() < best.0 + HOPELESS * best.1);
     // In the order in which the fits come back.
     order.sort_by_key(|place| all[*place].hypothesis);
     let starts = order.iter().map(|place| Start::at(&all[*place])).collect();
@@ -332,9 +339,9 @@ fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
         return single;
     }
     for (unknown, z) in single.unknowns.iter().zip(&mut single.z) {
-        let own = null.unknowns.iter().position(|nuisance| nuisance.field == unknown.field);
-        let free = own.filter(|_| unknown.role == Role::Nuisance);
-        *z = free.map_or(0.0, |place| null.z[place]);
+        // A nuisance of the null hypothesis may be the size of an effect, with a spread of its own.
+        let own = null.unknowns.iter().zip(&null.z).find(|(nuisance, _)| nuisance.field == unknown.field);
+        *z = own.map_or(0.0, |(nuisance, z)| unknown.prior.place(nuisance.prior.value(*z)));
     }
     single.residual = null.residual.clone();
     single

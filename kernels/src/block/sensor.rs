@@ -190,7 +190,9 @@ fn read<R: Real>(p: &SensorValues<R>, w: Wrench<R>) -> Wrench<R> {
 #[inline(always)]
 fn digits<R: Real>(p: &SensorValues<R>, v: Vec3<R>, scale: R) -> Vec3<R> {
     let (step, blur) = (p.resolution * scale, p.blur * scale);
-    v.clamp(p.range * scale).map(|value| stepped(value, step, blur))
+    // A closure this long would be called with every instruction of a lane, not inlined.
+    let v = v.clamp(p.range * scale);
+    vec3(stepped(v.x, step, blur), stepped(v.y, step, blur), stepped(v.z, step, blur))
 }
 
 /// The expected reading of a value that is rounded to whole steps behind a noise of a half-width (uniform, at most half
@@ -200,11 +202,12 @@ fn stepped<R: Real>(value: R, step: R, blur: R) -> R {
     let (zero, half, one) = (R::lit(0.0), R::lit(0.5), R::lit(1.0));
     let none = step.le(zero);
     let whole = R::select(none, one, step);
-    let place = value / whole + half;
+    let inverse = one / whole;
+    let place = value.mul_add(inverse, half);
     let below = place.floor();
     let share = place - below;
-    let width = (blur / whole).min(half).max(R::lit(1e-6));
-    let up = (share + width - one).max(zero) / (width + width);
-    let down = (width - share).max(zero) / (width + width);
-    R::select(none, value, (below + up - down) * whole)
+    let width = (blur * inverse).min(half).max(R::lit(1e-6));
+    let up = (share + width - one).max(zero);
+    let down = (width - share).max(zero);
+    R::select(none, value, (below + (up - down) / (width + width)) * whole)
 }

@@ -10,7 +10,7 @@ use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
 /// Longest step of the simulation \[s\].
-const LONGEST_STEP: f64 = 1.25e-4;
+const LONGEST_STEP: f64 = 2.5e-4;
 /// Samples that one judged sample stands for. Repeats of a bounce drift apart, so that what they have in common does not
 /// tell the band; a touch is shorter than a sample, and a mount rings up to a tenth of the sampling rate.
 const STEPS: usize = 5;

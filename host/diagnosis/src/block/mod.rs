@@ -181,9 +181,9 @@ impl<'a> Part<'a> {
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
     }
 
-    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment.
-    pub fn shortcut(&'a self, noise: &'a Noise, base: &[f64]) -> Shortcut<'a> {
-        let trials = self.of_trials(&self.all(), &[base.to_vec()]).remove(0);
+    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.
+    pub fn shortcut(&'a self, noise: &'a Noise, at: &[f64]) -> Shortcut<'a> {
+        let trials = self.of_trials(&self.all(), &[at.to_vec()]).remove(0);
         let rest = |(_, members): &(&str, Vec<usize>)| {
             let own = cut(members, &trials);
             mean(&own) - &own[0]
@@ -216,13 +216,13 @@ const MOST_SETS: usize = 128;
 /// Residuals by the first repeat of each experiment alone.
 ///
 /// Repeats are moved by the same command: what a parameter changes in one of them it changes in all, so the others are
-/// simulated once, at the nominal parameters.
+/// simulated once, at parameters near those in question.
 pub struct Shortcut<'a> {
     part: &'a Part<'a>,
     noise: &'a Noise,
     /// Its recording.
     first: Vec<Cow<'a, Recorded>>,
-    /// Mean residual of each experiment less that of its first repeat, at the nominal parameters.
+    /// Mean residual of each experiment less that of its first repeat, at those parameters.
     rest: Vec<DMatrix<f64>>,
 }
 

@@ -22,7 +22,7 @@ impl Projector {
     /// Of all free numbers of a fit.
     pub fn of(fitted: &Fitted) -> Self {
         let jacobian = fitted.jacobian.clone();
-        let normal = jacobian.tr_mul(&jacobian) + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
+        let normal = jacobian.transpose() * &jacobian + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
         let normal = normal.cholesky().expect("the identity makes it positive definite");
         Self { jacobian, normal }
     }
@@ -32,7 +32,7 @@ impl Projector {
         if self.jacobian.ncols() == 0 {
             return columns.clone();
         }
-        columns - &self.jacobian * self.normal.solve(&self.jacobian.tr_mul(columns))
+        columns - &self.jacobian * self.normal.solve(&(self.jacobian.transpose() * columns))
     }
 }
 
@@ -102,7 +102,9 @@ impl Bank {
     /// Compares the residual of a fit with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
         let rejected = Projector::of(fitted).reject(&self.signatures);
-        Scores { products: rejected.tr_mul(&fitted.residual), gram: rejected.tr_mul(&self.signatures) }
+        // A product with the transpose is blocked; `tr_mul` goes column by column, ten times slower here.
+        let rejected = rejected.transpose();
+        Scores { products: &rejected * &fitted.residual, gram: rejected * &self.signatures }
     }
 
     /// Log-odds of each hypothesis against none, its forms and sizes averaged over.

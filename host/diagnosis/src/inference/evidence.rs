@@ -22,7 +22,7 @@ pub struct Evidence {
 /// ch. 27).
 pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
     let size = fitted.z.len();
-    let precision = fitted.jacobian.tr_mul(&fitted.jacobian) / dispersion + DMatrix::identity(size, size);
+    let precision = fitted.jacobian.transpose() * &fitted.jacobian / dispersion + DMatrix::identity(size, size);
     let cholesky = precision.cholesky().expect("the identity makes it positive definite");
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let covariance = cholesky.inverse();

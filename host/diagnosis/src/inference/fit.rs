@@ -9,16 +9,16 @@ const STEP: f64 = 2e-3;
 const DAMPINGS: [f64; 4] = [0.2, 1.0, 6.0, 36.0];
 /// Most rounds.
 const ROUNDS: usize = 25;
-/// A fit ends when a round gains less than this, or less than this share of what is left.
+/// A fit ends when a round gains less than this, or less than this share of what is left beyond noise.
 const GAIN: f64 = 0.02;
-const SHARE: f64 = 1e-5;
+const SHARE: f64 = 2e-4;
 /// Damping at which a step that gains nothing ends a fit.
 const STUCK: f64 = 1.0;
 /// Rounds after which a start must not trail the best of its hypothesis by more than [`TRAIL`].
 const PATIENCE: usize = 4;
 const TRAIL: f64 = 0.02;
 /// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
-const HOPELESS: f64 = 60.0;
+pub(crate) const HOPELESS: f64 = 60.0;
 const SLOW: f64 = 0.05;
 
 /// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
@@ -62,6 +62,11 @@ impl Fitted {
     /// Sum of squares of the whitened residuals.
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared()
+    }
+
+    /// Mean square of the whitened residuals; 1 if nothing but noise is left.
+    pub fn mean_square(&self) -> f64 {
+        self.chi2() / self.residual.len() as f64
     }
 
     /// What the fit minimises: the sum of squares with the priors' share.
@@ -154,7 +159,8 @@ fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
             }
         }
         // A step that gains nothing is tried once more, much shorter.
-        climb.done |= gained < f64::max(GAIN, SHARE * before) && (gained > 0.0 || climb.damping > STUCK);
+        let enough = f64::max(GAIN, SHARE * (before - climb.at.residual.len() as f64));
+        climb.done |= gained < enough && (gained > 0.0 || climb.damping > STUCK);
         climb.damping = (climb.damping * factor).max(1e-9);
         climb.gained = gained;
     }
@@ -164,7 +170,7 @@ fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
 fn trials(climb: &Climb) -> Vec<Vec<f64>> {
     let at = &climb.at;
     let size = at.z.len();
-    let normal = at.jacobian.tr_mul(&at.jacobian) + DMatrix::identity(size, size);
+    let normal = at.jacobian.transpose() * &at.jacobian + DMatrix::identity(size, size);
     let gradient = at.jacobian.tr_mul(&at.residual) + DVector::from_column_slice(&at.z);
     let trial = |factor: f64| {
         let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * (climb.damping * factor)));

@@ -4,7 +4,7 @@
 //! residual would swallow the effect that is looked for. The vector form matters: in a feedback loop the noise of one
 //! channel comes back in another.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Highest order that is tried.
 const MOST_LAGS: usize = 20;
@@ -26,10 +26,8 @@ impl Noise {
         let channels = series.first()?.nrows();
         let samples: usize = series.iter().map(DMatrix::ncols).sum();
         let most = MOST_LAGS.min(samples / (20 * channels));
-        (0..=most)
-            .filter_map(|order| Self::of_order(series, order, most))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|x| x.0)
+        let moments = Moments::of(series, most);
+        (0..=most).filter_map(|order| Self::of_order(&moments, order)).min_by(|a, b| a.1.total_cmp(&b.1)).map(|x| x.0)
     }
 
     /// Noise of no colour, as large as what the second differences of residuals hold: all that can be said before
@@ -51,27 +49,19 @@ impl Noise {
         whitener.iter().all(|value| value.is_finite()).then_some(Self { lags: Vec::new(), whitener })
     }
 
-    /// Least squares of one order over the samples that every order has, and its criterion.
-    fn of_order(series: &[DMatrix<f64>], order: usize, most: usize) -> Option<(Self, f64)> {
-        let channels = series[0].nrows();
-        let width = order * channels;
-        let (mut gram, mut cross) = (DMatrix::zeros(width, width), DMatrix::zeros(width, channels));
-        let (mut power, mut count) = (DMatrix::zeros(channels, channels), 0);
-        for x in series {
-            for t in most..x.ncols() {
-                let past = DVector::from_fn(width, |i, _| x[(i % channels, t - 1 - i / channels)]);
-                let now = x.column(t);
-                gram.ger(1.0, &past, &past, 1.0);
-                cross.ger(1.0, &past, &now, 1.0);
-                power.ger(1.0, &now, &now, 1.0);
-                count += 1;
-            }
-        }
+    /// Least squares of one order, and its criterion.
+    fn of_order(moments: &Moments, order: usize) -> Option<(Self, f64)> {
+        let channels = moments.power.nrows();
+        let (width, count) = (order * channels, moments.count);
         if count <= width + channels {
             return None;
         }
-        let weights = if order == 0 { DMatrix::zeros(0, channels) } else { gram.cholesky()?.solve(&cross) };
-        let covariance = (power - cross.transpose() * &weights) / (count - width) as f64;
+        let cross = moments.cross.rows(0, width);
+        let weights = match order {
+            0 => DMatrix::zeros(0, channels),
+            _ => moments.gram.view((0, 0), (width, width)).into_owned().cholesky()?.solve(&cross),
+        };
+        let covariance = (&moments.power - cross.transpose() * &weights) / (count - width) as f64;
         let factor = covariance.cholesky()?;
         let log_det: f64 = 2.0 * factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let criterion = count as f64 * log_det + (width * channels) as f64 * (count as f64).ln();
@@ -88,16 +78,51 @@ impl Noise {
     /// The innovations of a residual in units of their standard deviation, channel after channel at each instant;
     /// `repeats` residuals were averaged. The first instants, which lack a past, are left out.
     pub fn whiten(&self, residual: &DMatrix<f64>, repeats: usize) -> Vec<f64> {
-        let scale = (repeats as f64).sqrt();
-        let mut out = Vec::with_capacity(residual.len());
-        for t in self.order()..residual.ncols() {
-            let mut innovation = residual.column(t).into_owned();
-            for (k, lag) in self.lags.iter().enumerate() {
-                innovation.gemv(-1.0, lag, &residual.column(t - 1 - k), 1.0);
-            }
-            out.extend((&self.whitener * innovation).iter().map(|value| value * scale));
+        let (order, count) = (self.order(), residual.ncols().saturating_sub(self.order()));
+        if count == 0 {
+            return Vec::new();
         }
-        out
+        let mut innovations = residual.columns(order, count).into_owned();
+        for (k, lag) in self.lags.iter().enumerate() {
+            innovations.gemm(-1.0, lag, &residual.columns(order - 1 - k, count), 1.0);
+        }
+        let scale = (repeats as f64).sqrt();
+        (&self.whitener * innovations * scale).data.into()
+    }
+}
+
+/// Second moments of the present and of the past of series, over the samples whose past is long enough.
+struct Moments {
+    /// Of the past with itself, the nearest instant first.
+    gram: DMatrix<f64>,
+    /// Of the past with the present.
+    cross: DMatrix<f64>,
+    /// Of the present with itself.
+    power: DMatrix<f64>,
+    /// How many samples they are summed over.
+    count: usize,
+}
+
+impl Moments {
+    fn of(series: &[DMatrix<f64>], lags: usize) -> Self {
+        let channels = series[0].nrows();
+        let width = lags * channels;
+        let mut sum = DMatrix::zeros(width + channels, width + channels);
+        let mut count = 0;
+        for x in series.iter().filter(|x| x.ncols() > lags) {
+            // The present first, then one instant further back every block of rows.
+            let own = x.ncols() - lags;
+            let mut past = DMatrix::zeros(width + channels, own);
+            for lag in 0..=lags {
+                past.rows_mut(lag * channels, channels).copy_from(&x.columns(lags - lag, own));
+            }
+            sum += &past * past.transpose();
+            count += own;
+        }
+        let block = |from: usize, to: usize, rows, columns| sum.view((from, to), (rows, columns)).into_owned();
+        let power = block(0, 0, channels, channels);
+        let (gram, cross) = (block(channels, channels, width, width), block(channels, 0, width, channels));
+        Self { gram, cross, power, count }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Motion from sampled positions: band-limited value, rate and acceleration on a finer grid, without phase.
 
+use nalgebra::DVectorView;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::f64::consts::PI;
@@ -126,12 +127,11 @@ impl Decimator {
 
     /// Filters and decimates every `stride`-th number of a list from `first`.
     pub fn pass(&self, list: &[f64], first: usize, stride: usize) -> Vec<f64> {
-        let samples = list.len() / stride;
-        let at = |kept: usize| {
-            let from = kept * self.every;
-            self.taps.iter().enumerate().map(|(i, tap)| tap * list[(from + i) * stride + first]).sum()
-        };
-        (0..self.kept(samples)).map(at).collect()
+        let samples: Vec<f64> = list.iter().skip(first).step_by(stride).copied().collect();
+        let length = self.taps.len();
+        let taps = DVectorView::from_slice(&self.taps, length);
+        let at = |kept: usize| taps.dot(&DVectorView::from_slice(&samples[kept * self.every..], length));
+        (0..self.kept(samples.len())).map(at).collect()
     }
 }
 
