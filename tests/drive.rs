@@ -129,7 +129,7 @@ fn until_there(path: &PathBuf, bytes: u64) {
     let begin = Instant::now();
     while fs::metadata(path).map_or(0, |file| file.len()) < bytes {
         assert!(begin.elapsed() < Duration::from_secs(30), "{} stays small", path.display());
-        std::thread::sleep(Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -140,7 +140,8 @@ fn a_killed_drive_leaves_a_log_that_can_be_read() {
     // Real time, so that there is time to kill it.
     let words = format!("{DRIVE} --no-band --priority 0 --out {}", out.display());
     let mut child = command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("softdock starts");
-    until_there(&out.join("log.mcap"), 400_000);
+    // After the first chunks: a busy machine leaves little time before the drive has ended.
+    until_there(&out.join("log.mcap"), 100_000);
     child.kill().expect("killed");
     child.wait().expect("ended");
     let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
