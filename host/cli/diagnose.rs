@@ -7,7 +7,7 @@ use miette::IntoDiagnostic;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
 use softdock_diagnosis::diagnosis::{Options, prepare};
-use softdock_diagnosis::{diagnosis_page, extend, isolability, words};
+use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
 use std::path::Path;
 
 /// Diagnoses a rig.
@@ -31,6 +31,9 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         ("diagnosis.json", json(&figures) + "\n"),
     ];
     files.extend(extend::extended(&text, &diagnosis).map(|text| ("extended.toml", text)));
+    files.extend(diagnosis.proposed.as_ref().map(|experiment| ("experiment.csv", experiment.csv())));
+    let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
+    files.extend(outside::table(outside).map(|text| ("missing_torque.csv", text)));
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{id}")));
     write(&folder, &files)?;
     if args.json {

@@ -96,6 +96,16 @@ const COUNT: usize = {
     count
 };
 
+/// A form outside the catalogue, as a diagnosis writes it into an extended model; a drive alone can have it.
+pub const DICTIONARY: Effect = Effect {
+    id: "dictionary",
+    block: Block::Robot,
+    name: "a form outside the catalogue",
+    parameters: &[],
+    source: "the data that it was found in",
+    group: "own",
+};
+
 /// All effects that the loop has.
 pub const EFFECTS: &[Effect] = &{
     let mut all = [command::ROWS[0].of(Block::Command); COUNT];

@@ -11,7 +11,7 @@ use crate::written::Quantity;
 use crate::written::rig::{ControllerTable, DriveTable, EffectTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
-use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::effects::{DICTIONARY, EFFECTS};
 use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
 use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
@@ -283,7 +283,7 @@ fn add_effect(
     drive: &mut DriveValues<f64>,
     controller: Option<&mut ControllerRig>,
 ) {
-    let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.id).collect();
+    let known: Vec<&str> = EFFECTS.iter().chain([&DICTIONARY]).map(|effect| effect.id).collect();
     let id = &written.id;
     if !known.contains(&id.value.as_str()) {
         c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
@@ -331,6 +331,12 @@ pub fn sliding(unit: &'static str) -> &'static str {
         "N m s/rad" => "N s/m",
         "rad/(N m)" => "m/N",
         "kg m^2" => "kg",
+        "N m s^2/rad^2" => "N s^2/m^2",
+        "N m s^3/rad^3" => "N s^3/m^3",
+        "N m s/rad^2" => "N s/m^2",
+        "N m/rad^2" => "N/m^2",
+        "N m/rad^3" => "N/m^3",
+        "1/(N m)" => "1/N",
         other => other,
     }
 }

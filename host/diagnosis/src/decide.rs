@@ -6,6 +6,8 @@ use crate::inference::evidence::{Interval, interval};
 use crate::inference::unknown::Role;
 use crate::judge::{Candidate, Judgement, PULLED};
 use crate::library::Hypothesis;
+use crate::outside::Form;
+use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
@@ -92,6 +94,12 @@ pub struct Gain {
     pub hi: f64,
 }
 
+impl Gain {
+    fn of(adequacy: &Adequacy) -> Self {
+        Self { value: adequacy.gain, lo: adequacy.gain_lo, hi: adequacy.gain_hi }
+    }
+}
+
 /// Root mean square of the whitened residual, in units of the noise: 1 where nothing but noise is left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Residual {
@@ -99,6 +107,32 @@ pub struct Residual {
     pub before: f64,
     /// With the answer.
     pub after: f64,
+}
+
+/// What something outside the library behaves like.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FormFound {
+    /// Its terms.
+    pub terms: Vec<FormTerm>,
+    /// Whether it explains motion that no fit has seen as a named cause must; else it is a hint.
+    pub holds: bool,
+    /// Held-out gain.
+    pub gain: Option<Gain>,
+    /// Root mean square of what it leaves on held-out motion, in units of the noise.
+    pub residual: Option<f64>,
+}
+
+/// A term of a form.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FormTerm {
+    /// `dictionary`, or the catalogue id of an effect that acts beside.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// Share of the data's halves that picked it.
+    pub stability: f64,
+    /// Its numbers.
+    pub parameters: BTreeMap<String, Estimate>,
 }
 
 /// The answer for a block.
@@ -110,6 +144,8 @@ pub struct BlockAnswer {
     pub answer: Verdict,
     /// The causes: all of a combination, or the rivals of an ambiguous answer.
     pub effects: Vec<EffectFound>,
+    /// What it behaves like, if no cause of the library explains it.
+    pub form: Option<FormFound>,
     /// Whether a cause that looks alike was not in the library.
     pub partner_missing: bool,
     /// Log-odds of the best explanation against none, and from where on it counts.
@@ -120,6 +156,8 @@ pub struct BlockAnswer {
     pub gain: Option<Gain>,
     /// Residual before and after.
     pub residual: Residual,
+    /// Relative error of a drive's torque.
+    pub torque_error: Option<TorqueError>,
     /// Whether those were taken from held-out motion.
     pub held_out: bool,
     /// What was ruled out, the nearest first.
@@ -173,11 +211,13 @@ pub fn decide(
         block: block.name,
         answer,
         effects,
+        form: None,
         partner_missing: relatives && answer == Verdict::Ambiguous,
         log_odds: best.map_or(0.0, |best| best.log_odds),
         threshold: judgement.threshold,
-        gain: adequacy.map(|a| Gain { value: a.gain, lo: a.gain_lo, hi: a.gain_hi }),
+        gain: adequacy.as_ref().map(Gain::of),
         residual: context.residual(present, best),
+        torque_error: None,
         held_out: judgement.ranking.iter().any(|candidate| candidate.adequacy.is_some()),
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
@@ -188,6 +228,28 @@ pub fn decide(
 }
 
 impl BlockAnswer {
+    /// The answer with what something outside the library behaves like.
+    #[must_use]
+    pub fn with_form(mut self, form: &Form, prismatic: bool) -> Self {
+        let term = |(hypothesis, share): &(Hypothesis, f64)| FormTerm {
+            id: hypothesis.effect.id,
+            name: hypothesis.name,
+            stability: *share,
+            parameters: parameters(&form.candidate, hypothesis, prismatic),
+        };
+        if let Some(adequacy) = form.candidate.adequacy.filter(|_| form.holds) {
+            self.gain = Some(Gain::of(&adequacy));
+            self.residual.after = adequacy.with.sqrt();
+        }
+        self.form = Some(FormFound {
+            terms: form.terms.iter().map(term).collect(),
+            holds: form.holds,
+            gain: form.candidate.adequacy.as_ref().map(Gain::of),
+            residual: form.candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
+        });
+        self
+    }
+
     /// The answer with noise beyond a sensor's own, where repeats differ by more than that; a sensor whose readings are
     /// stairs differs at their edges.
     #[must_use]
@@ -290,28 +352,12 @@ impl Context<'_> {
                 }
                 let with = ranking.iter().zip(&scores).filter(|(other, _)| other.hypotheses.contains(number));
                 let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
-                let parameters = self.parameters(candidate, hypothesis);
+                let parameters = parameters(candidate, hypothesis, self.prismatic);
                 let (id, name) = (hypothesis.effect.id, hypothesis.name);
                 found.push(EffectFound { id, name, block: self.block.name, p, parameters });
             }
         }
         found
-    }
-
-    fn parameters(&self, candidate: &Candidate, hypothesis: &Hypothesis) -> BTreeMap<String, Estimate> {
-        let mut all = BTreeMap::new();
-        for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
-            let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
-            if own && unknown.role != Role::Nuisance {
-                let sd = candidate.evidence.covariance[(place, place)].sqrt();
-                let interval = interval(&unknown.prior, candidate.fitted.z[place], sd);
-                let unit = if self.prismatic { sliding(unknown.unit) } else { unknown.unit };
-                let estimate =
-                    Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
-                all.insert(unknown.name.clone(), estimate);
-            }
-        }
-        all
     }
 
     /// The single effects that are not among those shown.
@@ -354,6 +400,39 @@ impl Context<'_> {
         let all = null.unknowns.iter().zip(&null.z);
         all.filter(|(_, z)| z.abs() > STRAINED).map(|(unknown, z)| (unknown.name.clone(), *z)).collect()
     }
+}
+
+/// The numbers of an effect in a fit.
+fn parameters(candidate: &Candidate, hypothesis: &Hypothesis, prismatic: bool) -> BTreeMap<String, Estimate> {
+    let mut all = BTreeMap::new();
+    for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
+        let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
+        if own && unknown.role != Role::Nuisance {
+            let sd = candidate.evidence.covariance[(place, place)].sqrt();
+            let interval = interval(&unknown.prior, candidate.fitted.z[place], sd);
+            let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
+            let estimate = Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
+            all.insert(unknown.name.clone(), estimate);
+        }
+    }
+    all
+}
+
+/// The best explanation and those that are almost as probable.
+pub(crate) fn rivals<'c>(
+    block: &MeasuredBlock,
+    library: &[Hypothesis],
+    judgement: &'c Judgement,
+) -> Vec<&'c Candidate> {
+    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
+    let context = Context { block, library, judgement, prismatic: false };
+    ranking.first().map_or_else(Vec::new, |best| context.rivals(best, &ranking))
+}
+
+/// Whether an explanation stands: it is there by the statistics, it explains held-out motion, and it is worth knowing.
+pub(crate) fn holds(candidate: &Candidate, threshold: f64) -> bool {
+    let explains = |a: &Adequacy| is_adequate(a, candidate) && a.gain_lo >= PRACTICAL;
+    candidate.log_odds >= threshold && candidate.adequacy.as_ref().is_some_and(explains)
 }
 
 /// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.

@@ -3,14 +3,18 @@
 use crate::block::MeasuredBlock;
 use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
-use crate::block::drive::drive_block;
+use crate::block::drive::{drive_block, followed};
 use crate::block::sensor::{self, sensor_block};
-use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
+use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
+use crate::experiment::{self, Envelope, Experiment};
 use crate::isolability::BlockView;
-use crate::judge::{Judgement, judge, numerical_error};
+use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
+use crate::outside::Outside;
 use crate::recording::grid::{Finding, Piece, read};
+use crate::recording::smooth::motion;
 use crate::suspects::suspects;
+use crate::torque_error::TorqueError;
 use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
@@ -29,6 +33,7 @@ pub struct Options {
 }
 
 /// Recordings, ready to be judged.
+#[derive(Clone)]
 pub struct Prepared {
     rig: Rig,
     pieces: Vec<Piece>,
@@ -63,6 +68,8 @@ pub struct Diagnosis {
     pub not_visible: Vec<NotVisible>,
     /// The experiment that would tell rivals apart.
     pub experiment: Option<String>,
+    /// The motion that would do that best.
+    pub proposed: Option<Experiment>,
     /// Block by block.
     pub blocks: Vec<BlockAnswer>,
     /// Which blocks and effects these channels can tell apart.
@@ -81,6 +88,23 @@ pub struct Judged {
     pub library: Vec<Hypothesis>,
     /// What the data say of it.
     pub judgement: Judgement,
+    /// What is wrong that no cause of the library explains.
+    pub outside: Option<Outside>,
+}
+
+impl Judged {
+    /// The fit that an answer rests on: of what was named, or of the form that something outside the library has.
+    pub fn found(&self, answer: &BlockAnswer) -> Option<&Candidate> {
+        let named = self.judgement.ranking.iter().find(|candidate| candidate.sound && !answer.effects.is_empty());
+        let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref());
+        named.or(form.map(|form| &form.candidate))
+    }
+
+    fn torque_error(&self, answer: &BlockAnswer) -> Option<TorqueError> {
+        let before = &self.judgement.clamped;
+        let after = self.found(answer).map_or(before, |found| &found.fitted);
+        TorqueError::of(&self.block, answer.held_out, [before, after])
+    }
 }
 
 /// Reads a rig's recordings.
@@ -274,15 +298,62 @@ impl Prepared {
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
             let judgement = judge(&block, &library).ok_or_else(|| silent(&block))?;
-            let answer = decide(&block, &library, &missing, &judgement, prismatic);
+            let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
+            let is_outside = answer.answer == Verdict::NotInLibrary;
+            let outside = is_outside.then(|| Outside::of(&block, &library, &judgement));
+            if let Some(form) = outside.as_ref().and_then(|outside| outside.form.as_ref()) {
+                answer = answer.with_form(form, prismatic);
+            }
             let noise = match &self.rig.plant {
                 Plant::Sensor(rig) => excess_noise(rig, &block),
                 _ => None,
             };
+            let own = Judged { block, library, judgement, outside };
+            answer.torque_error = own.torque_error(&answer);
             answers.push(noise.iter().fold(answer, BlockAnswer::with_noise));
-            judged.push(Judged { block, library, judgement });
+            judged.push(own);
         }
-        Ok((summed(self, answers, errors), judged))
+        let proposed = answers.iter().zip(&judged).enumerate().find_map(|(place, (answer, own))| {
+            (answer.answer == Verdict::Ambiguous).then(|| self.proposed(place, own)).flatten()
+        });
+        Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+    }
+
+    /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
+    fn proposed(&self, place: usize, judged: &Judged) -> Option<Experiment> {
+        let Plant::Drive(rig) = &self.rig.plant else {
+            return None;
+        };
+        let Judged { block, library, judgement, .. } = judged;
+        let rivals = rivals(block, library, judgement);
+        let first = self.pieces.first().filter(|_| rivals.len() > 1)?;
+        let block_of = |path: &[f64]| {
+            let mut piece = followed(rig, first.step, path);
+            piece.signals.retain(|name, _| first.signals.contains_key(name));
+            let proposed = Self { pieces: vec![piece], held_out: BTreeSet::new(), ..self.clone() };
+            let own = proposed.blocks(1).swap_remove(place).0;
+            MeasuredBlock { decimator: block.decimator.clone(), ..own }
+        };
+        experiment::best(&self.envelope(first.step), &rivals, &judgement.noise, &block_of)
+    }
+
+    /// What the recordings show that the joint can do.
+    fn envelope(&self, step: f64) -> Envelope {
+        let motions = self.pieces.iter().map(|piece| motion(&piece.signals["q"], piece.step, STEADY / piece.step, 1));
+        let mut envelope = Envelope { range: (f64::INFINITY, f64::NEG_INFINITY), rate: 0.0, acceleration: 0.0, step };
+        for motion in motions {
+            let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            let (lo, hi) = envelope.range;
+            let range = motion.value.iter().fold((lo, hi), |(lo, hi), q| (lo.min(*q), hi.max(*q)));
+            let (rate, acceleration) = (most(&motion.rate), most(&motion.acceleration));
+            envelope = Envelope {
+                range,
+                rate: rate.max(envelope.rate),
+                acceleration: acceleration.max(envelope.acceleration),
+                step,
+            };
+        }
+        envelope
     }
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
@@ -309,6 +380,8 @@ impl Prepared {
     }
 }
 
+/// Cut-off of the motions by which the envelope is measured, in cycles a sample: noise is no acceleration.
+const STEADY: f64 = 0.08;
 /// Mean square by which half the step may change the whitened residuals.
 const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.
@@ -337,7 +410,8 @@ fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64
         gain: main.and_then(|block| block.gain),
         residual: main.map_or(Residual { before: 1.0, after: 1.0 }, |block| block.residual),
         not_visible: blocks.iter().flat_map(|block| block.not_visible.clone()).collect(),
-        experiment: experiment(&blocks),
+        experiment: splitting(&blocks),
+        proposed: None,
         reasons: prepared.provisional,
         isolability: prepared.isolability,
         findings: prepared.findings,
@@ -347,7 +421,7 @@ fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64
 }
 
 /// What would split the rivals of an ambiguous answer: the experiments of the groups that they share.
-fn experiment(blocks: &[BlockAnswer]) -> Option<String> {
+fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
     let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
     let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
         let members = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();

@@ -5,10 +5,12 @@ use crate::block::MeasuredBlock;
 use crate::decide::BlockAnswer;
 use crate::diagnosis::{Diagnosis, Judged};
 use crate::inference::fit::Fitted;
+use crate::inference::latent::Latent;
 use crate::isolability;
+use crate::outside::Missing;
 use crate::recording::smooth::band_powers;
 use crate::template::render;
-use crate::words::{estimated, headline, verdict};
+use crate::words::{self, behaviour, estimated, headline, torque_error, verdict};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_analysis::STYLE;
@@ -31,6 +33,7 @@ struct Page<'a> {
     findings: Vec<(String, String)>,
     isolability: String,
     experiment: Option<String>,
+    proposed: Option<String>,
     blocks: Vec<BlockRows>,
     numbers: Vec<(String, String)>,
     command: String,
@@ -40,16 +43,15 @@ struct Page<'a> {
 struct BlockRows {
     name: String,
     answer: &'static str,
-    before: String,
-    after: String,
-    gain: String,
-    held_out: bool,
+    residual: String,
+    torque_error: String,
     effects: Vec<EffectRow>,
     strained: Vec<(String, String)>,
     ruled_out: Vec<[String; 3]>,
     not_visible: Vec<[String; 3]>,
     alike: Vec<String>,
     partner_missing: bool,
+    behaviour: String,
     drawings: Vec<(String, String)>,
 }
 
@@ -79,6 +81,7 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
         findings: diagnosis.findings.iter().map(|f| (f.recording.clone(), f.what.clone())).collect(),
         isolability: isolability::text(&diagnosis.isolability),
         experiment: diagnosis.experiment.clone(),
+        proposed: diagnosis.proposed.as_ref().map(words::proposed),
         blocks: blocks.into_iter().map(rows).collect::<Result<_>>()?,
         numbers: numbers(diagnosis, judged),
         command: command.to_owned(),
@@ -105,17 +108,12 @@ fn numbers(diagnosis: &Diagnosis, judged: &[Judged]) -> Vec<(String, String)> {
 }
 
 fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
-    let percent = |share: f64| significant(100.0 * share, 3);
     let residual = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
     Ok(BlockRows {
         name: answer.block.to_owned(),
         answer: verdict(answer.answer),
-        before: significant(answer.residual.before, 3),
-        after: significant(answer.residual.after, 3),
-        gain: answer.gain.map_or(String::new(), |gain| {
-            format!("{} % ({} to {} %)", percent(gain.value), percent(gain.lo), percent(gain.hi))
-        }),
-        held_out: answer.held_out,
+        residual: words::residual(answer),
+        torque_error: answer.torque_error.as_ref().map_or(String::new(), torque_error),
         effects: answer
             .effects
             .iter()
@@ -139,6 +137,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
             .collect(),
         alike: answer.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
         partner_missing: answer.partner_missing,
+        behaviour: answer.form.as_ref().map_or(String::new(), behaviour),
         drawings: drawings(answer, judged)?,
     })
 }
@@ -165,11 +164,10 @@ impl Compared {
 }
 
 fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String)>> {
-    let Judged { block, judgement, .. } = judged;
+    let Judged { block, judgement, outside, .. } = judged;
     let part = block.part(answer.held_out);
     let first = |fitted: &Fitted| part.means(&fitted.values(&block.base)).into_iter().next();
-    let found = judgement.ranking.iter().find(|candidate| candidate.sound && !answer.effects.is_empty());
-    let after = found.and_then(|candidate| first(&candidate.fitted));
+    let after = judged.found(answer).and_then(|candidate| first(&candidate.fitted));
     let Some(before) = first(&judgement.clamped) else {
         return Ok(Vec::new());
     };
@@ -188,7 +186,50 @@ fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String
             all.push((drawing, format!("{}: against the {signal}", channel.name)));
         }
     }
+    let slides = block.channels.iter().any(|channel| channel.unit == "m");
+    all.extend(
+        outside
+            .iter()
+            .flat_map(|outside| &outside.missing)
+            .map(|m| missing(m, slides))
+            .collect::<Result<Vec<_>>>()?
+            .concat(),
+    );
     Ok(all)
+}
+
+/// The torque that the model lacks, over time and against angle and rate; two standard deviations to either side.
+fn missing(missing: &Missing, slides: bool) -> Result<Vec<(String, String)>> {
+    let Latent { value, sd } = &missing.torque;
+    let name = format!("{}, missing torque", missing.experiment);
+    let bounds = || value.iter().zip(sd).flat_map(|(value, sd)| [value - 2.0 * sd, value + 2.0 * sd]);
+    let lo = bounds().fold(f64::INFINITY, f64::min);
+    let hi = bounds().fold(f64::NEG_INFINITY, f64::max);
+    let (unit, rate, torque) = if slides { ("m", "m/s", "N") } else { ("rad", "rad/s", "N m") };
+    let y = || Axis::linear(format!("missing torque [{torque}]"), lo, hi).padded(0.05);
+    let line =
+        |width: f64| missing.time.iter().zip(value.iter().zip(sd)).map(|(t, (v, sd))| (*t, v + width * sd)).collect();
+    let x = Axis::linear("time [s]", 0.0, missing.time.last().copied().unwrap_or(1.0));
+    let over_time = Figure::new(&name, Size::Half, x, y())
+        .line(line(-2.0), colour::FACILITY, 0.6)
+        .line(line(2.0), colour::FACILITY, 0.6)
+        .line(line(0.0), colour::SPACE, 1.2);
+    let against = |place: usize, signal: &str, unit: &str| -> Result<(String, String)> {
+        let at = || missing.inputs.iter().map(|inputs| inputs[place]);
+        let (lo, hi) = (at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max));
+        let x = Axis::linear(format!("measured {signal} [{unit}]"), lo, hi).padded(0.03);
+        let points = at().zip(value.iter().copied()).collect();
+        let figure = Figure::new(format!("{name} against {signal}"), Size::Half, x, y());
+        Ok((
+            figure.points(points, colour::SPACE, 1.8, 0.8).svg()?,
+            format!("{}: missing torque against the {signal}", missing.experiment),
+        ))
+    };
+    let over_time = (
+        over_time.svg()?,
+        format!("{}: torque that would close the model, with two standard deviations", missing.experiment),
+    );
+    Ok(vec![over_time, against(0, "angle", unit)?, against(1, "rate", rate)?])
 }
 
 /// Signals against which a residual tells most: position, speed and torque or force, at the judged samples.

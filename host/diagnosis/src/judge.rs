@@ -91,11 +91,11 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     if learn.has_repeats() {
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
-        return Some(Bench { block, library, learn, test, noise: Noise::fit(&deviations)? }.judged(true));
+        return Some(Bench::of(block, library, Noise::fit(&deviations)?).judged(true));
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base))?;
-    let bench = Bench { block, library, learn, test, noise: rough };
+    let bench = Bench::of(block, library, rough);
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
@@ -116,12 +116,13 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
 }
 
 /// All that a judgement needs.
-struct Bench<'a> {
-    block: &'a MeasuredBlock,
+pub(crate) struct Bench<'a> {
+    pub(crate) block: &'a MeasuredBlock,
     library: &'a [Hypothesis],
-    learn: Part<'a>,
+    /// What is learnt from.
+    pub(crate) learn: Part<'a>,
     test: Part<'a>,
-    noise: Noise,
+    pub(crate) noise: Noise,
 }
 
 /// What the fits of all hypotheses and combinations give.
@@ -134,7 +135,11 @@ struct Found {
     sets: Vec<Set>,
 }
 
-impl Bench<'_> {
+impl<'a> Bench<'a> {
+    /// A bench whose noise is known.
+    pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
+        Self { block, library, learn: block.part(false), test: block.part(true), noise }
+    }
     /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.
     fn search(&self, strictly: bool) -> Found {
         let (block, library) = (self.block, self.library);
@@ -202,7 +207,7 @@ impl Bench<'_> {
     }
 
     /// How each candidate does on held-out data against the clamped null hypothesis.
-    fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+    pub(crate) fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
         if self.test.is_empty() {
             return;
         }
@@ -287,7 +292,7 @@ fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples
 
 /// Fits by one repeat of each experiment, carried on with all repeats: the best of them; of the others the residuals
 /// alone.
-fn polished(quick: Vec<Fitted>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
+pub(crate) fn polished(quick: Vec<Fitted>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
     let sets: Vec<Vec<f64>> = quick.iter().map(|fitted| fitted.values(base)).collect();
     let with = |(fitted, residual): (Fitted, DVector<f64>)| Fitted { residual, ..fitted };
     let mut all: Vec<Fitted> = quick.into_iter().zip(simulate(&sets)).map(with).collect();

@@ -6,15 +6,18 @@ pub mod decide;
 pub mod diagnosis;
 pub mod diagnosis_page;
 mod error;
+pub mod experiment;
 pub mod extend;
 pub mod identify;
 pub mod inference;
 pub mod isolability;
 mod judge;
 pub mod library;
+pub mod outside;
 pub mod recording;
 mod suspects;
 mod template;
+pub mod torque_error;
 pub mod variance;
 pub mod words;
 

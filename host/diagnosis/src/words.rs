@@ -1,7 +1,9 @@
 //! A diagnosis in plain words.
 
-use crate::decide::{BlockAnswer, EffectFound, Estimate, Verdict};
+use crate::decide::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, Verdict};
 use crate::diagnosis::Diagnosis;
+use crate::experiment::Experiment;
+use crate::torque_error::TorqueError;
 use softdock_analysis::number::significant;
 
 /// Causes that are told before the rest is only counted.
@@ -17,15 +19,22 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Named => format!("The model lacks {}.", names(" and ")),
         Verdict::Ambiguous => format!("The model lacks {}: these recordings cannot tell which.", names(" or ")),
-        Verdict::NotInLibrary => format!(
-            "Something is wrong in {} that no known cause explains.",
-            blocks(diagnosis, Verdict::NotInLibrary).join(" and ")
-        ),
+        Verdict::NotInLibrary => {
+            let blocks = blocks(diagnosis, Verdict::NotInLibrary).join(" and ");
+            format!("Something is wrong in {blocks} that no known cause explains{}.", likeness(diagnosis))
+        }
     };
     match diagnosis.provisional {
         true => format!("Provisional: {}{}", answer[..1].to_lowercase(), &answer[1..]),
         false => answer,
     }
+}
+
+/// What something outside the library behaves like, where that holds.
+fn likeness(diagnosis: &Diagnosis) -> String {
+    let forms = diagnosis.blocks.iter().filter_map(|block| block.form.as_ref()).filter(|form| form.holds);
+    let names: Vec<&str> = forms.flat_map(|form| &form.terms).map(|term| term.name).collect();
+    if names.is_empty() { String::new() } else { format!("; it behaves like {}", names.join(" and ")) }
 }
 
 fn named(effect: &EffectFound) -> String {
@@ -51,7 +60,16 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     if let Some(experiment) = &diagnosis.experiment {
         out += &format!("\n\nWhat would tell them apart: {experiment}.");
     }
+    out += &diagnosis.proposed.as_ref().map_or_else(String::new, |e| format!("\nBest of all: {}.", proposed(e)));
     out
+}
+
+/// A motion to record.
+pub fn proposed(experiment: &Experiment) -> String {
+    let odds = significant(experiment.expected_log_odds, 2);
+    let runs = if experiment.runs == 1 { "one run is".to_owned() } else { format!("{} runs are", experiment.runs) };
+    let motion = &experiment.motion;
+    format!("{motion}, {} repeats (experiment.csv): log-odds of {odds} a run, {runs} enough", experiment.repeats)
 }
 
 /// The answer for a block.
@@ -61,7 +79,9 @@ fn block_text(block: &BlockAnswer) -> String {
         lines.push(format!("  {}, probability {}", named(effect), significant(effect.p, 3)));
         lines.extend(effect.parameters.iter().map(|(name, estimate)| format!("    {name} {}", estimated(estimate))));
     }
+    lines.extend(block.form.as_ref().map(|form| format!("  {}", behaviour(form))));
     lines.push(format!("  {}", residual(block)));
+    lines.extend(block.torque_error.as_ref().map(|error| format!("  {}", torque_error(error))));
     if block.partner_missing {
         lines.push("  a cause that looks alike was not in the library: it may be that one".to_owned());
     }
@@ -82,6 +102,27 @@ fn block_text(block: &BlockAnswer) -> String {
         lines.push(format!("  hardly differ in these motions: {}", told.join(", ")));
     }
     lines.join("\n")
+}
+
+/// What something outside the library behaves like.
+pub fn behaviour(form: &FormFound) -> String {
+    let numbers = |term: &FormTerm| term.parameters.values().map(estimated).collect::<Vec<_>>().join(", ");
+    let terms: Vec<String> = form.terms.iter().map(|term| format!("{}: {}", term.name, numbers(term))).collect();
+    let left =
+        form.residual.map_or_else(String::new, |left| format!("; it leaves {} times the noise", significant(left, 3)));
+    let strength = if form.holds { "behaves like" } else { "resembles, though not closely," };
+    format!("{strength} {}{left}", terms.join(" and "))
+}
+
+/// How much of a drive's torque the model gets wrong.
+pub fn torque_error(error: &TorqueError) -> String {
+    let percent = |error: f64| significant(100.0 * error, 3);
+    let what =
+        format!("relative torque error below {} Hz: {} %", significant(error.cutoff_hz, 3), percent(error.before));
+    match error.before == error.after {
+        true => what,
+        false => format!("{what} before, {} % after", percent(error.after)),
+    }
 }
 
 fn more(count: usize) -> String {
@@ -107,11 +148,15 @@ pub fn estimated(estimate: &Estimate) -> String {
 }
 
 /// What the model leaves, and what the answer makes of it.
-fn residual(block: &BlockAnswer) -> String {
+pub fn residual(block: &BlockAnswer) -> String {
     let (before, after) = (significant(block.residual.before, 3), significant(block.residual.after, 3));
     let place = if block.held_out { "on motion that no fit has seen" } else { "on the motion that was fitted" };
     let percent = |share: f64| significant(100.0 * share, 3);
-    match block.gain {
+    let is_spoken = block.answer != Verdict::NotInLibrary || block.form.as_ref().is_some_and(|form| form.holds);
+    match block.gain.filter(|_| is_spoken) {
+        None if block.answer == Verdict::NotInLibrary => {
+            format!("residual {before} times the noise, {after} with the nearest cause of the library, {place}")
+        }
         None => format!("residual {before} times the noise {place}"),
         Some(gain) => format!(
             "residual {before} times the noise before, {after} after, {place}: gain {} % ({} to {} %)",

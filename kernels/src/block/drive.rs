@@ -7,6 +7,7 @@
 //! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
 
 use super::Block;
+use super::forms::Forms;
 use crate::bundle;
 use crate::fields::filled;
 use crate::manipulator::bristle;
@@ -50,6 +51,7 @@ bundle! {
         cable_travel: R, "rad", "travel in which their hysteresis turns to 1/e";
         offset: R, "N m", "torque that the drive reports without giving it";
         clock_offset: R, "s", "how much later the torque acts than its time stamp says";
+        form: Forms<R>, "1", "outside the catalogue";
     }
 }
 
@@ -108,7 +110,7 @@ impl DriveValues<f64> {
 }
 
 /// Angular frequency of the observer that holds the simulated drive to the measured motion \[rad/s\]; critically damped.
-const OBSERVER: f64 = TAU * 10.0;
+pub const OBSERVER: f64 = TAU * 10.0;
 
 /// Least compliance that counts \[rad/(N m)\]: a gear without any is rigid far beyond this.
 const RIGID: f64 = 1e-12;
@@ -146,7 +148,7 @@ impl Block for Drive {
             windup_rate: zero,
             pull,
             given: limited(p, late.torque),
-            bristles: level(p, direction(u.rate), u.rate, u.time, pull),
+            bristles: level(p, u, direction(u.rate), u.rate, pull),
             cable: zero,
         }
     }
@@ -171,14 +173,14 @@ impl Block for Drive {
         let given = lagged(step, p.current_lag, s.given, limited(p, late.torque));
 
         let gear = gear_torque(p, s, inertia.reduced());
-        let level = level(p, direction(moved), motor_rate, u.time, gear);
+        let level = level(p, u, direction(moved), motor_rate, gear);
         let stuck = exp(-(moved.abs() / p.presliding_travel));
         let bristles = (s.bristles - level).mul_add(stuck, level);
-        let viscous = motor_rate * p.viscous * warmth(p, u.time);
+        let drag = motor_rate * p.viscous * warmth(p, u.time) + p.form.resisting(u.angle, motor_rate);
         let behind = u.angle - s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
-        let driving = applied(p, u, given) - bristles - viscous + observer;
+        let driving = applied(p, u, given) - bristles - drag + observer;
         let load = load(p, u, inertia.link, cable);
         let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
         let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
@@ -260,7 +262,7 @@ fn direction<R: Real>(rate: R) -> R {
 fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
     let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
     let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
-    let net = given - p.offset;
+    let net = p.form.given(given) - p.offset;
     net.mul_add(p.torque_constant_error, net + ripple)
 }
 
@@ -269,10 +271,11 @@ fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
 ///
 /// The bristles come to it over the presliding travel, so that friction lags behind the speed (Canudas de Wit 1995).
 #[inline(always)]
-fn level<R: Real>(p: &DriveValues<R>, direction: R, rate: R, time: R, gear: R) -> R {
+fn level<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, direction: R, rate: R, gear: R) -> R {
     let weakening = exp(-(rate.abs() / p.stribeck_speed));
     let dry = weakening.mul_add(p.stribeck, gear.abs().mul_add(p.load_coefficient, p.coulomb));
-    direction.mul_add(dry, direction * direction * p.coulomb_asymmetry) * warmth(p, time)
+    let dry = dry + p.form.dry(u.angle);
+    direction.mul_add(dry, direction * direction * p.coulomb_asymmetry) * warmth(p, u.time)
 }
 
 /// Factor of friction at a time since the drive was switched on.

@@ -7,11 +7,13 @@
 pub mod contact;
 pub mod controller;
 pub mod drive;
+mod forms;
 pub mod kernel;
 mod low_pass;
 mod replay;
 pub mod sensor;
 
+pub use forms::Forms;
 pub use replay::{Recorded, replay};
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::controller::{Controller, ControllerValues};
 use super::drive::{Drive, DriveValues};
 use super::kernel::kernel;
 use super::sensor::Sensor;
-use super::{Recorded, replay};
+use super::{Forms, Recorded, replay};
 
 /// Inertias of motor and link \[kg m^2\].
 const MOTOR: f64 = 10.0;
@@ -74,6 +74,29 @@ fn a_drive_given_its_own_torque_moves_as_measured() {
     let p = DriveValues { cable_stiffness: 40.0, cable_centre: 0.1, gravity_cos: 5.0, gravity_sin: -3.0, ..drive() };
     let tied = |q: f64| 40.0 * (q - 0.1) + 5.0 * q.cos() - 3.0 * q.sin();
     assert!(departure(p, |_, m| rigid(m) + tied(m[0])) < 0.02 * ONE);
+}
+
+#[test]
+fn every_form_of_the_dictionary_is_the_torque_that_it_says() {
+    let none = drive().form;
+    let form = Forms { drag_square: 20.0, drag_cube: 6.0, drag_even: -4.0, drag_slope: 9.0, ..none };
+    let drag = |[q, v, _]: [f64; 3]| 20.0 * v * v.abs() + 6.0 * v * v * v - 4.0 * v * v + 9.0 * q * v;
+    assert!(departure(DriveValues { form, ..drive() }, |_, m| rigid(m) + drag(m)) < 0.02 * ONE);
+    let form = Forms { spring_square: 30.0, spring_cube: -80.0, ..none };
+    let spring = |[q, _, _]: [f64; 3]| 30.0 * q * q - 80.0 * q * q * q;
+    assert!(departure(DriveValues { form, ..drive() }, |_, m| rigid(m) + spring(m)) < 0.02 * ONE);
+    // Dry friction turns with its direction, at once but for a step.
+    let form = Forms { friction_slope: 1.0, friction_square: 4.0, ..none };
+    let dry = |[q, v, _]: [f64; 3]| (q + 4.0 * q * q) * v.signum();
+    let p = DriveValues { form, presliding_travel: 1e-7, ..drive() };
+    assert!(departure(p, |_, m| rigid(m) + dry(m)) < 0.02 * ONE);
+    let form = Forms { torque_square: 2e-4, ..none };
+    // T - c T |T| = rigid, solved for T.
+    let told = |m: [f64; 3]| {
+        let whole = rigid(m);
+        (1.0 - (1.0 - 4.0 * 2e-4 * whole.abs()).sqrt()) / 4e-4 * whole.signum()
+    };
+    assert!(departure(DriveValues { form, ..drive() }, |_, m| told(m)) < 0.02 * ONE);
 }
 
 #[test]

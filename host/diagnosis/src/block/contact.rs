@@ -1,7 +1,6 @@
 //! The block from motion to force of a contact, from a bench's recordings.
 
 use super::{Channel, MeasuredBlock, Trial, highest, nuisances};
-use crate::inference::unknown::{Prior, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::ContactRig;
@@ -18,9 +17,6 @@ const STEPS: usize = 5;
 const BAND: f64 = 1.5;
 /// Band of a motion that stands out of its noise nowhere, in cycles a sample.
 const LEAST_BAND: f64 = 0.02;
-
-/// What is known to a factor.
-const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
 
 /// What is measured, in the order of the block's outputs.
 pub const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
@@ -40,22 +36,12 @@ pub fn contact_block(
     MeasuredBlock {
         kind: Kind::Contact,
         name: "R5 motion to force",
-        nuisances: nuisances(Kind::Contact, &base, &rig.tolerance).into_iter().map(positive).collect(),
+        nuisances: nuisances(Kind::Contact, &base, &rig.tolerance),
         base,
         channels: FORCES.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
         decimator: Decimator::new(STEPS),
         clock: None,
-    }
-}
-
-/// A travel or depth known to a share is known to a factor: it cannot be negative.
-fn positive(nuisance: Unknown) -> Unknown {
-    match nuisance.prior {
-        Prior::Normal { mean, sd } if FACTORS.contains(&nuisance.name.as_str()) => {
-            Unknown { prior: Prior::LogNormal { centre: mean, spread: sd / mean }, ..nuisance }
-        }
-        _ => nuisance,
     }
 }
 

@@ -37,6 +37,21 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
     }
 }
 
+/// A recording of a path that the model's drive followed without error: the torque is what that takes.
+pub fn followed(rig: &DriveRig, step: f64, path: &[f64]) -> Piece {
+    let motion = motion(path, step, BAND * 0.5 / step, 1);
+    let torque = |i: usize| {
+        let [q, v, a] = [motion.value[i], motion.rate[i], motion.acceleration[i]];
+        let weight = rig.gravity_torque * if rig.prismatic { 1.0 } else { (q - rig.gravity_angle).cos() };
+        let p = &rig.values;
+        (p.motor_inertia + rig.link_inertia) * a + p.viscous * v + p.coulomb * v.signum() + weight
+    };
+    let torque = (0..path.len()).map(torque).collect();
+    let places = ["q", "ref", "q_link"].map(|name| (name.to_owned(), path.to_vec()));
+    let signals = places.into_iter().chain([("tau".to_owned(), torque)]).collect();
+    Piece { experiment: "proposed".to_owned(), repeat: 1, start: 0.0, step, signals }
+}
+
 fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool) -> Trial {
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let nyquist = 0.5 / piece.step;

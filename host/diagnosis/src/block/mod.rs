@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod response;
 pub mod sensor;
 mod trend;
 
@@ -83,8 +84,7 @@ impl MeasuredBlock {
                 None => part.experiments.push((&trial.experiment, vec![place])),
             }
             part.recordings.push(&trial.recorded);
-            let rows: Vec<Vec<f64>> = trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect();
-            part.measured.push(DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t]));
+            part.measured.push(table(trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect()));
         }
         part
     }
@@ -114,21 +114,24 @@ impl<'a> Part<'a> {
 
     /// The same, for the inputs of some recordings and what was measured in trials.
     fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let stride = self.block.kind.outputs().len();
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
             let outputs = simulate(self.block.kind, recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
-                for (row, channel) in self.block.channels.iter().enumerate() {
-                    let simulated = self.block.decimator.pass(&outputs[place][set], channel.output, stride);
-                    simulated.iter().enumerate().for_each(|(t, value)| residual[(row, t)] -= value);
-                }
+                residual -= self.passed(&outputs[place][set]);
                 residual
             };
             let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
             (0..sets.len()).into_par_iter().map(of_set).collect()
         };
         sets.chunks(MOST_SETS).flat_map(batch).collect()
+    }
+
+    /// Outputs as the channels have them, low-passed: one row a channel.
+    fn passed(&self, outputs: &[f64]) -> DMatrix<f64> {
+        let stride = self.block.kind.outputs().len();
+        let pass = |channel: &Channel| self.block.decimator.pass(outputs, channel.output, stride);
+        table(self.block.channels.iter().map(pass).collect())
     }
 
     fn all(&self) -> Vec<usize> {
@@ -242,13 +245,26 @@ impl Shortcut<'_> {
     }
 }
 
+/// Travels and depths whose tolerance is a factor: they cannot be negative.
+const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
+
 /// What may differ unnoticed: normal about the nominal values, with the standard deviations of a rig's tolerance.
 fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
     let of = |(name, sd): &(&'static str, f64)| {
         let unknown = Unknown::of(kind, name, Prior::Normal { mean: 0.0, sd: *sd }, Role::Nuisance);
-        Unknown { prior: Prior::Normal { mean: base[unknown.field], sd: *sd }, ..unknown }
+        let mean = base[unknown.field];
+        let prior = match FACTORS.contains(name) {
+            true => Prior::LogNormal { centre: mean, spread: sd / mean },
+            false => Prior::Normal { mean, sd: *sd },
+        };
+        Unknown { prior, ..unknown }
     };
     tolerance.iter().map(of).collect()
+}
+
+/// Rows of equal length as a matrix.
+fn table(rows: Vec<Vec<f64>>) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t])
 }
 
 /// The repeats of an experiment cut to the shortest.

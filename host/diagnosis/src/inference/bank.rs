@@ -99,6 +99,11 @@ impl Bank {
         &self.entries
     }
 
+    /// What an entry changes in the residuals, one column a size.
+    pub fn signatures(&self, entry: &Entry) -> DMatrix<f64> {
+        self.signatures.columns_range(entry.signatures.clone()).into_owned()
+    }
+
     /// Compares the residual of a fit with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
         let rejected = Projector::of(fitted).reject(&self.signatures);

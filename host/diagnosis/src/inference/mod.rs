@@ -4,5 +4,7 @@ pub mod adequacy;
 pub mod bank;
 pub mod evidence;
 pub mod fit;
+pub mod latent;
 pub mod noise;
+pub mod selection;
 pub mod unknown;

@@ -7,15 +7,17 @@ use std::f64::consts::TAU;
 
 /// What the recordings of a drive span.
 #[derive(Clone, Copy, Debug)]
-struct Spans {
+pub(super) struct Spans {
     /// Root mean square of the measured torque.
-    torque: f64,
+    pub(super) torque: f64,
     /// Greatest measured torque.
-    peak: f64,
+    pub(super) peak: f64,
     /// Greatest rate.
-    rate: f64,
+    pub(super) rate: f64,
     /// Range of the angle.
     range: f64,
+    /// Greatest angle, whatever its sign.
+    pub(super) farthest: f64,
     /// Middle of the range.
     middle: f64,
     /// Time between the first and the last sample of all recordings.
@@ -31,7 +33,7 @@ struct Spans {
 }
 
 impl Spans {
-    fn of(block: &MeasuredBlock) -> Self {
+    pub(super) fn of(block: &MeasuredBlock) -> Self {
         let width = block.kind.inputs().len();
         let column = |k: usize| {
             block.trials.iter().flat_map(move |trial| trial.recorded.inputs.iter().skip(k).step_by(width).copied())
@@ -49,6 +51,7 @@ impl Spans {
             peak: torque().fold(0.0, |peak, t| peak.max(t.abs())),
             rate: column(1).fold(0.0, |peak, v| peak.max(v.abs())),
             range: hi - lo,
+            farthest: hi.max(-lo),
             middle: 0.5 * (lo + hi),
             time: end - start,
             inertia: motor + link,

@@ -3,11 +3,12 @@
 pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod forms;
 pub mod sensor;
 
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role, Unknown};
-use softdock_kernels::effects::{Effect, EffectId};
+use softdock_kernels::effects::{DICTIONARY, Effect, EffectId};
 
 /// An effect that a block may hide.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +25,14 @@ pub struct Hypothesis {
     pub sizes: Vec<usize>,
     /// Whether the signature's shape changes with the size, so that the forms are tried at the sizes that they have.
     pub shaped: bool,
+}
+
+impl Hypothesis {
+    /// Whether it changes a residual in proportion to its sizes: it has no form of its own, and no limit that a size
+    /// must exceed.
+    pub fn is_linear(&self) -> bool {
+        !self.shaped && self.sizes.len() == self.unknowns.len()
+    }
 }
 
 /// Builds hypotheses of one block.
@@ -43,6 +52,13 @@ impl<'a> Shelf<'a> {
     /// The nominal value of a parameter.
     pub(crate) fn base(&self, name: &str) -> f64 {
         self.block.base[self.block.field(name)]
+    }
+
+    /// Adds a form outside the catalogue.
+    pub(crate) fn form(&mut self, name: &'static str, (field, prior, role): Entry) {
+        let unknowns = vec![Unknown::of(self.block.kind, field, prior, role)];
+        let forms = vec![vec![1.0]];
+        self.all.push(Hypothesis { effect: &DICTIONARY, name, unknowns, forms, sizes: vec![0], shaped: false });
     }
 
     /// Adds an effect of the table. Its forms: every combination of the given `z` of its form numbers, at the given

@@ -52,9 +52,17 @@ fn without_the_cause_in_the_library_no_wrong_name_is_spoken() {
 }
 
 #[test]
-fn a_form_outside_the_library_is_said_to_be_outside() {
-    let diagnosis = Bench::drive(&[("quadratic_drag", 25.0)], 11).diagnose();
+fn a_form_outside_the_library_is_said_to_be_outside_and_what_it_behaves_like() {
+    let bench = Bench::drive(&[("quadratic_drag", 25.0)], 11);
+    let diagnosis = bench.diagnose();
     assert_eq!(drive(&diagnosis).answer, Verdict::NotInLibrary);
+    assert!(diagnosis.effects.is_empty(), "no name is spoken: {:?}", diagnosis.effects);
+    let form = drive(&diagnosis).form.as_ref().expect("a form");
+    let [term] = &form.terms[..] else { panic!("one term: {form:?}") };
+    assert!(form.holds && term.id == "dictionary" && term.stability >= 0.8, "{form:?}");
+    let coefficient = &term.parameters["form_drag_square"];
+    assert!(coefficient.lo < 25.0 && 25.0 < coefficient.hi && coefficient.hi - coefficient.lo < 4.0, "{coefficient:?}");
+    assert_eq!(bench.extended(&diagnosis).diagnose().answer, Verdict::NoEffect);
 }
 
 #[test]

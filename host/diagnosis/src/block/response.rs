@@ -1,0 +1,89 @@
+//! What a signal added to a block's late input would change in its residuals, knot by knot.
+
+use super::{Part, cut};
+use crate::inference::noise::{Noise, mean};
+use nalgebra::{DMatrix, DVector};
+use softdock_engine::blocks::simulate;
+use softdock_kernels::block::Recorded;
+
+/// One experiment's residual, and what a unit of an added signal changes in it.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// The experiment's first recording.
+    pub recorded: Recorded,
+    /// Its name.
+    pub experiment: String,
+    /// Instants of the recording at which the added signal has its knots.
+    pub knots: Vec<usize>,
+    /// Whitened residual, averaged over the repeats.
+    pub residual: DVector<f64>,
+    /// What a unit at each knot changes in it, one column a knot; between knots the signal is straight.
+    pub response: DMatrix<f64>,
+}
+
+/// Knots whose recordings are held at once.
+const MOST_KNOTS: usize = 32;
+
+impl Part<'_> {
+    /// The responses of all experiments to a signal added to the first late input, with knots so far apart \[s\].
+    pub fn responses(&self, noise: &Noise, set: &[f64], apart: f64) -> Vec<Response> {
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        let of = |(name, members): &(&str, Vec<usize>)| {
+            let recorded = self.recordings[members[0]];
+            let whiten = |residual: &DMatrix<f64>| DVector::from_vec(noise.whiten(residual, members.len()));
+            let own = mean(&cut(members, &trials));
+            let knots = knots(recorded, apart);
+            let columns = self.columns(recorded, set, &knots).into_iter();
+            let columns: Vec<DVector<f64>> =
+                columns.map(|column| whiten(&column.columns(0, own.ncols()).into())).collect();
+            Response {
+                recorded: recorded.clone(),
+                experiment: (*name).to_owned(),
+                knots,
+                residual: whiten(&own),
+                response: DMatrix::from_columns(&columns),
+            }
+        };
+        self.experiments.iter().map(of).collect()
+    }
+
+    /// What a unit at each knot takes from the residual of a recording.
+    fn columns(&self, recorded: &Recorded, set: &[f64], knots: &[usize]) -> Vec<DMatrix<f64>> {
+        let sets = [set.to_vec()];
+        let without = simulate(self.block.kind, &[recorded], &sets).remove(0).remove(0);
+        let mut all = Vec::with_capacity(knots.len());
+        let places: Vec<usize> = (0..knots.len()).collect();
+        for some in places.chunks(MOST_KNOTS) {
+            let with: Vec<Recorded> = some.iter().map(|place| added(recorded, knots, *place)).collect();
+            let outputs = simulate(self.block.kind, &with.iter().collect::<Vec<_>>(), &sets);
+            all.extend(outputs.iter().map(|sets| self.passed(&without) - self.passed(&sets[0])));
+        }
+        all
+    }
+}
+
+/// Instants of the knots, the first and the last of a recording among them.
+fn knots(recorded: &Recorded, apart: f64) -> Vec<usize> {
+    let last = recorded.instants - 1;
+    let count = ((last as f64 * recorded.step / apart).round() as usize).max(1);
+    (0..=count).map(|k| k * last / count).collect()
+}
+
+/// A recording with a unit at one knot, which falls to nothing at its neighbours.
+fn added(recorded: &Recorded, knots: &[usize], place: usize) -> Recorded {
+    let mut with = recorded.clone();
+    let width = recorded.late.len() / recorded.instants;
+    let knot = knots[place];
+    let mut add = |from: usize, to: usize, share: &dyn Fn(usize) -> f64| {
+        (from..to).for_each(|i| with.late[i * width] += share(i));
+    };
+    if place > 0 {
+        let before = knots[place - 1];
+        add(before, knot, &|i| (i - before) as f64 / (knot - before) as f64);
+    }
+    add(knot, knot + 1, &|_| 1.0);
+    if let Some(after) = knots.get(place + 1) {
+        add(knot + 1, *after, &|i| (after - i) as f64 / (after - knot) as f64);
+    }
+    with
+}

@@ -1,0 +1,211 @@
+//! The experiment that tells rivals apart: of a bank of motions that the rig has shown it can make, the one whose
+//! recordings the rivals would explain most differently.
+//!
+//! The expected log-odds of a motion are what the other rival, with its numbers refitted within what is known of them,
+//! still misses of a rival's prediction; the lesser of both directions counts (T-optimality: Atkinson and Fedorov 1975).
+
+use crate::block::MeasuredBlock;
+use crate::inference::noise::Noise;
+use crate::inference::unknown::applied;
+use crate::judge::Candidate;
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+use std::f64::consts::{PI, TAU};
+
+/// Repeats of the experiment.
+pub const REPEATS: usize = 3;
+/// How long a motion lasts \[s\].
+const LASTS: f64 = 6.0;
+/// Time over which a motion sets in and dies away \[s\].
+const FADE: f64 = 0.5;
+/// Log-odds after which rivals count as told apart.
+const ENOUGH: f64 = 5.0;
+/// Expected log-odds below which no experiment of the bank is worth its time.
+const WORTH: f64 = 0.5;
+/// Difference quotients are taken over this share of a standard deviation.
+const STEP: f64 = 2e-3;
+
+/// A motion to record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Experiment {
+    /// What it is, in a few words.
+    pub motion: String,
+    /// Repeats that one run has.
+    pub repeats: usize,
+    /// Log-odds that a run is expected to bring between the two rivals that it tells apart least.
+    pub expected_log_odds: f64,
+    /// How many runs it takes.
+    pub runs: usize,
+    /// Sampling period \[s\].
+    #[serde(skip)]
+    pub step: f64,
+    /// The path: angle \[rad\] or place \[m\], sample by sample.
+    #[serde(skip)]
+    pub path: Vec<f64>,
+}
+
+impl Experiment {
+    /// The path as a table of times and references.
+    pub fn csv(&self) -> String {
+        let row = |(i, q): (usize, &f64)| format!("{:.6},{q:.9}\n", i as f64 * self.step);
+        self.path.iter().enumerate().map(row).fold(String::from("t,ref\n"), |all, row| all + &row)
+    }
+}
+
+/// What a joint has been seen to do: no motion is asked of it that goes further.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Envelope {
+    /// Least and greatest angle \[rad\] or place \[m\].
+    pub range: (f64, f64),
+    /// Greatest rate.
+    pub rate: f64,
+    /// Greatest acceleration.
+    pub acceleration: f64,
+    /// Sampling period \[s\].
+    pub step: f64,
+}
+
+/// The motion of the bank that tells rivals apart best; `None` if none does. `block_of` makes the rivals' block for a path
+/// that was followed without error.
+pub fn best(
+    envelope: &Envelope,
+    rivals: &[&Candidate],
+    noise: &Noise,
+    block_of: &dyn Fn(&[f64]) -> MeasuredBlock,
+) -> Option<Experiment> {
+    let told = |(name, path): (String, Vec<f64>)| {
+        let block = block_of(&path);
+        let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, &block, noise)).collect();
+        let pairs = (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))).filter(|(a, b)| a != b);
+        let expected = pairs.map(|(a, b)| views[a].missed_by(&views[b])).fold(f64::INFINITY, f64::min);
+        (expected, name, path)
+    };
+    let all = bank(envelope).into_iter().map(told);
+    let (expected, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 >= WORTH)?;
+    let runs = (ENOUGH / expected).ceil().max(1.0) as usize;
+    Some(Experiment { motion, repeats: REPEATS, expected_log_odds: expected, runs, step: envelope.step, path })
+}
+
+/// What a rival says of a recording, whitened, with what its numbers change in it and how well they are known.
+struct View {
+    says: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    known: DMatrix<f64>,
+}
+
+impl View {
+    fn of(rival: &Candidate, block: &MeasuredBlock, noise: &Noise) -> Self {
+        let (unknowns, z) = (&rival.fitted.unknowns, &rival.fitted.z);
+        let mut sets = vec![applied(&block.base, unknowns, z)];
+        sets.extend((0..z.len()).map(|column| {
+            let mut moved = z.clone();
+            moved[column] += STEP;
+            applied(&block.base, unknowns, &moved)
+        }));
+        let mut all = block.part(false).whitened(noise, &sets).into_iter();
+        let says = all.next().expect("one a set");
+        let columns: Vec<DVector<f64>> = all.map(|moved| (moved - &says) / STEP).collect();
+        let jacobian = if columns.is_empty() { DMatrix::zeros(says.len(), 0) } else { DMatrix::from_columns(&columns) };
+        let covariance = rival.evidence.covariance.clone();
+        let known = covariance.try_inverse().unwrap_or_else(|| DMatrix::identity(z.len(), z.len()));
+        Self { says, jacobian, known }
+    }
+
+    /// Log-odds by which another rival misses this one's prediction, refitted within what is known of its numbers.
+    fn missed_by(&self, other: &Self) -> f64 {
+        let repeats = REPEATS as f64;
+        let apart = &self.says - &other.says;
+        let whole = 0.5 * repeats * apart.norm_squared();
+        if other.jacobian.ncols() == 0 {
+            return whole;
+        }
+        let gradient = other.jacobian.transpose() * &apart * repeats;
+        let normal = other.jacobian.transpose() * &other.jacobian * repeats + &other.known;
+        normal.cholesky().map_or(0.0, |normal| whole - 0.5 * gradient.dot(&normal.solve(&gradient)))
+    }
+}
+
+/// A motion without its size, over time \[s\].
+type Shape = Box<dyn Fn(f64) -> f64>;
+
+/// Motions, each as large as the envelope allows.
+fn bank(envelope: &Envelope) -> Vec<(String, Vec<f64>)> {
+    let mut shapes: Vec<(String, Shape)> = Vec::new();
+    for frequency in [0.2, 0.5, 1.0, 2.0, 4.0, 8.0] {
+        shapes.push((format!("sine of {frequency} Hz"), Box::new(move |t| (TAU * frequency * t).sin())));
+    }
+    shapes.push(("multisine up to 4 Hz".to_owned(), Box::new(multisine)));
+    shapes.push(("slow triangle with a chirp from 1 to 7 Hz".to_owned(), Box::new(triangle_with_chirp)));
+    shapes.push(("slow triangle".to_owned(), Box::new(|t| triangle(t / LASTS))));
+    shapes.push(("steps with rests between them".to_owned(), Box::new(steps)));
+    let (lo, hi) = envelope.range;
+    let places = [("the middle", 0.5), ("the lower end", 0.2), ("the upper end", 0.8)];
+    let mut all = Vec::new();
+    for (name, shape) in &shapes {
+        for (place, share) in places {
+            all.push((format!("{name} about {place} of the range"), scaled(envelope, lo + share * (hi - lo), shape)));
+        }
+        // Reversals far smaller than the range: what acts in a short travel shows nowhere else.
+        let small = Envelope { range: (0.495 * (hi + lo) + 0.01 * lo, 0.495 * (hi + lo) + 0.01 * hi), ..*envelope };
+        all.push((format!("small {name}"), scaled(&small, 0.5 * (hi + lo), shape)));
+    }
+    all
+}
+
+/// A shape about a place, as large as range, rate and acceleration allow.
+fn scaled(envelope: &Envelope, about: f64, shape: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let step = envelope.step;
+    let count = (LASTS / step) as usize;
+    let fade = |t: f64| 0.5 - 0.5 * (PI * (t.min(LASTS - t) / FADE).clamp(0.0, 1.0)).cos();
+    let unit: Vec<f64> = (0..=count).map(|i| fade(i as f64 * step) * shape(i as f64 * step)).collect();
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs()));
+    let size = most(&mut unit.iter().copied());
+    let rate = most(&mut unit.windows(2).map(|w| (w[1] - w[0]) / step));
+    let acceleration = most(&mut unit.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]) / (step * step)));
+    let room = (about - envelope.range.0).min(envelope.range.1 - about);
+    let scale = (room / size).min(envelope.rate / rate).min(envelope.acceleration / acceleration);
+    unit.into_iter().map(|value| about + scale * value).collect()
+}
+
+/// Eight sines with phases that keep the peak low (Schroeder 1970).
+fn multisine(t: f64) -> f64 {
+    (1..=8).map(f64::from).map(|k| (TAU * 0.5 * k * t - PI * k * (k - 1.0) / 8.0).sin()).sum()
+}
+
+/// A triangle of period 1 with rounded corners.
+fn triangle(t: f64) -> f64 {
+    (0..4).map(|k| f64::from(2 * k + 1)).map(|n| (TAU * n * t).sin() * (PI * n / 2.0).sin() / (n * n)).sum()
+}
+
+fn triangle_with_chirp(t: f64) -> f64 {
+    triangle(t / LASTS) + 0.05 * (TAU * (t + 0.5 * t * t)).sin()
+}
+
+/// Up, up, down, down, with rests.
+fn steps(t: f64) -> f64 {
+    let levels = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
+    let place = t / LASTS * 8.0;
+    let (from, share) = (place.floor().clamp(0.0, 7.0), place - place.floor().clamp(0.0, 7.0));
+    let smooth = 0.5 - 0.5 * (PI * (share * 2.0).clamp(0.0, 1.0)).cos();
+    let [a, b] = [levels[from as usize], levels[from as usize + 1]];
+    a + smooth * (b - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_motion_of_the_bank_stays_within_what_the_joint_has_been_seen_to_do() {
+        let envelope = Envelope { range: (0.1, 1.2), rate: 1.1, acceleration: 15.0, step: 0.004 };
+        let all = bank(&envelope);
+        assert_eq!(all.len(), 40);
+        for (name, path) in &all {
+            let outside = path.iter().any(|q| *q < 0.1 - 1e-9 || *q > 1.2 + 1e-9);
+            let rate = path.windows(2).map(|w| ((w[1] - w[0]) / 0.004).abs()).fold(0.0, f64::max);
+            let bend = path.windows(3).map(|w| ((w[2] - 2.0 * w[1] + w[0]) / 1.6e-5).abs()).fold(0.0, f64::max);
+            assert!(!outside && rate < 1.1 + 1e-9 && bend < 15.0 + 1e-6, "{name}: {rate} {bend}");
+            assert!((path[0] - path[path.len() - 1]).abs() < 1e-9, "{name} ends where it began");
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Forms outside the catalogue: the dictionary that an unexplained residual is compared with.
+
+use super::drive::Spans;
+use super::{Hypothesis, Shelf};
+use crate::block::MeasuredBlock;
+use crate::inference::unknown::{Prior, Role};
+use softdock_engine::blocks::Kind;
+
+/// What a form may take of the torque where it is largest.
+const SHARE: f64 = 0.3;
+
+/// The forms that a block may have; none for blocks without a dictionary.
+pub fn forms(block: &MeasuredBlock) -> Vec<Hypothesis> {
+    let mut shelf = Shelf::of(block);
+    if block.kind == Kind::Drive {
+        drive(&mut shelf, &Spans::of(block));
+    }
+    shelf.all
+}
+
+fn drive(shelf: &mut Shelf, spans: &Spans) {
+    let (v, q) = (spans.rate, spans.farthest);
+    let torque = SHARE * spans.torque;
+    let mut form = |field: &'static str, name: &'static str, largest: f64| {
+        shelf.form(name, (field, Prior::Normal { mean: 0.0, sd: torque / largest }, Role::Size));
+    };
+    form("form_drag_square", "drag that grows with v |v|", v * v);
+    form("form_drag_cube", "drag that grows with v^3", v * v * v);
+    form("form_drag_even", "a torque that grows with v^2 whatever the direction", v * v);
+    form("form_drag_slope", "drag that grows with q v", q * v);
+    form("form_spring_square", "a torque that grows with q^2", q * q);
+    form("form_spring_cube", "a torque that grows with q^3", q * q * q);
+    form("form_friction_slope", "dry friction that grows with q", q);
+    form("form_friction_square", "dry friction that grows with q^2", q * q);
+    form("form_torque_square", "a torque that falls short with T |T|", spans.peak * spans.peak);
+}

@@ -1,0 +1,212 @@
+//! What stands outside the library: the torque that is missing, the form that it has, and whether that holds on motion
+//! that no fit has seen.
+//!
+//! Terms of a dictionary and the effects of the library that are linear are simulated; those that most halves of the
+//! data pick are fitted together, and what does not pay is dropped again.
+
+use crate::block::MeasuredBlock;
+use crate::block::response::Response;
+use crate::decide::holds;
+use crate::inference::bank::Bank;
+use crate::inference::evidence::evidence;
+use crate::inference::fit::{Fitted, Start, fit};
+use crate::inference::latent::{Latent, latent};
+use crate::inference::selection::{Linear, stable};
+use crate::judge::{Bench, Candidate, Judgement, carried, polished, unknowns};
+use crate::library::{Hypothesis, forms::forms};
+use softdock_engine::blocks::Kind;
+
+/// Times that terms are looked for, each time on top of what was found.
+const PASSES: usize = 3;
+/// Log-odds by which a term must pay for itself in the end.
+const PAYS: f64 = 5.0;
+
+/// What is wrong with a block that no effect of its library explains.
+#[derive(Clone, Debug)]
+pub struct Outside {
+    /// The torque that is missing, experiment by experiment.
+    pub missing: Vec<Missing>,
+    /// What it behaves like, if it has any form that is stable.
+    pub form: Option<Form>,
+}
+
+impl Outside {
+    /// What a block's library leaves.
+    pub fn of(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> Self {
+        Self { missing: missing(block, judgement), form: form(block, library, judgement) }
+    }
+}
+
+/// The form of a residual that no effect of the library explains.
+#[derive(Clone, Debug)]
+pub struct Form {
+    /// Its terms, each with the share of the data's halves that picked it.
+    pub terms: Vec<(Hypothesis, f64)>,
+    /// All terms together, with what the data say of them; its hypotheses count in `terms`.
+    pub candidate: Candidate,
+    /// Whether it explains motion that no fit has seen, as a named cause must.
+    pub holds: bool,
+}
+
+/// The torque that would close what the model leaves, along one experiment.
+#[derive(Clone, Debug)]
+pub struct Missing {
+    /// The experiment.
+    pub experiment: String,
+    /// Times of its knots since the recording's start \[s\].
+    pub time: Vec<f64>,
+    /// The block's inputs at the knots, in the order of its field table.
+    pub inputs: Vec<Vec<f64>>,
+    /// The torque, and its standard deviation.
+    pub torque: Latent,
+}
+
+/// The missing torques of all blocks as a table; `None` where no torque is missing.
+pub fn table<'a>(all: impl Iterator<Item = &'a Outside>) -> Option<String> {
+    let inputs: Vec<String> = Kind::Drive.inputs().iter().map(|field| field.name.clone()).collect();
+    let mut out = format!("experiment,t,{},missing,sd\n", inputs.join(","));
+    let header = out.len();
+    for missing in all.flat_map(|outside| &outside.missing) {
+        let Latent { value, sd } = &missing.torque;
+        for (knot, time) in missing.time.iter().enumerate() {
+            let inputs: String = missing.inputs[knot].iter().map(|input| format!("{input},")).collect();
+            out += &format!("{},{time},{inputs}{},{}\n", missing.experiment, value[knot], sd[knot]);
+        }
+    }
+    (out.len() > header).then_some(out)
+}
+
+/// Distance of the knots of a missing torque \[s\].
+const APART: f64 = 0.05;
+
+/// The torque that a drive's model lacks, for each experiment that is learnt from; none for other blocks.
+///
+/// It is added to the measured torque: positive where the motion shows more of it than was told.
+fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
+    if block.kind != Kind::Drive {
+        return Vec::new();
+    }
+    let told = block.trials.iter().flat_map(|trial| &trial.recorded.late).fold(0.0_f64, |most, t| most.max(t.abs()));
+    let set = judgement.clamped.values(&block.base);
+    let of = |response: Response| -> Option<Missing> {
+        let torque = latent(&response.residual, &response.response, told)?;
+        let Response { recorded, experiment, knots, .. } = response;
+        let width = recorded.inputs.len() / recorded.instants;
+        let inputs = knots.iter().map(|i| recorded.inputs[i * width..(i + 1) * width].to_vec()).collect();
+        Some(Missing { experiment, time: knots.iter().map(|i| *i as f64 * recorded.step).collect(), inputs, torque })
+    };
+    block.part(false).responses(&judgement.noise, &set, APART).into_iter().filter_map(of).collect()
+}
+
+/// The form of what a block's library leaves, if it has any that is stable.
+fn form(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> Option<Form> {
+    let mut terms = forms(block);
+    if terms.is_empty() {
+        return None;
+    }
+    terms.extend(library.iter().filter(|hypothesis| hypothesis.is_linear()).cloned());
+    let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
+    let mut picked: Vec<(usize, f64)> = Vec::new();
+    let mut at = judgement.null.clone();
+    for _ in 0..PASSES {
+        let more = search.more(&at, &picked);
+        if more.is_empty() {
+            break;
+        }
+        picked.extend(more);
+        picked.sort_by_key(|(term, _)| *term);
+        at = search.fitted(&[numbers(&picked)], &at).remove(0);
+    }
+    (picked, at) = search.thinned(picked, at);
+    if picked.is_empty() {
+        return None;
+    }
+    let members: Vec<usize> = numbers(&picked);
+    let candidate = search.candidate(&members, at, judgement);
+    let holds = holds(&candidate, judgement.threshold);
+    let terms = picked.into_iter().map(|(term, share)| (terms[term].clone(), share)).collect::<Vec<_>>();
+    let hypotheses = (0..terms.len()).collect();
+    Some(Form { terms, candidate: Candidate { hypotheses, ..candidate }, holds })
+}
+
+fn numbers(picked: &[(usize, f64)]) -> Vec<usize> {
+    picked.iter().map(|(term, _)| *term).collect()
+}
+
+struct Search<'a> {
+    bench: Bench<'a>,
+    terms: &'a [Hypothesis],
+}
+
+impl Search<'_> {
+    fn base(&self) -> &[f64] {
+        &self.bench.block.base
+    }
+
+    /// Terms that most halves of the data pick on top of a fit, each with their share.
+    fn more(&self, at: &Fitted, picked: &[(usize, f64)]) -> Vec<(usize, f64)> {
+        let is_new = |number: &usize| picked.iter().all(|(own, _)| own != number);
+        let left: Vec<usize> = (0..self.terms.len()).filter(is_new).collect();
+        let shelf: Vec<Hypothesis> = left.iter().map(|number| self.terms[*number].clone()).collect();
+        let anchor = at.values(self.base());
+        let shortcut = self.bench.learn.shortcut(&self.bench.noise, &anchor);
+        let bank = Bank::simulate(&shelf, at, self.base(), &|sets| shortcut.whitened(sets));
+        let columns: Vec<_> = bank.entries().iter().map(|entry| bank.signatures(entry)).collect();
+        let model = Linear {
+            residual: &at.residual,
+            known: &at.jacobian,
+            z: &at.z,
+            terms: &columns,
+            dispersion: at.mean_square().max(1.0),
+        };
+        stable(&model).into_iter().map(|picked| (left[picked.term], picked.share)).collect()
+    }
+
+    /// Joint fits of several choices of terms, from where their numbers stand in another fit.
+    fn fitted(&self, choices: &[Vec<usize>], from: &Fitted) -> Vec<Fitted> {
+        let start = |(number, choice): (usize, &Vec<usize>)| {
+            let hypotheses: Vec<&Hypothesis> = choice.iter().map(|term| &self.terms[*term]).collect();
+            let unknowns = unknowns(self.bench.block, &hypotheses);
+            Start { hypothesis: number, z: carried(&unknowns, from), unknowns }
+        };
+        let starts = choices.iter().enumerate().map(start).collect();
+        let anchor = from.values(self.base());
+        let shortcut = self.bench.learn.shortcut(&self.bench.noise, &anchor);
+        let quick = fit(starts, self.base(), &|sets| shortcut.whitened(sets));
+        polished(quick, self.base(), &|sets| self.bench.learn.whitened(&self.bench.noise, sets))
+    }
+
+    /// The terms without those that do not pay, and their fit.
+    fn thinned(&self, mut picked: Vec<(usize, f64)>, mut at: Fitted) -> (Vec<(usize, f64)>, Fitted) {
+        while picked.len() > 1 {
+            let without = |place: usize| {
+                let mut rest = picked.clone();
+                rest.remove(place);
+                rest
+            };
+            let choices: Vec<Vec<(usize, f64)>> = (0..picked.len()).map(without).collect();
+            let sets: Vec<Vec<usize>> = choices.iter().map(|choice| numbers(choice)).collect();
+            let dispersion = at.mean_square().max(1.0);
+            let own = evidence(&at, dispersion).log;
+            let fits = choices.into_iter().zip(self.fitted(&sets, &at));
+            let scored = fits.map(|(choice, fitted)| (evidence(&fitted, dispersion).log, choice, fitted));
+            match scored.max_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((log, choice, fitted)) if log > own - PAYS => (picked, at) = (choice, fitted),
+                _ => break,
+            }
+        }
+        (picked, at)
+    }
+
+    fn candidate(&self, members: &[usize], fitted: Fitted, judgement: &Judgement) -> Candidate {
+        let dispersion = fitted.mean_square().max(1.0);
+        let evidence_of = |fitted: &Fitted| evidence(fitted, dispersion);
+        let own = evidence_of(&fitted);
+        let log_odds = own.log - evidence_of(&judgement.null).log;
+        let hypotheses = members.to_vec();
+        let mut one = [Candidate { hypotheses, fitted, evidence: own, log_odds, sound: true, adequacy: None }];
+        self.bench.add_adequacies(&judgement.clamped, &mut one);
+        let [candidate] = one;
+        candidate
+    }
+}

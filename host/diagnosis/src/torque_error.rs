@@ -1,0 +1,74 @@
+//! How much of a drive's torque a model gets wrong, as identification papers state it: the low-passed difference between
+//! measured and modelled torque over the measured one, root mean squares.
+
+use crate::block::MeasuredBlock;
+use crate::inference::fit::Fitted;
+use crate::recording::smooth::motion;
+use serde::Serialize;
+use softdock_engine::blocks::Kind;
+use softdock_kernels::block::drive::OBSERVER;
+
+/// Cut-off of the zero-phase low-pass \[Hz\].
+const CUTOFF: f64 = 20.0;
+/// Time that is left out at both ends, where the low-pass rings \[s\].
+const ENDS: f64 = 0.1;
+
+/// Relative torque errors of a model, with and without what was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TorqueError {
+    /// Of the model as it is, within its tolerances.
+    pub before: f64,
+    /// With the answer.
+    pub after: f64,
+    /// Cut-off of the low-pass \[Hz\].
+    pub cutoff_hz: f64,
+}
+
+impl TorqueError {
+    /// Of a drive's block with two fits, on held-out motion or on what was fitted; `None` for other blocks and
+    /// for recordings too slow for the low-pass.
+    pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
+        let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
+        let step = first.recorded.step * (first.recorded.stride * block.decimator.every()) as f64;
+        if block.kind != Kind::Drive || CUTOFF > 0.5 / step {
+            return None;
+        }
+        let told = told(block, held_out)?;
+        let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), step)? / told);
+        Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: CUTOFF })
+    }
+}
+
+/// Root mean square of the torque that a model lacks.
+///
+/// A missing torque T moves the simulated angle off by `e`, held by the observer of the block:
+/// `T = J (e'' + 2 w e' + w^2 e)`.
+fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], step: f64) -> Option<f64> {
+    let field = |name: &str| set[block.field(name)];
+    let link = |trial: &crate::block::Trial| trial.recorded.inputs[4];
+    let inertia = field("motor_inertia") + field("inertia_error") + link(block.trials.first()?);
+    let torque = |residual: &nalgebra::DMatrix<f64>| -> Vec<f64> {
+        let e = motion(&residual.row(0).iter().copied().collect::<Vec<_>>(), step, CUTOFF, 1);
+        let at = |i: usize| e.acceleration[i] + 2.0 * OBSERVER * e.rate[i] + OBSERVER * OBSERVER * e.value[i];
+        (0..e.value.len()).map(|i| inertia * at(i)).collect()
+    };
+    root_mean_square(block.part(held_out).means(set).iter().map(torque), step)
+}
+
+/// Root mean square of the measured torque.
+fn told(block: &MeasuredBlock, held_out: bool) -> Option<f64> {
+    let trials = block.trials.iter().filter(|trial| trial.held_out == held_out);
+    let step = block.trials.first()?.recorded.step;
+    root_mean_square(trials.map(|trial| motion(&trial.recorded.late, step, CUTOFF, 1).value), step)
+}
+
+/// Root mean square of several series of equal steps \[s\], without their ends.
+fn root_mean_square(series: impl Iterator<Item = Vec<f64>>, step: f64) -> Option<f64> {
+    let ends = (ENDS / step) as usize;
+    let inner = series.filter(|series| series.len() > 4 * ends);
+    let (sum, count) = inner.fold((0.0, 0), |(sum, count), series| {
+        let own = &series[ends..series.len() - ends];
+        (sum + own.iter().map(|value| value * value).sum::<f64>(), count + own.len())
+    });
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
