@@ -53,6 +53,14 @@ pub fn lagged<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
     R::select(lag.le(R::lit(0.0)), to, (to - at).mul_add(share, at))
 }
 
+/// The same after a step over which the signal goes straight from `from` to `to`.
+#[inline(always)]
+pub fn lagged_along<R: Real>(step: f64, lag: R, at: R, from: R, to: R) -> R {
+    let keep = exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
+    let behind = (to - from) * lag * R::lit(1.0 / step);
+    R::select(lag.le(R::lit(0.0)), to, (at - from + behind).mul_add(keep, to - behind))
+}
+
 /// Angle of the vector (x, y) from +x, in (-pi, pi]; 0 for the zero vector.
 #[inline(always)]
 pub fn atan2<R: Real>(y: R, x: R) -> R {

@@ -6,7 +6,7 @@
 use super::Block;
 use crate::bundle;
 use crate::fields::filled;
-use crate::math::lagged;
+use crate::math::{lagged, lagged_along};
 use crate::params::UNLIMITED;
 use crate::real::Real;
 
@@ -67,6 +67,7 @@ bundle! {
     ControllerHidden {
         before: R, "rad", "measured angle a period ago";
         rate: R, "rad/s", "measured rate behind the low-pass";
+        received: Reference<R>, "1", "reference as it came, a period ago";
         reference: Reference<R>, "1", "reference behind lag and limit";
     }
 }
@@ -105,7 +106,7 @@ impl Block for Controller {
         u: &ControllerInput<R>,
         late: &Reference<R>,
     ) -> ControllerHidden<R> {
-        ControllerHidden { before: u.then(p), rate: late.rate, reference: *late }
+        ControllerHidden { before: u.then(p), rate: late.rate, received: *late, reference: *late }
     }
 
     #[inline(always)]
@@ -119,11 +120,12 @@ impl Block for Controller {
     ) -> ControllerHidden<R> {
         let angle = u.then(p);
         let slope = (angle - s.before) * R::lit(1.0 / step);
+        let (was, at) = (&s.received, &s.reference);
         let came = Reference {
-            angle: lagged(step, p.lag, s.reference.angle, late.angle),
-            rate: lagged(step, p.lag, s.reference.rate, late.rate),
-            acceleration: lagged(step, p.lag, s.reference.acceleration, late.acceleration),
-            feedforward: lagged(step, p.lag, s.reference.feedforward, late.feedforward),
+            angle: lagged_along(step, p.lag, at.angle, was.angle, late.angle),
+            rate: lagged_along(step, p.lag, at.rate, was.rate, late.rate),
+            acceleration: lagged_along(step, p.lag, at.acceleration, was.acceleration, late.acceleration),
+            feedforward: lagged_along(step, p.lag, at.feedforward, was.feedforward, late.feedforward),
         };
         let reach = p.rate_limit * R::lit(step);
         let way = came.angle - s.reference.angle;
@@ -132,6 +134,7 @@ impl Block for Controller {
         ControllerHidden {
             before: angle,
             rate: lagged(step, p.derivative_lag, s.rate, slope),
+            received: *late,
             reference: Reference { angle: s.reference.angle + cut, rate, ..came },
         }
     }

@@ -11,7 +11,7 @@ use super::forms::Forms;
 use crate::bundle;
 use crate::fields::filled;
 use crate::manipulator::bristle;
-use crate::math::{exp, lagged, sin_cos};
+use crate::math::{exp, lagged_along, sin_cos};
 use crate::params::UNLIMITED;
 use crate::real::Real;
 use std::f64::consts::TAU;
@@ -85,6 +85,7 @@ bundle! {
         windup: R, "rad", "motor angle less link angle, transmission error included";
         windup_rate: R, "rad/s", "its rate";
         pull: R, "N m", "torque that the gear would transmit if it were rigid";
+        told: R, "N m", "torque that was told, within the motor's limit";
         given: R, "N m", "torque behind the current loop";
         bristles: R, "N m", "torque of the friction's bristles";
         cable: R, "1", "state of the cables' hysteresis, -1 to 1";
@@ -147,6 +148,7 @@ impl Block for Drive {
             windup,
             windup_rate: zero,
             pull,
+            told: limited(p, late.torque),
             given: limited(p, late.torque),
             bristles: level(p, u, direction(u.rate), u.rate, pull),
             cable: zero,
@@ -170,7 +172,8 @@ impl Block for Drive {
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
         let cable = bristle(s.cable, moved, p.cable_travel);
-        let given = lagged(step, p.current_lag, s.given, limited(p, late.torque));
+        let told = limited(p, late.torque);
+        let given = lagged_along(step, p.current_lag, s.given, s.told, told);
 
         let gear = gear_torque(p, s, inertia.reduced());
         let level = level(p, u, direction(moved), motor_rate, gear);
@@ -192,6 +195,7 @@ impl Block for Drive {
             windup,
             windup_rate,
             pull,
+            told,
             given,
             bristles,
             cable,
