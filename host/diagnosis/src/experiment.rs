@@ -45,6 +45,11 @@ pub struct Experiment {
 }
 
 impl Experiment {
+    /// Whether it is worth its time; else the rivals cannot be told apart with these sensors.
+    pub fn separates(&self) -> bool {
+        self.expected_log_odds >= WORTH
+    }
+
     /// The path as a table of times and references.
     pub fn csv(&self) -> String {
         let row = |(i, q): (usize, &f64)| format!("{:.6},{q:.9}\n", i as f64 * self.step);
@@ -65,7 +70,7 @@ pub struct Envelope {
     pub step: f64,
 }
 
-/// The motion of the bank that tells rivals apart best; `None` if none does. `block_of` makes the rivals' block for a path
+/// The motion of the bank that tells rivals apart best. `block_of` makes the rivals' block for a path
 /// that was followed without error.
 pub fn best(
     envelope: &Envelope,
@@ -81,7 +86,7 @@ pub fn best(
         (expected, name, path)
     };
     let all = bank(envelope).into_iter().map(told);
-    let (expected, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 >= WORTH)?;
+    let (expected, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let runs = (ENOUGH / expected).ceil().max(1.0) as usize;
     Some(Experiment { motion, repeats: REPEATS, expected_log_odds: expected, runs, step: envelope.step, path })
 }

@@ -69,7 +69,13 @@ pub fn proposed(experiment: &Experiment) -> String {
     let odds = significant(experiment.expected_log_odds, 2);
     let runs = if experiment.runs == 1 { "one run is".to_owned() } else { format!("{} runs are", experiment.runs) };
     let motion = &experiment.motion;
-    format!("{motion}, {} repeats (experiment.csv): log-odds of {odds} a run, {runs} enough", experiment.repeats)
+    match experiment.separates() {
+        true => format!(
+            "{motion}, {} repeats (experiment.csv): log-odds of {odds} a run, {runs} enough",
+            experiment.repeats
+        ),
+        false => format!("none of the motions tried, with these sensors; {motion} would bring log-odds of {odds}"),
+    }
 }
 
 /// The answer for a block.

@@ -72,3 +72,16 @@ fn two_effects_are_named_together() {
     found.sort_unstable();
     assert_eq!((diagnosis.answer, &found[..]), (Verdict::Named, &["J14_payload", "J3_stribeck"][..]));
 }
+
+#[test]
+fn rivals_that_look_alike_come_with_the_motion_that_tells_them_apart() {
+    let diagnosis = Bench::drive(&[("C1_transport_delay", 9e-4)], 4).diagnose();
+    let rivals: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+    assert_eq!(diagnosis.answer, Verdict::Ambiguous);
+    assert!(rivals.contains(&"C1_transport_delay") && rivals.contains(&"C2_lag"), "{rivals:?}");
+    assert!(diagnosis.experiment.is_some_and(|text| text.contains("delay")), "the group's own words");
+    let proposed = diagnosis.proposed.expect("a motion");
+    assert!(proposed.separates() && proposed.runs <= 2, "{} {}", proposed.motion, proposed.expected_log_odds);
+    let table = proposed.csv();
+    assert!(table.starts_with("t,ref\n0.000000,") && table.lines().count() == proposed.path.len() + 1);
+}
