@@ -12,9 +12,11 @@ pub mod inference;
 pub mod isolability;
 mod judge;
 pub mod library;
+mod packets;
 pub mod recording;
 mod suspects;
 mod template;
+mod timing;
 pub mod variance;
 pub mod words;
 
