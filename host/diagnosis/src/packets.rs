@@ -17,9 +17,11 @@ use std::collections::BTreeMap;
 pub const RANDOM: [&str; 2] = ["C3_jitter", "C4_drops"];
 
 /// Quanta by which a command must move from row to row for a packet to be missed.
-const MOVED: f64 = 3.0;
-/// Probability with which a row shows the value before though its packet came.
+const MOVED: f64 = 30.0;
+/// Least probability with which a row shows the value before though its packet came.
 const CHANCE: f64 = 1e-4;
+/// Rows that differ by up to so many quanta tell how many do not differ by chance.
+const NEAR: f64 = 10.0;
 /// Kurtosis (3 of a normal distribution) from which on a delay's noise is no jitter but rare and long.
 const LONG_TAIL: f64 = 6.0;
 /// Share of the excess that neighbouring rows may have in common.
@@ -43,16 +45,24 @@ pub(crate) fn lost(rig: &CommandRig, pieces: &[Piece]) -> Vec<Vec<bool>> {
 
 /// Rows whose value and number are those of the row before, though the command had moved.
 fn held(rig: &CommandRig, piece: &Piece) -> Vec<bool> {
-    let (sent, received) = (&piece.signals["sent"], &piece.signals["received"]);
-    let number = piece.signals.get("received.sequence");
-    let least = MOVED * rig.quantum.max(f64::EPSILON);
-    let is_held = |row: usize| {
-        row > 0
-            && (sent[row] - sent[row - 1]).abs() > least
-            && (received[row] - received[row - 1]).abs() < 0.1 * (sent[row] - sent[row - 1]).abs().min(least)
-            && number.is_none_or(|number| (number[row] - number[row - 1]).abs() < 0.5)
+    let quantum = quantum(rig);
+    let same = |change: Option<f64>| change.is_some_and(|change| change < 0.5 * quantum);
+    (0..piece.samples()).map(|row| same(changed(rig, piece, row))).collect()
+}
+
+fn quantum(rig: &CommandRig) -> f64 {
+    rig.quantum.max(f64::EPSILON)
+}
+
+/// By how much the received command changed at a row that has the packet of the row before, though the command had
+/// moved.
+fn changed(rig: &CommandRig, piece: &Piece, row: usize) -> Option<f64> {
+    let change = |signal: &str| -> Option<f64> {
+        let values = piece.signals.get(signal)?;
+        Some((values[row] - values[row.checked_sub(1)?]).abs())
     };
-    (0..sent.len()).map(is_held).collect()
+    let is_same = change("received.sequence").is_none_or(|change| change < 0.5);
+    change("sent").filter(|sent| is_same && *sent > MOVED * quantum(rig)).and_then(|_| change("received"))
 }
 
 /// The answer with losses and jitter, if the model file says how restless a healthy delay is. Edges of a hold that a
@@ -115,20 +125,24 @@ fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
 
 /// Share of the packets that were lost: binomial, with a prior as wide as the effect table has it.
 fn losses(rig: &CommandRig, pieces: &[Piece]) -> Option<Found> {
-    let (mut missed, mut rows, mut repeats) = (0, 0, 0);
-    let least = MOVED * rig.quantum.max(f64::EPSILON);
+    let (mut missed, mut rows, mut near, mut repeats) = (0, 0, 0, 0);
+    let least = MOVED * quantum(rig);
     for (piece, lost) in pieces.iter().zip(lost(rig, pieces)) {
         missed += lost.iter().filter(|lost| **lost).count();
         rows += piece.signals["sent"].windows(2).filter(|pair| (pair[1] - pair[0]).abs() > least).count();
+        let is_near = |change: &f64| (0.5..NEAR + 0.5).contains(&(change / quantum(rig)));
+        near += (0..piece.samples()).filter_map(|row| changed(rig, piece, row)).filter(is_near).count();
         repeats = repeats.max(piece.repeat);
     }
     if repeats < 2 || rows == 0 {
         return None;
     }
+    // As many by chance as differ by any one of the next quanta, up or down.
+    let chance = (near as f64 / (2.0 * NEAR) / rows as f64).max(CHANCE);
     let (missed, came) = (missed as f64, (rows - missed) as f64);
     let wide = 1.0 / EffectId::of("C4_drops").effect().parameters[0].scale - 1.0;
     let log_odds =
-        ln_beta(1.0 + missed, wide + came) - ln_beta(1.0, wide) - missed * CHANCE.ln() - came * (-CHANCE).ln_1p();
+        ln_beta(1.0 + missed, wide + came) - ln_beta(1.0, wide) - missed * chance.ln() - came * (-chance).ln_1p();
     let posterior = Beta::new(1.0 + missed, wide + came).ok()?;
     let of = |share: f64| seen_in_part(share, repeats as i32);
     let value = Interval {

@@ -131,13 +131,16 @@ fn timed(rig: &CommandRig, block: &'static str, name: &'static str, delays: &[In
     Some(answer(block, ("C1_transport_delay", name, "delay", "s"), beyond, log_odds, noise, delays.len()))
 }
 
-/// How the other clock runs against the rows' own, if it is recorded.
+/// How the other clock runs against the rows' own, if it is recorded and is another one.
 fn clocks(pieces: &[Piece]) -> Option<BlockAnswer> {
     let mut rates = Vec::new();
     for piece in pieces {
         let stamps = piece.signals.get("received.t")?;
         let stretch = stamps.len() / STRETCHES;
         rates.extend(stamps.chunks_exact(stretch).map(|stamps| slope(stamps) / piece.step - 1.0));
+    }
+    if rates.iter().all(|rate| rate.abs() < ROUNDING) {
+        return None;
     }
     let count = rates.len() as f64;
     let mean = rates.iter().sum::<f64>() / count;

@@ -9,7 +9,7 @@ use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
 /// Longest step of the simulation \[s\].
-const LONGEST_STEP: f64 = 1e-3;
+const LONGEST_STEP: f64 = 2e-3;
 /// Most samples that one judged sample stands for: booms ring up to a tenth of the sampling rate.
 const MOST_STEPS: usize = 4;
 /// A wrench jumps where it changes by more than so many times its median change.

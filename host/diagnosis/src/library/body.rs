@@ -53,7 +53,7 @@ fn slosh(shelf: &mut Shelf) {
         ("slosh_place_y", inside, Role::Form),
         ("slosh_place_z", inside, Role::Form),
     ];
-    shelf.add("P2_slosh", "liquid that sways", &entries, &[0.1], &forms(0.7));
+    shelf.add("P2_slosh", "liquid that sways", &entries, &[0.1], &forms(None));
 }
 
 /// The tip of a boom lies outside the body, up to several of its radii.
@@ -70,7 +70,7 @@ fn appendage(shelf: &mut Shelf) {
         ("appendage_place_y", outside, Role::Form),
         ("appendage_place_z", outside, Role::Form),
     ];
-    shelf.add("P3_appendage", "boom that bends", &entries, &[0.05], &forms(1.0));
+    shelf.add("P3_appendage", "boom that bends", &entries, &[0.05], &forms(Some(1.0)));
 }
 
 /// Natural logarithm of the factor to which the frequency of what hangs in a body is known: liquid sways at some tenths
@@ -79,16 +79,13 @@ const FACTOR: f64 = 0.5;
 /// Length of a boom in radii of the body.
 const BOOM: f64 = 3.0;
 
-/// Forms (frequency, damping, place) that are tried: frequencies a twentieth apart, in the middle and on either side of
-/// every axis.
-fn forms(aside: f64) -> Vec<Vec<f64>> {
-    let sides = [0, 1, 2].into_iter().flat_map(|axis| [-aside, aside].map(|side| (axis, side)));
-    let places: Vec<[f64; 3]> = std::iter::once([0.0; 3])
-        .chain(sides.map(|(axis, side)| std::array::from_fn(|k| if k == axis { side } else { 0.0 })))
-        .collect();
-    let of = |k: i32| {
-        let frequency = 0.1 * f64::from(k);
-        places.iter().map(move |p| vec![frequency, 0.0, p[0], p[1], p[2]]).collect::<Vec<_>>()
-    };
+/// Forms (frequency, damping, place) that are tried: frequencies a twentieth apart, in the middle and, where what hangs
+/// may lie far out, on either side of every axis.
+fn forms(aside: Option<f64>) -> Vec<Vec<f64>> {
+    let sides = aside.into_iter().flat_map(|aside| (0..3).flat_map(move |axis| [(axis, -aside), (axis, aside)]));
+    let place =
+        |(axis, side): (usize, f64)| -> [f64; 3] { std::array::from_fn(|k| if k == axis { side } else { 0.0 }) };
+    let places: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain(sides.map(place)).collect();
+    let of = |k: i32| places.iter().map(move |place| [&[0.1 * f64::from(k), 0.0][..], place].concat());
     (-20..=20).flat_map(of).collect()
 }
