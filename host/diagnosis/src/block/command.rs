@@ -9,6 +9,7 @@ use softdock_engine::blocks::Kind;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::fields::to_vec;
+use softdock_kernels::philox;
 
 /// Samples that one judged sample stands for: a hold shows at the rate of its packets, up to half that of the samples.
 const STEPS: usize = 1;
@@ -24,6 +25,11 @@ const UNIFORM: f64 = 1.732_050_8;
 const RESTLESSNESS: f64 = 0.01;
 /// Rate below which the noise is not the delay's alone, as a share of the root mean square.
 const LEAST_RATE: f64 = 0.3;
+
+/// Width of the dither on what was received, in quanta: its variance is that of the rounding of a dozen repeats' mean.
+const DITHER: f64 = 4.0;
+/// Seed of the dither: the same data give the same answer.
+const SEED: u64 = 3;
 
 /// What is fed, and what is measured.
 pub const INPUTS: [&str; 1] = ["sent"];
@@ -90,11 +96,16 @@ fn trial(rig: &CommandRig, piece: &Piece, lost: &[bool], slowest: f64, held_out:
     };
     let inputs = (0..instants).flat_map(|i| [weight(i), i as f64 * step]).collect();
     let late = (0..instants).flat_map(|i| [sent.value[i], 0.5 * step * step * sent.acceleration[i]]).collect();
+    // The rounding of a command that is held or limited is the same in all repeats, and would pass for an effect.
+    let dither = |i: usize| {
+        let draw = philox::uniform(SEED, &piece.experiment, piece.repeat as u64, i as u32);
+        DITHER * rig.quantum * (draw - 0.5)
+    };
     let received = piece.signals["received"].iter().enumerate();
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        measured: vec![received.map(|(i, value)| value * weight(i * finer)).collect()],
+        measured: vec![received.map(|(i, value)| (value + dither(i)) * weight(i * finer)).collect()],
         recorded: Recorded { step, instants, stride: finer, inputs, late },
     }
 }

@@ -74,12 +74,14 @@ fn edges(trial: &Trial) -> Vec<Vec<usize>> {
     let weights: Vec<f64> = trial.recorded.inputs.iter().step_by(2 * trial.recorded.stride).copied().collect();
     let slow = 0.5 * weights.iter().copied().fold(0.0, f64::max);
     let fast = |i: usize| weights[i] > 0.0 && weights[i] < slow;
-    let value = |i: usize| trial.measured[0][i] / weights[i];
-    let is_edge = |i: &usize| (value(*i) - value(i - 1)).abs() > SAME * value(*i).abs();
+    // Received commands over the rate at which they were sent move by about a row's time in a row.
+    let row = trial.recorded.step * trial.recorded.stride as f64;
+    let change = |i: usize| trial.measured[0][i] - trial.measured[0][i - 1] * weights[i] / weights[i - 1];
+    let is_edge = |i: &usize| change(*i).abs() > NEW * row;
     let rows: Vec<usize> = (1..weights.len()).filter(|i| fast(i - 1) && fast(*i)).collect();
     let stretches = rows.chunk_by(|a, b| b - a == 1);
     stretches.map(|rows| rows.iter().copied().filter(is_edge).collect()).collect()
 }
 
-/// Relative difference of what is the same but for rounding.
-const SAME: f64 = 1e-9;
+/// Share of a row's motion from which on a value is new.
+const NEW: f64 = 0.25;
