@@ -14,10 +14,12 @@ use statrs::function::beta::ln_beta;
 use std::collections::BTreeMap;
 
 /// Ids of these effects.
-pub const RANDOM: [&str; 2] = ["C3_jitter", "C4_drops"];
+pub(crate) const RANDOM: [&str; 2] = ["C3_jitter", "C4_drops"];
 
 /// Quanta by which a command must move from row to row for a packet to be missed.
 const MOVED: f64 = 30.0;
+/// Share of packets that the next row follows with another one, below which packets are held and not lost.
+const AGAIN: f64 = 0.4;
 /// Least probability with which a row shows the value before though its packet came.
 const CHANCE: f64 = 1e-4;
 /// Rows that differ by up to so many quanta tell how many do not differ by chance.
@@ -29,18 +31,37 @@ const COLOURED: f64 = 0.5;
 /// A row is fast where its weight is below this share of the greatest: the noise there is the delay's.
 const FAST: f64 = 0.25;
 
-/// Rows of each recording that brought no packet, though they did in another repeat: value and number are those of the
-/// row before, and the command had moved. Nothing is said without repeats, and a hold is no loss.
-pub(crate) fn lost(rig: &CommandRig, pieces: &[Piece]) -> Vec<Vec<bool>> {
+/// Rows of a recording that brought no packet.
+pub(crate) struct Missed {
+    /// Those that say nothing of the command's way: losses, and edges of a hold that a restless delay has moved.
+    pub(crate) rows: Vec<bool>,
+    /// Whether they are losses.
+    are_lost: bool,
+}
+
+/// Rows whose value and number are those of the row before, though the command had moved, in each recording. A hold is no
+/// loss, and without repeats nothing is.
+pub(crate) fn missed(rig: &CommandRig, pieces: &[Piece]) -> Vec<Missed> {
     let held: Vec<Vec<bool>> = pieces.iter().map(|piece| held(rig, piece)).collect();
-    let of = |(piece, own): (&Piece, &Vec<bool>)| -> Vec<bool> {
+    let of = |(piece, own): (&Piece, &Vec<bool>)| {
         let same = |other: &&Piece| other.experiment == piece.experiment && other.repeat != piece.repeat;
         let others: Vec<&Vec<bool>> =
             pieces.iter().zip(&held).filter(|(other, _)| same(other)).map(|(_, held)| held).collect();
-        let came = |row: usize| others.iter().any(|held| held.get(row) == Some(&false));
-        own.iter().enumerate().map(|(row, held)| *held && came(row)).collect()
+        let common = |row: usize| own[row] && others.iter().all(|held| held.get(row) == Some(&true));
+        let common: Vec<bool> = (0..own.len()).map(common).collect();
+        let are_lost = !is_hold(own, &common);
+        let rows = own.iter().zip(&common).map(|(held, common)| *held && (are_lost || !common)).collect();
+        Missed { rows, are_lost }
     };
     pieces.iter().zip(&held).map(of).collect()
+}
+
+/// Whether rows without a packet are those of a hold: the same in all repeats, or the usual thing after a packet.
+fn is_hold(own: &[bool], common: &[bool]) -> bool {
+    let count = |rows: &[bool]| rows.iter().filter(|row| **row).count();
+    let came = own.windows(2).filter(|pair| !pair[0]).count();
+    let again = own.windows(2).filter(|pair| !pair[0] && !pair[1]).count();
+    2 * count(common) > count(own) || (again as f64) < AGAIN * came as f64
 }
 
 /// Rows whose value and number are those of the row before, though the command had moved.
@@ -65,7 +86,7 @@ fn changed(rig: &CommandRig, piece: &Piece, row: usize) -> Option<f64> {
     change("sent").filter(|sent| is_same && *sent > MOVED * quantum(rig)).and_then(|_| change("received"))
 }
 
-/// The answer with losses and jitter, if the model file says how restless a healthy delay is. Edges of a hold that a
+/// The answer with losses and, if the model file says how restless a healthy delay is, jitter. Edges of a hold that a
 /// restless delay moves to either side of a tick are neither.
 pub(crate) fn with_random(
     rig: &CommandRig,
@@ -102,6 +123,10 @@ fn named(mut answer: BlockAnswer, id: &'static str, name: &'static str, found: &
     if found.log_odds < answer.threshold {
         return answer;
     }
+    if answer.answer < Verdict::Named {
+        // What has no practical effect is not the answer any more.
+        answer.effects.clear();
+    }
     let Interval { value, lo, hi } = found.value;
     let estimate = Estimate { value, lo, hi, unit: found.unit.to_owned() };
     answer.effects.push(EffectFound {
@@ -127,8 +152,8 @@ fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
 fn losses(rig: &CommandRig, pieces: &[Piece]) -> Option<Found> {
     let (mut missed, mut rows, mut near, mut repeats) = (0, 0, 0, 0);
     let least = MOVED * quantum(rig);
-    for (piece, lost) in pieces.iter().zip(lost(rig, pieces)) {
-        missed += lost.iter().filter(|lost| **lost).count();
+    for (piece, own) in pieces.iter().zip(self::missed(rig, pieces)).filter(|(_, own)| own.are_lost) {
+        missed += own.rows.iter().filter(|row| **row).count();
         rows += piece.signals["sent"].windows(2).filter(|pair| (pair[1] - pair[0]).abs() > least).count();
         let is_near = |change: &f64| (0.5..NEAR + 0.5).contains(&(change / quantum(rig)));
         near += (0..piece.samples()).filter_map(|row| changed(rig, piece, row)).filter(is_near).count();
@@ -144,19 +169,9 @@ fn losses(rig: &CommandRig, pieces: &[Piece]) -> Option<Found> {
     let log_odds =
         ln_beta(1.0 + missed, wide + came) - ln_beta(1.0, wide) - missed * chance.ln() - came * (-chance).ln_1p();
     let posterior = Beta::new(1.0 + missed, wide + came).ok()?;
-    let of = |share: f64| seen_in_part(share, repeats as i32);
-    let value = Interval {
-        value: of(missed / rows as f64),
-        lo: of(posterior.inverse_cdf(0.025)),
-        hi: of(posterior.inverse_cdf(0.975)),
-    };
+    let value =
+        Interval { value: missed / rows as f64, lo: posterior.inverse_cdf(0.025), hi: posterior.inverse_cdf(0.975) };
     Some(Found { field: "drop_probability", unit: "1", value, log_odds })
-}
-
-/// Probability of a loss by the share of rows that are lost in one repeat and not in all: what all repeats lose looks
-/// like a hold.
-fn seen_in_part(share: f64, repeats: i32) -> f64 {
-    (0..60).fold(share, |p, _| (share / (1.0 - p.powi(repeats - 1))).min(0.9))
 }
 
 /// Standard deviation of the delay from row to row beyond the healthy one, and whether it is jitter: normal, and

@@ -1,7 +1,7 @@
 //! The block from command sent to command received, from recordings of both.
 
 use super::{Channel, MeasuredBlock, Trial, nuisances};
-use crate::packets::lost;
+use crate::packets::{Missed, missed};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers, motion};
 use softdock_campaign::rig::CommandRig;
@@ -48,10 +48,10 @@ pub fn command_block(
     let longest = pieces.iter().map(|piece| piece.samples() as f64 * piece.step).fold(rig.period, f64::max);
     // A restless delay may be another one at a recording's end: so much looks like a skew and is none.
     let tolerance = [&rig.tolerance[..], &[("clock_skew", restlessness / longest)]].concat();
-    let lost = lost(rig, pieces);
-    let trial = |(piece, lost): (&Piece, &Vec<bool>)| {
+    let missed = missed(rig, pieces);
+    let trial = |(piece, missed): (&Piece, &Missed)| {
         let slowest = slowest(rig, piece, restlessness);
-        trial(rig, piece, lost, slowest, held_out(&piece.experiment), finer)
+        trial(rig, piece, &missed.rows, slowest, held_out(&piece.experiment), finer)
     };
     MeasuredBlock {
         kind: Kind::Command,
@@ -59,7 +59,7 @@ pub fn command_block(
         nuisances: nuisances(Kind::Command, &base, &tolerance),
         base,
         channels: vec![Channel { name: "received", output: 0, unit: "s" }],
-        trials: pieces.iter().zip(&lost).map(trial).collect(),
+        trials: pieces.iter().zip(&missed).map(trial).collect(),
         decimator: Decimator::new(STEPS),
         clock: None,
     }
@@ -84,14 +84,14 @@ fn band(rig: &CommandRig, piece: &Piece) -> f64 {
     (BAND * nyquist * (highest + 1) as f64 / BANDS as f64).min(nyquist)
 }
 
-/// Rows that brought no packet weigh nothing, as do the ends.
-fn trial(rig: &CommandRig, piece: &Piece, lost: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
+/// Rows that say nothing weigh nothing, as do the ends.
+fn trial(rig: &CommandRig, piece: &Piece, missed: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
     let step = piece.step / finer as f64;
     let sent = motion(&piece.signals["sent"], piece.step, band(rig, piece), finer);
     let instants = sent.value.len();
     let known = (rig.values.transport_delay / step).round() as usize;
     let weight = |i: usize| {
-        let silent = i.min(instants - 1 - i) as f64 * step < ENDS || lost[i / finer];
+        let silent = i.min(instants - 1 - i) as f64 * step < ENDS || missed[i / finer];
         if silent { 0.0 } else { 1.0 / sent.rate[i.saturating_sub(known)].hypot(slowest) }
     };
     let inputs = (0..instants).flat_map(|i| [weight(i), i as f64 * step]).collect();

@@ -69,18 +69,25 @@ const FEWEST_EDGES: usize = 20;
 /// Share of them that must follow after a row without one: fewer are losses.
 const SEEN: f64 = 0.3;
 
-/// Rows at which the received command takes a new value, stretch by stretch of fast motion.
+/// Rows at which the received command takes a new value, stretch by stretch of fast motion; rows that weigh nothing tell
+/// nothing.
 fn edges(trial: &Trial) -> Vec<Vec<usize>> {
     let weights: Vec<f64> = trial.recorded.inputs.iter().step_by(2 * trial.recorded.stride).copied().collect();
     let slow = 0.5 * weights.iter().copied().fold(0.0, f64::max);
-    let fast = |i: usize| weights[i] > 0.0 && weights[i] < slow;
     // Received commands over the rate at which they were sent move by about a row's time in a row.
-    let row = trial.recorded.step * trial.recorded.stride as f64;
-    let change = |i: usize| trial.measured[0][i] - trial.measured[0][i - 1] * weights[i] / weights[i - 1];
-    let is_edge = |i: &usize| change(*i).abs() > NEW * row;
-    let rows: Vec<usize> = (1..weights.len()).filter(|i| fast(i - 1) && fast(*i)).collect();
-    let stretches = rows.chunk_by(|a, b| b - a == 1);
-    stretches.map(|rows| rows.iter().copied().filter(is_edge).collect()).collect()
+    let least = NEW * trial.recorded.step * trial.recorded.stride as f64;
+    let (mut stretches, mut last) = (vec![Vec::new()], None);
+    for (row, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+        let value = trial.measured[0][row] / weight;
+        let is_new = last.is_some_and(|last: f64| (value - last).abs() * weight > least);
+        match stretches.last_mut() {
+            Some(stretch) if *weight < slow && is_new => stretch.push(row),
+            Some(stretch) if *weight >= slow && !stretch.is_empty() => stretches.push(Vec::new()),
+            _ => {}
+        }
+        last = Some(value);
+    }
+    stretches
 }
 
 /// Share of a row's motion from which on a value is new.
