@@ -5,7 +5,7 @@ use crate::found::{file_name, file_names, listed, paths, told, write};
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
+use softdock_campaign::rig::{BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
 use softdock_diagnosis::diagnosis::{Options, prepare};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
 use std::path::Path;
@@ -47,14 +47,19 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
 /// Plant kinds and their signals, one a line.
 fn signals() -> String {
     let mut out = String::from("drive: one joint with its drive, turning or sliding\n");
-    for (name, turning, sliding, meaning) in DRIVE_SIGNALS {
-        let unit = if turning == sliding { turning.to_owned() } else { format!("{turning} or {sliding}") };
-        out += &signal(name, &unit, meaning);
-    }
+    let either = |(name, turning, sliding, meaning): &(&str, &str, &str, &str)| {
+        let unit = if turning == sliding { (*turning).to_owned() } else { format!("{turning} or {sliding}") };
+        signal(name, &unit, meaning)
+    };
+    DRIVE_SIGNALS.iter().for_each(|row| out += &either(row));
     out += "\nsensor: a force/torque sensor under known loads\n";
     SENSOR_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out += "\ncontact: one body against a plate\n";
     CONTACT_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out += "\ncommand: a command's way from sender to receiver, by its echo or by events\n";
+    COMMAND_SIGNALS.iter().for_each(|row| out += &either(row));
+    out += "\nbody: a free body under known wrenches\n";
+    BODY_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out
 }
 

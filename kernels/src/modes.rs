@@ -35,6 +35,15 @@ bundle! {
     }
 }
 
+impl<R: Real> Mode<R> {
+    /// Acceleration \[m/s^2\] with which spring and damper pull the mass back to its place.
+    #[inline(always)]
+    pub(crate) fn pull(&self, s: &Sway<R>) -> Vec3<R> {
+        let brake = s.velocity * (self.damping * self.frequency * R::lit(2.0));
+        s.shift.scale_add(self.frequency * self.frequency, brake)
+    }
+}
+
 /// The modes that the facility simulates.
 #[inline(always)]
 pub(crate) fn hil_modes<R: Real>(p: &Params<R>) -> [Mode<R>; MODES] {
@@ -75,11 +84,9 @@ pub(crate) fn swayed<R: Real>(
     let mut pull = [Vec3::zero(); MODES];
     for i in 0..MODES {
         if effects.has(EFFECTS[i]) {
-            let Mode { share, frequency, damping } = modes[i];
-            let brake = s[i].velocity * (damping * frequency * R::lit(2.0));
-            pull[i] = s[i].shift.scale_add(frequency * frequency, brake);
-            thrust = pull[i].scale_add(share, thrust);
-            fixed = fixed - share;
+            pull[i] = modes[i].pull(&s[i]);
+            thrust = pull[i].scale_add(modes[i].share, thrust);
+            fixed = fixed - modes[i].share;
         }
     }
     let structure = thrust * (R::lit(1.0) / fixed);

@@ -3,6 +3,8 @@
 use super::adapters;
 use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
+use softdock_kernels::block::body::{BodyValues, Hung};
+use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::block::contact::ContactValues;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
@@ -131,17 +133,67 @@ fn contacts() -> (Recorded, Vec<Vec<f64>>) {
     (recorded, (0..SETS).map(set).collect())
 }
 
+fn commands() -> (Recorded, Vec<Vec<f64>>) {
+    let recorded = recorded(|t, [_, v, _]| vec![1.0 / v.hypot(0.3), t], |_, [q, _, a]| vec![q, 0.5 * 5e-4 * 5e-4 * a]);
+    let set = |i: u64| {
+        to_vec(&CommandValues {
+            transport_delay: 2e-3,
+            delay: 5e-3 * draw("command's delay", i),
+            clock_offset: 1e-3 * (draw("clock", i) - 0.5),
+            clock_skew: 1e-3 * draw("skew", i),
+            hold: 4e-3 + 2e-3 * draw("period", i),
+            hold_share: if i.is_multiple_of(3) { draw("hold", i) } else { 0.0 },
+            blur: 1e-4,
+            lag: 5e-3 * draw("lag", i),
+            rate_limit: 0.5 + draw("limit", i),
+        })
+    };
+    (recorded, (0..SETS).map(set).collect())
+}
+
+fn bodies() -> (Recorded, Vec<Vec<f64>>) {
+    let recorded = recorded(
+        |t, [q, v, _]| vec![0.1 * q, 0.2 * v, 0.1, if t > 0.5 { 1.0 } else { 0.0 }],
+        |_, [q, v, _]| vec![90.0 * v, 60.0, -300.0 * q, 20.0 * v, 5.0, 100.0 * q],
+    );
+    let set = |i: u64| {
+        let slosh = Hung {
+            mass: if i.is_multiple_of(3) { 30.0 * draw("slosh", i) } else { 0.0 },
+            frequency: 0.3 + draw("frequency", i),
+            damping: 0.02,
+            place: vec3(0.1, 0.05, 0.3),
+        };
+        let place = vec3(2.5 * draw("boom", i), 0.0, 0.1);
+        let appendage = Hung { mass: 3.0 * draw("appendage", i), frequency: 2.8, damping: 0.004, place };
+        to_vec(&BodyValues {
+            mass: 300.0,
+            centre: vec3(0.02 * draw("centre", i), 0.0, 0.0),
+            inertia: vec3(90.0, 110.0, 100.0),
+            slosh,
+            appendage,
+            accelerometer_bias: vec3(0.0, 1e-3 * draw("accelerometer", i), 0.0),
+            gyroscope_bias: vec3(0.0, 0.0, 1e-3 * draw("gyroscope", i)),
+            clock_offset: 1e-3 * (draw("clock", i) - 0.5),
+        })
+    };
+    (recorded, (0..SETS).map(set).collect())
+}
+
 #[test]
 fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     // f32 has 6e-8 of an angle of 0.1 rad, and 2000 steps; a gain of 3e4 N m/rad makes 1e-2 N m of that. What friction
     // and teeth decide at zero speed may fall half a step apart.
     // A reading of 100 N has 1e-5 N, a step's edge (1 N wide) up to four times that and the moments less; a depth of 1 mm
     // under 1e5 N/m has 1e-5 N, its rate and the bristles a hundred times as much.
+    // A command of 0.1 rad over 0.3 rad/s has 2e-8 s, an edge of a hold (0.2 ms wide) 1e-3 of the 5 ms before it; rates of
+    // 0.2 rad/s add up over 2000 steps.
     let cases = [
         (Kind::Drive, drives(), 3e-6),
         (Kind::Controller, controllers(), 0.1),
         (Kind::Sensor, sensors(), 3e-3),
         (Kind::Contact, contacts(), 0.3),
+        (Kind::Command, commands(), 2e-5),
+        (Kind::Body, bodies(), 1e-5),
     ];
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {

@@ -17,11 +17,15 @@ use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+mod body;
+mod command;
 mod contact;
 mod sensor;
 #[cfg(test)]
 mod tests;
 
+pub use body::{BODY_SIGNALS, BodyRig};
+pub use command::{COMMAND_SIGNALS, CommandRig};
 pub use contact::{CONTACT_SIGNALS, ContactRig};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
 
@@ -52,6 +56,10 @@ pub enum Plant {
     Sensor(Box<SensorRig>),
     /// A contact.
     Contact(Box<ContactRig>),
+    /// A command's way from sender to receiver.
+    Command(Box<CommandRig>),
+    /// A free body under known wrenches.
+    Body(Box<BodyRig>),
 }
 
 /// One joint with its drive.
@@ -119,8 +127,7 @@ impl Rig {
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        let kind =
-            c.choice(&file.kind, &[("drive", Kind::Drive), ("sensor", Kind::Sensor), ("contact", Kind::Contact)]);
+        let kind = c.choice(&file.kind, &KINDS);
         check_tolerance(&mut c, &file, kind);
         let (plant, log) = match kind {
             Kind::Drive => {
@@ -140,6 +147,16 @@ impl Rig {
                 let known: Vec<_> = CONTACT_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
                 (rig.map(|rig| Plant::Contact(Box::new(rig))), columns(&mut c, &file, &known))
             }
+            Kind::Command => {
+                let rig = command::command(&mut c, &file);
+                let known = CommandRig::signals(rig.as_ref().is_some_and(|rig| rig.prismatic));
+                (rig.map(|rig| Plant::Command(Box::new(rig))), columns(&mut c, &file, &known))
+            }
+            Kind::Body => {
+                let rig = body::body(&mut c, &file);
+                let known: Vec<_> = BODY_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Body(Box::new(rig))), columns(&mut c, &file, &known))
+            }
         };
         Problems::check(std::mem::take(&mut c.problems))?;
         let plant = plant.expect("a missing table is a problem");
@@ -155,10 +172,23 @@ enum Kind {
     Drive,
     Sensor,
     Contact,
+    Command,
+    Body,
 }
 
+/// Kinds by the names that a model file gives them.
+const KINDS: [(&str, Kind); 5] = [
+    ("drive", Kind::Drive),
+    ("sensor", Kind::Sensor),
+    ("contact", Kind::Contact),
+    ("command", Kind::Command),
+    ("body", Kind::Body),
+];
+
 /// Tolerances that a rig of each kind may name.
-const TOLERANCES: [(Kind, &[&str]); 3] = [
+const TOLERANCES: [(Kind, &[&str]); 5] = [
+    (Kind::Command, &["delay_noise", "noise", "clock_offset"]),
+    (Kind::Body, &["mass", "inertia", "centre", "accelerometer_bias", "gyroscope_bias", "clock_offset"]),
     (
         Kind::Drive,
         &[
@@ -283,10 +313,8 @@ fn add_effect(
     drive: &mut DriveValues<f64>,
     controller: Option<&mut ControllerRig>,
 ) {
-    let known: Vec<&str> = EFFECTS.iter().chain([&DICTIONARY]).map(|effect| effect.id).collect();
     let id = &written.id;
-    if !known.contains(&id.value.as_str()) {
-        c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
+    if !is_known(c, written) {
         return;
     }
     match controller {
@@ -299,6 +327,31 @@ fn add_effect(
         }
         _ => *drive = with_parameters(c, prismatic, written, drive),
     }
+}
+
+/// A block's values with those that the effects of its model file name; what has no mean changes none of them.
+fn with_effects<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, file: &RigFile, mut values: B) -> B {
+    for written in &file.effect {
+        let row = EFFECTS.iter().find(|effect| effect.id == written.id.value);
+        if is_known(c, written) && row.is_some_and(|effect| effect.group != RANDOM) {
+            values = with_parameters(c, prismatic, written, &values);
+        }
+    }
+    values
+}
+
+/// The group of effects without a mean.
+const RANDOM: &str = "G9";
+
+/// Whether an effect is in the table; refused if it is not.
+fn is_known(c: &mut Checker, written: &EffectTable) -> bool {
+    let (id, known): (_, Vec<&str>) =
+        (&written.id, EFFECTS.iter().chain([&DICTIONARY]).map(|effect| effect.id).collect());
+    let is_known = known.contains(&id.value.as_str());
+    if !is_known {
+        c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
+    }
+    is_known
 }
 
 /// A block's values with those that an effect names.

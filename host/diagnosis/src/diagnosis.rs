@@ -1,6 +1,8 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
+use crate::block::body::{self, body_block};
+use crate::block::command::{self, command_block};
 use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
 use crate::block::drive::{drive_block, followed};
@@ -11,15 +13,17 @@ use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
 use crate::outside::Outside;
+use crate::packets;
 use crate::recording::grid::{Finding, Piece, read};
 use crate::recording::smooth::motion;
 use crate::suspects::suspects;
+use crate::timing;
 use crate::torque_error::TorqueError;
 use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{DriveRig, Plant};
+use softdock_campaign::rig::{CommandRig, DriveRig, Plant};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -127,6 +131,13 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let mut provisional = Vec::new();
+    if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
+        learn.extend(test);
+        provisional.push(timing::reason(&learn));
+        let (held_out, without) = (BTreeSet::new(), options.without.clone());
+        let isolability = timing::views(&learn);
+        return Ok(Prepared { rig, pieces: learn, held_out, without, provisional, findings, isolability });
+    }
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
         (learn, test) = (before, test.into_iter().chain(after).collect());
@@ -213,6 +224,17 @@ impl Prepared {
                 let library = library::contact::effects(&block);
                 vec![(block, library)]
             }
+            Plant::Command(rig) if rig.echoed => {
+                let block = command_block(rig, &self.pieces, &is_held, finer);
+                let library = library::command::effects(&block);
+                vec![(block, library)]
+            }
+            Plant::Command(_) => Vec::new(),
+            Plant::Body(rig) => {
+                let block = body_block(rig, &self.pieces, &is_held, finer);
+                let library = library::body::effects(&block);
+                vec![(block, library)]
+            }
         }
     }
 
@@ -235,6 +257,8 @@ impl Prepared {
             Plant::Drive(_) => self.drive_views()?,
             Plant::Sensor(_) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
             Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+            Plant::Command(rig) => self.command_views(rig),
+            Plant::Body(_) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
         };
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
@@ -252,6 +276,16 @@ impl Prepared {
         let of =
             |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
         self.blocks(1).iter().map(of).collect()
+    }
+
+    fn command_views(&self, rig: &CommandRig) -> Vec<BlockView> {
+        let mut views = self.only_view(&command::INPUTS, &command::OUTPUTS);
+        let repeated = self.pieces.iter().any(|piece| piece.repeat > 1);
+        if let Some(view) = views.first_mut().filter(|_| repeated && rig.delay_noise.is_some()) {
+            view.effects.extend(packets::RANDOM);
+        }
+        views.extend(timing::views(&self.pieces));
+        views
     }
 
     fn drive_views(&self) -> Result<Vec<BlockView>> {
@@ -291,6 +325,12 @@ impl Prepared {
             self.findings.extend(suspects(rig, &self.pieces));
         }
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        if let Plant::Command(rig) = &self.rig.plant {
+            prismatic = rig.prismatic;
+            let (timed, findings) = timing::answers(rig, &self.pieces);
+            answers.extend(timed);
+            self.findings.extend(findings);
+        }
         for (place, coarse) in self.blocks(1).into_iter().enumerate() {
             let (block, library, error) = self.exact_enough(place, coarse)?;
             errors.push(error);
@@ -304,13 +344,9 @@ impl Prepared {
             if let Some(form) = outside.as_ref().and_then(|outside| outside.form.as_ref()) {
                 answer = answer.with_form(form, prismatic);
             }
-            let noise = match &self.rig.plant {
-                Plant::Sensor(rig) => excess_noise(rig, &block),
-                _ => None,
-            };
             let own = Judged { block, library, judgement, outside };
             answer.torque_error = own.torque_error(&answer);
-            answers.push(noise.iter().fold(answer, BlockAnswer::with_noise));
+            answers.push(self.with_random(&own.block, answer));
             judged.push(own);
         }
         let proposed = answers.iter().zip(&judged).enumerate().find_map(|(place, (answer, own))| {
@@ -354,6 +390,15 @@ impl Prepared {
             };
         }
         envelope
+    }
+
+    /// The answer with the effects that have no mean.
+    fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
+        match &self.rig.plant {
+            Plant::Sensor(rig) => excess_noise(rig, block).iter().fold(answer, BlockAnswer::with_noise),
+            Plant::Command(rig) => packets::with_random(rig, &self.pieces, block, &self.without, answer),
+            _ => answer,
+        }
     }
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.

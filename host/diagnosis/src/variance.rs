@@ -48,15 +48,34 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let mut deviation = [Interval { value: 0.0, lo: 0.0, hi: 0.0 }; 2];
     for kind in 0..2 {
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
-        let samples = 3.0 * memory.samples;
-        // A variance of n samples is known to a share of sqrt(2 / n).
-        let share = 1.959_964 * (2.0 / samples).sqrt();
-        let beyond = |factor: f64| (variance * factor - healthy[kind].powi(2)).max(0.0).sqrt();
-        deviation[kind] = Interval { value: beyond(1.0), lo: beyond(1.0 - share), hi: beyond(1.0 + share) };
-        log_odds +=
-            odds(variance / healthy[kind].powi(2), samples, rig.noise_share, id.parameters[kind].scale / healthy[kind]);
+        let scale = id.parameters[kind].scale;
+        let known = Healthy { deviation: healthy[kind], share: rig.noise_share, scale };
+        let (beyond, odds) = known.exceeded(variance, 3.0 * memory.samples);
+        (deviation[kind], log_odds) = (beyond, log_odds + odds);
     }
     Some(ExcessNoise { effect: id, log_odds, deviation, correlation_time: memory.time * step })
+}
+
+/// Noise that is known to a share.
+pub(crate) struct Healthy {
+    /// Its standard deviation.
+    pub(crate) deviation: f64,
+    /// Standard deviation of what that is known to, as a share of it.
+    pub(crate) share: f64,
+    /// Standard deviation of an excess of a plausible size.
+    pub(crate) scale: f64,
+}
+
+impl Healthy {
+    /// Standard deviation beyond it, with its 95 % interval, of a variance that so many independent samples have; and the
+    /// log-odds for more noise against none.
+    pub(crate) fn exceeded(&self, variance: f64, samples: f64) -> (Interval, f64) {
+        // A variance of n samples is known to a share of sqrt(2 / n).
+        let share = 1.959_964 * (2.0 / samples).sqrt();
+        let beyond = |factor: f64| (variance * factor - self.deviation.powi(2)).max(0.0).sqrt();
+        let interval = Interval { value: beyond(1.0), lo: beyond(1.0 - share), hi: beyond(1.0 + share) };
+        (interval, odds(variance / self.deviation.powi(2), samples, self.share, self.scale / self.deviation))
+    }
 }
 
 /// A series without its mean: a constant is no noise.
@@ -71,16 +90,16 @@ fn power(series: &[DMatrix<f64>], channel: usize) -> f64 {
 }
 
 /// How long noise remembers.
-struct Memory {
+pub(crate) struct Memory {
     /// Samples until the correlation has fallen to 1/e.
     time: f64,
     /// Independent samples that tell a channel's variance as well (Bartlett).
-    samples: f64,
+    pub(crate) samples: f64,
 }
 
 impl Memory {
     /// Of all channels alike, by their mean correlation.
-    fn of(series: &[DMatrix<f64>]) -> Self {
+    pub(crate) fn of(series: &[DMatrix<f64>]) -> Self {
         let samples: usize = series.iter().map(DMatrix::ncols).sum();
         let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
         let correlation: Vec<f64> = (0..=most).map(|lag| correlation(series, lag)).collect();
@@ -92,7 +111,7 @@ impl Memory {
 }
 
 /// Mean correlation of all channels at a lag.
-fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
+pub(crate) fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
     let channels = series[0].nrows();
     let of = |c: usize| {
         let at = |lag: usize| -> f64 {

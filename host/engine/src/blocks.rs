@@ -2,6 +2,8 @@
 
 use crate::cpu::InstructionSet;
 use rayon::prelude::*;
+use softdock_kernels::block::body::FreeBody;
+use softdock_kernels::block::command::Command;
 use softdock_kernels::block::contact::Contact;
 use softdock_kernels::block::controller::Controller;
 use softdock_kernels::block::drive::Drive;
@@ -21,6 +23,10 @@ pub enum Kind {
     Sensor,
     /// A contact, from relative motion to force.
     Contact,
+    /// A command's way, from sender to receiver.
+    Command,
+    /// A free body, from wrench to motion.
+    Body,
 }
 
 /// Carries an expression out with the block of a kind.
@@ -41,6 +47,14 @@ macro_rules! with_block {
             }
             Kind::Contact => {
                 let $block = &Contact;
+                $body
+            }
+            Kind::Command => {
+                let $block = &Command;
+                $body
+            }
+            Kind::Body => {
+                let $block = &FreeBody;
                 $body
             }
         }

@@ -136,7 +136,7 @@ impl Block for Contact {
         let bent = bristles(s.bristle, vec3(way.x, way.y, R::lit(0.0)), p.presliding_travel);
         let bristle = Vec3::select(touching, bent, Vec3::zero());
         let force = friction(p, bristle, push, late.rate) + vec3(R::lit(0.0), R::lit(0.0), push);
-        let filtered = LowPass::of(step, p.lag).after(s.force, force, Vec3::zero(), s.filtered);
+        let filtered = LowPass::of(step, p.lag).after_vector(s.force, force, Vec3::zero(), s.filtered);
         ContactHidden { position: late.position, bristle, plate, plate_rate, force, filtered }
     }
 

@@ -22,10 +22,20 @@ impl<R: Real> LowPass<R> {
     /// The filter's output at the end of a step from `before` to `now`; `bend` is half the signal's second derivative
     /// times the square of the step. In the long run the filter follows at `u - T u' + T^2 u''`.
     #[inline(always)]
-    pub(super) fn after(&self, before: Vec3<R>, now: Vec3<R>, bend: Vec3<R>, filtered: Vec3<R>) -> Vec3<R> {
+    pub(super) fn after(&self, before: R, now: R, bend: R, filtered: R) -> R {
         let way = now - before;
         let curved = bend * (self.steps * self.steps * R::lit(2.0));
-        let off = filtered - before - (way - bend).scale_add(-self.steps, curved);
-        off.scale_add(self.keep, now + (way + bend).scale_add(-self.steps, curved))
+        let off = filtered - before - (way - bend).mul_add(-self.steps, curved);
+        off.mul_add(self.keep, now + (way + bend).mul_add(-self.steps, curved))
+    }
+
+    /// The same, component by component.
+    #[inline(always)]
+    pub(super) fn after_vector(&self, before: Vec3<R>, now: Vec3<R>, bend: Vec3<R>, filtered: Vec3<R>) -> Vec3<R> {
+        Vec3 {
+            x: self.after(before.x, now.x, bend.x, filtered.x),
+            y: self.after(before.y, now.y, bend.y, filtered.y),
+            z: self.after(before.z, now.z, bend.z, filtered.z),
+        }
     }
 }

@@ -4,6 +4,8 @@
 //! A block that is fed with measured inputs shows its own errors and nobody else's: what it says of its outputs is
 //! compared with what was measured there.
 
+pub mod body;
+pub mod command;
 pub mod contact;
 pub mod controller;
 pub mod drive;
@@ -12,10 +14,15 @@ pub mod kernel;
 mod low_pass;
 mod replay;
 pub mod sensor;
+mod stairs;
 
 pub use forms::Forms;
 pub use replay::{Recorded, replay};
 
+#[cfg(test)]
+mod body_tests;
+#[cfg(test)]
+mod command_tests;
 #[cfg(test)]
 mod contact_tests;
 #[cfg(test)]

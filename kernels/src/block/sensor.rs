@@ -6,6 +6,7 @@
 
 use super::Block;
 use super::low_pass::LowPass;
+use super::stairs::stepped;
 use crate::bundle;
 use crate::fields::filled;
 use crate::params::UNLIMITED;
@@ -143,8 +144,8 @@ impl Block for Sensor {
         let signal = signal(p, late, steps - steps.floor());
         let low_pass = LowPass::of(step, p.lag);
         let bend = read(p, late.bend);
-        let force = low_pass.after(s.signal.force, signal.force, bend.force, s.filtered.force);
-        let moment = low_pass.after(s.signal.moment, signal.moment, bend.moment, s.filtered.moment);
+        let force = low_pass.after_vector(s.signal.force, signal.force, bend.force, s.filtered.force);
+        let moment = low_pass.after_vector(s.signal.moment, signal.moment, bend.moment, s.filtered.moment);
         SensorHidden { signal, filtered: Wrench { force, moment } }
     }
 
@@ -193,21 +194,4 @@ fn digits<R: Real>(p: &SensorValues<R>, v: Vec3<R>, scale: R) -> Vec3<R> {
     // A closure this long would be called with every instruction of a lane, not inlined.
     let v = v.clamp(p.range * scale);
     vec3(stepped(v.x, step, blur), stepped(v.y, step, blur), stepped(v.z, step, blur))
-}
-
-/// The expected reading of a value that is rounded to whole steps behind a noise of a half-width (uniform, at most half
-/// a step); the value itself if there is no step.
-#[inline(always)]
-fn stepped<R: Real>(value: R, step: R, blur: R) -> R {
-    let (zero, half, one) = (R::lit(0.0), R::lit(0.5), R::lit(1.0));
-    let none = step.le(zero);
-    let whole = R::select(none, one, step);
-    let inverse = one / whole;
-    let place = value.mul_add(inverse, half);
-    let below = place.floor();
-    let share = place - below;
-    let width = (blur * inverse).min(half).max(R::lit(1e-6));
-    let up = (share + width - one).max(zero);
-    let down = (width - share).max(zero);
-    R::select(none, value, (below + (up - down) / (width + width)) * whole)
 }

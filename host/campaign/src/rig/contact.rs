@@ -1,6 +1,6 @@
 //! A contact bench: what is known of the contact's law, and how well.
 
-use super::missing;
+use super::{missing, with_effects};
 use crate::check::Checker;
 use crate::ranges::{DAMPING, FORCE, Range, STIFFNESS};
 use crate::written::Quantity;
@@ -45,6 +45,7 @@ pub(super) fn contact(c: &mut Checker, file: &RigFile) -> Option<ContactRig> {
     missing(c, file, &NEEDED);
     let values = values(c, &written.value);
     let tolerance = tolerance(c, &file.tolerance, &values);
+    let values = with_effects(c, false, file, values);
     Some(ContactRig { values, tolerance })
 }
 

@@ -1,6 +1,6 @@
 //! A force/torque sensor bench: what is known of the sensor and its tool, and how well.
 
-use super::missing;
+use super::{missing, with_effects};
 use crate::check::Checker;
 use crate::ranges::{FORCE, INERTIA, LENGTH, MASS, Range};
 use crate::written::rig::{RigFile, SensorTable, ToleranceTable};
@@ -96,6 +96,7 @@ pub(super) fn sensor(c: &mut Checker, file: &RigFile) -> Option<SensorRig> {
         [force, c.number_or(&t.noise_moment, force * lever, "N m", size)]
     });
     let values = SensorValues { range, lever, ..tool(c, t) };
+    let values = with_effects(c, false, file, values);
     Some(SensorRig {
         values,
         gravity: c.number_or(&t.gravity, GRAVITY, "m/s^2", Range::within(0.0, 100.0)),

@@ -20,6 +20,16 @@ fn contact(tables: &str) -> String {
     text("contact", tables, &super::CONTACT_SIGNALS.map(|row| (row.0, row.1)))
 }
 
+fn command(tables: &str, signals: &[&str]) -> String {
+    let known = super::CommandRig::signals(false);
+    let rows: Vec<_> = known.into_iter().filter(|row| signals.contains(&row.0)).collect();
+    text("command", tables, &rows)
+}
+
+fn body(tables: &str) -> String {
+    text("body", tables, &super::BODY_SIGNALS.map(|row| (row.0, row.1)))
+}
+
 fn load(text: &str) -> Result<Rig, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("model.toml");
@@ -73,4 +83,31 @@ fn what_is_wrong_is_said_with_its_range_and_a_remedy() {
     let few =
         text("contact", "[contact]\nstiffness = \"1 N/m\"\n", &[("t", "s"), ("position.x", "m"), ("force.q", "N")]);
     has(&refused(&few), &["`position.y`", "add a line for each", "no signal `force.q`"]);
+}
+
+#[test]
+fn a_commands_way_is_read_with_an_echo_or_with_an_event() {
+    let tables = "[command]\nperiod = \"1 ms\"\ntransport_delay = \"2 ms\"\nquantum = \"0.001 mrad\"\n\
+                  [tolerance]\nclock_offset = \"0.2 ms\"\ndelay_noise = \"20 us\"\n";
+    let rig = load(&command(tables, &["t", "sent", "received"])).expect("a legal file");
+    let Plant::Command(rig) = &rig.plant else { panic!("a command's way") };
+    assert_eq!((rig.period, rig.values.transport_delay, rig.delay_noise), (1e-3, 2e-3, Some(2e-5)));
+    assert_eq!(rig.tolerance, [("clock_offset", 2e-4)]);
+    let has = |message: String, word: &str| assert!(message.contains(word), "{message}");
+    load(&command(tables, &["t", "sent.event", "motion.rate"])).expect("a legal file");
+    has(refused(&command(tables, &["t", "sent"])), "`received`");
+    has(refused(&command(tables, &["t", "sent.event"])), "none for what it moved");
+}
+
+#[test]
+fn a_body_is_read_with_what_a_diagnosis_found() {
+    let tables = "[body]\nmass = \"300 kg\"\ninertia_x = \"90 kg m^2\"\ninertia_y = \"110 kg m^2\"\n\
+                  inertia_z = \"100 kg m^2\"\n[tolerance]\nmass = \"0.3 %\"\ncentre = \"1 mm\"\n";
+    let effect = "[[effect]]\nid = \"P2_slosh\"\n[effect.parameters]\nslosh_mass = \"12 kg\"\n";
+    let rig = load(&body(&format!("{tables}{effect}"))).expect("a legal file");
+    let Plant::Body(rig) = &rig.plant else { panic!("a body") };
+    assert_eq!((rig.values.mass, rig.values.inertia.y, rig.values.slosh.mass), (300.0, 110.0, 12.0));
+    assert!(rig.tolerance.len() == 4 && (rig.tolerance[0].1 - 0.9).abs() < 1e-12);
+    let wrong = refused(&body(&format!("{tables}{}", effect.replace("slosh_mass", "slosh_share"))));
+    assert!(wrong.contains("no parameter `slosh_share`"), "{wrong}");
 }

@@ -6,9 +6,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
+mod body;
+mod command;
 mod contact;
 mod sensor;
 
+pub(crate) use body::BodyTable;
+pub(crate) use command::CommandTable;
 pub(crate) use contact::ContactTable;
 pub(crate) use sensor::SensorTable;
 
@@ -19,7 +23,7 @@ pub(crate) use sensor::SensorTable;
 pub(crate) struct RigFile {
     /// Format and version of this file: "rig/1".
     pub(crate) schema: At<String>,
-    /// What the rig is: "drive", "sensor" or "contact".
+    /// What the rig is: "drive", "sensor", "contact", "command" or "body".
     pub(crate) kind: At<String>,
     /// Name of the rig: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -33,6 +37,10 @@ pub(crate) struct RigFile {
     pub(crate) sensor: Option<At<SensorTable>>,
     /// The contact, on a rig of kind "contact".
     pub(crate) contact: Option<At<ContactTable>>,
+    /// The command's way, on a rig of kind "command".
+    pub(crate) command: Option<At<CommandTable>>,
+    /// The free body, on a rig of kind "body".
+    pub(crate) body: Option<At<BodyTable>>,
     /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
     #[serde(default)]
     pub(crate) tolerance: ToleranceTable,
@@ -142,7 +150,7 @@ pub(crate) struct ToleranceTable {
     pub(crate) gain: Option<Quantity>,
     /// Sensor: mass of the tool.
     pub(crate) tool_mass: Option<Quantity>,
-    /// Sensor: share of the noise; default 10 %.
+    /// Sensor or command: share of the noise; default 10 %.
     pub(crate) noise: Option<Quantity>,
     /// Contact: share of the stiffness.
     pub(crate) stiffness: Option<Quantity>,
@@ -154,6 +162,18 @@ pub(crate) struct ToleranceTable {
     pub(crate) friction: Option<Quantity>,
     /// Contact: height of the surface.
     pub(crate) surface: Option<Quantity>,
+    /// Command: standard deviation of the healthy delay's own restlessness; if it is not known no jitter is too much.
+    pub(crate) delay_noise: Option<Quantity>,
+    /// Body: share of the mass.
+    pub(crate) mass: Option<Quantity>,
+    /// Body: share of the moments of inertia, each axis.
+    pub(crate) inertia: Option<Quantity>,
+    /// Body: centre of mass, each axis.
+    pub(crate) centre: Option<Quantity>,
+    /// Body: acceleration read without any, each axis.
+    pub(crate) accelerometer_bias: Option<Quantity>,
+    /// Body: rate read without any, each axis.
+    pub(crate) gyroscope_bias: Option<Quantity>,
     /// Share of the motor's inertia.
     pub(crate) motor_inertia: Option<Quantity>,
     /// Share of the link's inertia.
@@ -176,7 +196,7 @@ pub(crate) struct ToleranceTable {
 
 impl ToleranceTable {
     /// Everything that may be written, by name.
-    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 19] {
+    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 25] {
         [
             ("bias_force", &self.bias_force),
             ("bias_moment", &self.bias_moment),
@@ -188,6 +208,12 @@ impl ToleranceTable {
             ("damping_onset", &self.damping_onset),
             ("friction", &self.friction),
             ("surface", &self.surface),
+            ("delay_noise", &self.delay_noise),
+            ("mass", &self.mass),
+            ("inertia", &self.inertia),
+            ("centre", &self.centre),
+            ("accelerometer_bias", &self.accelerometer_bias),
+            ("gyroscope_bias", &self.gyroscope_bias),
             ("motor_inertia", &self.motor_inertia),
             ("link_inertia", &self.link_inertia),
             ("coulomb", &self.coulomb),

@@ -1,5 +1,7 @@
 //! A block of the loop with what was measured at its inputs and outputs, and its residuals for any parameters.
 
+pub mod body;
+pub mod command;
 pub mod contact;
 pub mod controller;
 pub mod drive;

@@ -1,5 +1,7 @@
 //! The hypotheses of each block: which effects it may hide, how large they may be, and how they look.
 
+pub mod body;
+pub mod command;
 pub mod contact;
 pub mod controller;
 pub mod drive;

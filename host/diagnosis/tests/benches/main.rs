@@ -1,11 +1,15 @@
-//! Diagnosis of the gauntlet's sensor and contact bench, whose generator shares no code with the fitter.
+//! Diagnosis of the gauntlet's benches of one block, whose generator shares no code with the fitter.
 
+mod body;
+mod command;
 mod contact;
 mod sensor;
 
 use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
 use softdock_diagnosis::block::MeasuredBlock;
+use softdock_diagnosis::block::body::body_block;
+use softdock_diagnosis::block::command::command_block;
 use softdock_diagnosis::block::contact::contact_block;
 use softdock_diagnosis::block::sensor::sensor_block;
 use softdock_diagnosis::recording::grid::{Piece, read};
@@ -40,6 +44,8 @@ impl Recorded {
         match &self.rig.plant {
             Plant::Sensor(rig) => sensor_block(rig, &self.all, &is_held, 1),
             Plant::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
+            Plant::Command(rig) => command_block(rig, &self.all, &is_held, 1),
+            Plant::Body(rig) => body_block(rig, &self.all, &is_held, 1),
             Plant::Drive(_) => unreachable!("another bench"),
         }
     }

@@ -40,3 +40,23 @@ fn emps_lacks_coulomb_friction_and_an_offset() {
     let error = diagnosis.blocks.iter().find_map(|block| block.torque_error).expect("a drive");
     assert!(error.before > 0.18 && error.after < 0.037, "{error:?}");
 }
+
+/// One speedj command: its flag stands from row 251 on, the target's rate from row 253 on, the motion's from row 254 on,
+/// every 8 ms; the PC's clock runs 8.1205 ms a row.
+#[test]
+#[ignore = "needs SOFTDOCK_DATA"]
+fn a_robot_arm_follows_its_command_by_two_delays_and_the_clocks_differ() {
+    let rig = Rig::load(&shipped("ur_servo.toml")).expect("a legal model");
+    let log = data("ur-servo/delay_log.csv");
+    let prepared = prepare(rig, &[&log], &[], &Options::default()).expect("a good recording");
+    let diagnosis = prepared.diagnose().expect("an event").0;
+    assert!(diagnosis.provisional && diagnosis.reasons[0].starts_with("one event"), "{:?}", diagnosis.reasons);
+    let of = |block: usize, name: &str| {
+        let estimate = &diagnosis.blocks[block].effects[0].parameters[name];
+        [estimate.value, estimate.lo, estimate.hi]
+    };
+    let near = |a: [f64; 3], b: [f64; 3], allowed: f64| a.iter().zip(b).all(|(a, b)| (a - b).abs() < allowed);
+    assert!(near(of(0, "delay"), [0.016, 0.008, 0.024], 1e-6), "{:?}", of(0, "delay"));
+    assert!(near(of(1, "delay"), [0.024, 0.016, 0.032], 1e-6), "{:?}", of(1, "delay"));
+    assert!(near(of(2, "clock_skew"), [0.01506; 3], 2e-4), "{:?}", of(2, "clock_skew"));
+}

@@ -1,0 +1,111 @@
+//! The block from command sent to command received, from recordings of both.
+
+use super::{Channel, MeasuredBlock, Trial, nuisances};
+use crate::packets::{Missed, missed};
+use crate::recording::grid::Piece;
+use crate::recording::smooth::{Decimator, band_powers, motion};
+use softdock_campaign::rig::CommandRig;
+use softdock_engine::blocks::Kind;
+use softdock_kernels::block::Recorded;
+use softdock_kernels::block::command::CommandValues;
+use softdock_kernels::fields::to_vec;
+use softdock_kernels::philox;
+
+/// Samples that one judged sample stands for: a hold shows at the rate of its packets, up to half that of the samples.
+const STEPS: usize = 1;
+/// Time at a recording's start and end that weighs nothing \[s\]: it is not known what was sent before, and smoothing rings.
+const ENDS: f64 = 0.15;
+/// Bands in which a command's power is compared with that of its rounding.
+const BANDS: usize = 50;
+/// By how much the command's band exceeds what stands out of its rounding: its smoothing must not ring for long.
+const BAND: f64 = 4.0;
+/// Half width over standard deviation of a uniform distribution.
+const UNIFORM: f64 = 1.732_050_8;
+/// Restlessness of a delay that nothing is known of, as a share of the packets' period.
+const RESTLESSNESS: f64 = 0.01;
+/// Rate below which the noise is not the delay's alone, as a share of the root mean square.
+const LEAST_RATE: f64 = 0.3;
+
+/// Width of the dither on what was received, in quanta: its variance is that of the rounding of a dozen repeats' mean.
+const DITHER: f64 = 4.0;
+/// Seed of the dither: the same data give the same answer.
+const SEED: u64 = 3;
+
+/// What is fed, and what is measured.
+pub const INPUTS: [&str; 1] = ["sent"];
+/// See [`INPUTS`].
+pub const OUTPUTS: [&str; 1] = ["received"];
+
+/// The block of a command's recordings; `held_out` of an experiment's name.
+pub fn command_block(
+    rig: &CommandRig,
+    pieces: &[Piece],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+) -> MeasuredBlock {
+    let restlessness = rig.delay_noise.unwrap_or(RESTLESSNESS * rig.period);
+    let base = to_vec(&CommandValues { blur: UNIFORM * restlessness, ..rig.values });
+    let longest = pieces.iter().map(|piece| piece.samples() as f64 * piece.step).fold(rig.period, f64::max);
+    // A restless delay may be another one at a recording's end: so much looks like a skew and is none.
+    let tolerance = [&rig.tolerance[..], &[("clock_skew", restlessness / longest)]].concat();
+    let missed = missed(rig, pieces);
+    let trial = |(piece, missed): (&Piece, &Missed)| {
+        let slowest = slowest(rig, piece, restlessness);
+        trial(rig, piece, &missed.rows, slowest, held_out(&piece.experiment), finer)
+    };
+    MeasuredBlock {
+        kind: Kind::Command,
+        name: "R1 command sent to command received",
+        nuisances: nuisances(Kind::Command, &base, &tolerance),
+        base,
+        channels: vec![Channel { name: "received", output: 0, unit: "s" }],
+        trials: pieces.iter().zip(&missed).map(trial).collect(),
+        decimator: Decimator::new(STEPS),
+        clock: None,
+    }
+}
+
+/// Rate from which on the noise counts as the delay's: a share of the usual, more where the rounding of both commands
+/// is as large as what a restless delay does.
+fn slowest(rig: &CommandRig, piece: &Piece, restlessness: f64) -> f64 {
+    let sent = &piece.signals["sent"];
+    let power = sent.windows(2).map(|pair| ((pair[1] - pair[0]) / piece.step).powi(2)).sum::<f64>();
+    let usual = (power / (sent.len() - 1) as f64).sqrt();
+    (rig.quantum / 6_f64.sqrt() / restlessness).max(LEAST_RATE * usual).max(f64::MIN_POSITIVE)
+}
+
+/// Highest frequency \[Hz\] that a command is followed to: its rounding, the same in all repeats, would pass for an effect.
+fn band(rig: &CommandRig, piece: &Piece) -> f64 {
+    let (sent, nyquist) = (&piece.signals["sent"], 0.5 / piece.step);
+    let samples = sent.len() as f64;
+    // Of white noise behind the taper, whose mean square is 3/8.
+    let rounding = rig.quantum.powi(2) / 12.0 * 0.375 * samples * samples / (2 * BANDS) as f64;
+    let highest = band_powers(sent, BANDS).iter().rposition(|power| *power > 4.0 * rounding).unwrap_or(0);
+    (BAND * nyquist * (highest + 1) as f64 / BANDS as f64).min(nyquist)
+}
+
+/// Rows that say nothing weigh nothing, as do the ends.
+fn trial(rig: &CommandRig, piece: &Piece, missed: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
+    let step = piece.step / finer as f64;
+    let sent = motion(&piece.signals["sent"], piece.step, band(rig, piece), finer);
+    let instants = sent.value.len();
+    let known = (rig.values.transport_delay / step).round() as usize;
+    let weight = |i: usize| {
+        let silent = i.min(instants - 1 - i) as f64 * step < ENDS || missed[i / finer];
+        if silent { 0.0 } else { 1.0 / sent.rate[i.saturating_sub(known)].hypot(slowest) }
+    };
+    let inputs = (0..instants).flat_map(|i| [weight(i), i as f64 * step]).collect();
+    let late = (0..instants).flat_map(|i| [sent.value[i], 0.5 * step * step * sent.acceleration[i]]).collect();
+    // The rounding of a command that is held or limited is the same in all repeats, and would pass for an effect.
+    let dither = |i: usize| {
+        let draw = philox::uniform(SEED, &piece.experiment, piece.repeat as u64, i as u32);
+        DITHER * rig.quantum * (draw - 0.5)
+    };
+    let received = piece.signals["received"].iter().enumerate();
+    Trial {
+        experiment: piece.experiment.clone(),
+        held_out,
+        measured: vec![received.map(|(i, value)| (value + dither(i)) * weight(i * finer)).collect()],
+        recorded: Recorded { step, instants, stride: finer, inputs, late },
+    }
+}

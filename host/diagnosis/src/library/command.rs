@@ -1,0 +1,94 @@
+//! Effects on a command's way: delay, lag, clock, hold, rate limit. What has no mean, jitter and losses, is
+//! judged by what repeats differ by.
+
+use super::{Hypothesis, Shelf};
+use crate::block::{MeasuredBlock, Trial};
+use crate::inference::unknown::{Prior, Role};
+
+/// Plausible delay or lag \[s\]: robot interfaces cycle with 1 to 8 ms, and a few cycles pass on the way.
+const LATE: f64 = 5e-3;
+/// Plausible difference of two clocks: free-running crystals to 100 ppm, and operating systems' to twice that.
+const SKEW: f64 = 2e-4;
+/// Period of a hold that is tried where none is seen \[s\]: RSI's cycle.
+const USUAL_HOLD: f64 = 4e-3;
+/// Natural logarithm of the factor that a seen period may be wrong by: a row in a thousand.
+const HOLD_SPREAD: f64 = 1e-3;
+
+/// The effects on a command's way that has been measured.
+pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
+    let mut shelf = Shelf::of(block);
+    let either = |sd: f64| Prior::Normal { mean: 0.0, sd };
+    let delay = [("delay", either(LATE), Role::Size)];
+    shelf.add("C1_transport_delay", "transport delay of the command", &delay, &[0.2], &[]);
+    let lag = [("lag", Prior::Positive { scale: LATE }, Role::Size)];
+    shelf.add("C2_lag", "lag of the command", &lag, &[0.2], &[]);
+    let skew = [("clock_skew", either(SKEW), Role::Size)];
+    shelf.add("C5_clock_skew", "skew of the clocks", &skew, &[1.0], &[]);
+    let centre = block.trials.iter().find_map(held_period).unwrap_or(USUAL_HOLD);
+    let hold = [
+        ("hold_share", Prior::Positive { scale: 1.0 }, Role::Size),
+        ("hold", Prior::LogNormal { centre, spread: HOLD_SPREAD }, Role::Form),
+    ];
+    let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k)]).collect();
+    shelf.add("C6_hold", "hold of the command between packets", &hold, &[1.0], &near);
+    let limit = [("rate_limit", Prior::Below { top: fastest(block), share: 0.2 }, Role::Size)];
+    shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &[0.3, 1.0, 3.0], &[]);
+    shelf.all
+}
+
+/// Greatest rate at which a command was sent \[rad/s\].
+fn fastest(block: &MeasuredBlock) -> f64 {
+    let of = |trial: &Trial| {
+        let sent: Vec<f64> = trial.recorded.late.iter().step_by(2).copied().collect();
+        sent.windows(2).map(|pair| (pair[1] - pair[0]).abs() / trial.recorded.step).fold(0.0, f64::max)
+    };
+    block.trials.iter().map(of).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// Period at which a received command takes new values \[s\]; `None` where it does at nearly every row.
+///
+/// The longest stretch of motion tells it to a share of itself; every later edge, counted from its start, to less.
+fn held_period(trial: &Trial) -> Option<f64> {
+    let stretches = edges(trial);
+    let longest = stretches.iter().max_by_key(|stretch| stretch.len())?;
+    let waits = longest.windows(2).filter(|pair| pair[1] - pair[0] > 1).count();
+    if longest.len() < FEWEST_EDGES || (waits as f64) < SEEN * longest.len() as f64 {
+        return None;
+    }
+    let (start, end) = (longest[0], longest[longest.len() - 1]);
+    let mut period = (end - start) as f64 / (longest.len() - 1) as f64;
+    for edge in stretches.iter().flatten().filter(|edge| **edge >= end) {
+        let rows = (edge - start) as f64;
+        period = rows / (rows / period).round();
+    }
+    Some(period * trial.recorded.step * trial.recorded.stride as f64)
+}
+
+/// Fewest edges that tell a period.
+const FEWEST_EDGES: usize = 20;
+/// Share of them that must follow after a row without one: fewer are losses.
+const SEEN: f64 = 0.3;
+
+/// Rows at which the received command takes a new value, stretch by stretch of fast motion; rows that weigh nothing tell
+/// nothing.
+fn edges(trial: &Trial) -> Vec<Vec<usize>> {
+    let weights: Vec<f64> = trial.recorded.inputs.iter().step_by(2 * trial.recorded.stride).copied().collect();
+    let slow = 0.5 * weights.iter().copied().fold(0.0, f64::max);
+    // Received commands over the rate at which they were sent move by about a row's time in a row.
+    let least = NEW * trial.recorded.step * trial.recorded.stride as f64;
+    let (mut stretches, mut last) = (vec![Vec::new()], None);
+    for (row, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+        let value = trial.measured[0][row] / weight;
+        let is_new = last.is_some_and(|last: f64| (value - last).abs() * weight > least);
+        match stretches.last_mut() {
+            Some(stretch) if *weight < slow && is_new => stretch.push(row),
+            Some(stretch) if *weight >= slow && !stretch.is_empty() => stretches.push(Vec::new()),
+            _ => {}
+        }
+        last = Some(value);
+    }
+    stretches
+}
+
+/// Share of a row's motion from which on a value is new.
+const NEW: f64 = 0.25;

@@ -1,0 +1,123 @@
+//! A command's way from the computer that sent it to the receiver that echoes it.
+//!
+//! On its way the command comes late, is held between packets, lags and is limited in its rate. Its delay is never quite
+//! steady: the output is the received command over the rate at which it was sent, so that a restless delay is the same
+//! noise in fast and in slow phases. For a sliding axis read m for rad.
+
+use super::Block;
+use super::low_pass::LowPass;
+use super::stairs::stepped;
+use crate::bundle;
+use crate::fields::filled;
+use crate::params::UNLIMITED;
+use crate::real::Real;
+
+bundle! {
+    /// What may happen to a command, and what may differ unnoticed.
+    CommandValues {
+        transport_delay: R, "s", "transport delay that the model knows";
+        delay: R, "s", "transport delay beyond it";
+        clock_offset: R, "s", "how much later the receiver's stamps are than the sender's, for want of a common clock";
+        clock_skew: R, "1", "growth of the delay with the recording's time: the receiver's clock is fast by it";
+        hold: R, "s", "period after which the command is taken anew";
+        hold_share: R, "1", "1 if it is held between, 0 if it goes on as if there were no period";
+        blur: R, "s", "half the width over which the restless delay blurs an edge of the hold";
+        lag: R, "s", "time constant of a lag of the command";
+        rate_limit: R, "rad/s", "greatest rate of the command";
+    }
+}
+
+impl CommandValues<f64> {
+    /// A command that arrives at once and as it was sent.
+    pub fn null() -> Self {
+        Self { rate_limit: UNLIMITED, ..filled(0.0) }
+    }
+}
+
+bundle! {
+    /// What is known at a tick of the receiver.
+    CommandTick {
+        weight: R, "s/rad", "one over the rate at which what arrives was sent; nothing where that is not known";
+        time: R, "s", "time since the recording began";
+    }
+}
+
+bundle! {
+    /// A command as it was sent.
+    Sent {
+        command: R, "rad", "command";
+        bend: R, "rad", "half its second derivative times the square of a step";
+    }
+}
+
+bundle! {
+    /// What is hidden in a command's way.
+    CommandHidden {
+        arrived: R, "rad", "command behind delay and hold";
+        filtered: R, "rad", "the same behind the lag";
+        limited: R, "rad", "the same behind the limit: the command in force";
+    }
+}
+
+bundle! {
+    /// What a receiver's echo says.
+    CommandOutput {
+        received: R, "s", "command in force over the rate at which it was sent";
+    }
+}
+
+/// A command's way, from sender to receiver.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Command;
+
+impl Block for Command {
+    type Params<R: Real> = CommandValues<R>;
+    type State<R: Real> = CommandHidden<R>;
+    type Input<R: Real> = CommandTick<R>;
+    type Late<R: Real> = Sent<R>;
+    type Output<R: Real> = CommandOutput<R>;
+
+    /// The periods of a hold are counted by the sender, from the recording's start.
+    #[inline(always)]
+    fn lateness<R: Real>(&self, p: &CommandValues<R>, time: R) -> R {
+        let late = p.clock_skew.mul_add(time, p.transport_delay + p.delay + p.clock_offset);
+        let sent = time - late;
+        let waited = sent - stepped(sent - p.hold * R::lit(0.5), p.hold, p.blur);
+        p.hold_share.mul_add(waited, late)
+    }
+
+    #[inline(always)]
+    fn start<R: Real>(&self, _p: &CommandValues<R>, _u: &CommandTick<R>, late: &Sent<R>) -> CommandHidden<R> {
+        CommandHidden { arrived: late.command, filtered: late.command, limited: late.command }
+    }
+
+    #[inline(always)]
+    fn advance<R: Real>(
+        &self,
+        step: f64,
+        p: &CommandValues<R>,
+        s: &CommandHidden<R>,
+        u: &CommandTick<R>,
+        late: &Sent<R>,
+    ) -> CommandHidden<R> {
+        let steps = self.lateness(p, u.time) * R::lit(1.0 / step);
+        let share = steps - steps.floor();
+        // What a straight line between two instants lacks.
+        let arrived = late.bend.mul_add(share * (share - R::lit(1.0)), late.command);
+        let filtered = LowPass::of(step, p.lag).after(s.arrived, arrived, late.bend, s.filtered);
+        let reach = p.rate_limit * R::lit(step);
+        let way = (filtered - s.limited).min(reach).max(-reach);
+        CommandHidden { arrived, filtered, limited: s.limited + way }
+    }
+
+    #[inline(always)]
+    fn output<R: Real>(
+        &self,
+        _p: &CommandValues<R>,
+        s: &CommandHidden<R>,
+        u: &CommandTick<R>,
+        _late: &Sent<R>,
+    ) -> CommandOutput<R> {
+        CommandOutput { received: s.limited * u.weight }
+    }
+}

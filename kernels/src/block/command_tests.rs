@@ -1,0 +1,71 @@
+//! The block of a command's way against closed forms.
+
+use super::command::{Command, CommandValues};
+use super::{Recorded, replay};
+
+const STEP: f64 = 1e-3;
+
+/// What is received of a command, every millisecond over two seconds.
+fn received(p: CommandValues<f64>, command: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
+    let instants = 2001;
+    let (mut inputs, mut late) = (Vec::new(), Vec::new());
+    for i in 0..instants {
+        let t = i as f64 * STEP;
+        let [value, second] = command(t);
+        inputs.extend([1.0, t]);
+        late.extend([value, 0.5 * STEP * STEP * second]);
+    }
+    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late };
+    replay::<f64, Command>(&Command, &recorded, &p)
+}
+
+/// A sine of 12 Hz and its second derivative.
+fn sine(t: f64) -> [f64; 2] {
+    let omega = 12.0 * std::f64::consts::TAU;
+    [0.1 * (omega * t).sin(), -0.1 * omega * omega * (omega * t).sin()]
+}
+
+fn ramp(t: f64) -> [f64; 2] {
+    [t, 0.0]
+}
+
+/// The greatest departure from a law once the start is forgotten.
+fn departure(received: &[f64], law: impl Fn(f64) -> f64) -> f64 {
+    received.iter().enumerate().skip(200).map(|(i, value)| (value - law(i as f64 * STEP)).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn delays_add_up_to_any_share_of_a_step() {
+    let p = CommandValues { transport_delay: 2e-3, delay: 3.4e-4, clock_offset: -1e-4, ..CommandValues::null() };
+    assert!(departure(&received(p, sine), |t| sine(t - 2.24e-3)[0]) < 4e-6);
+    let fast = CommandValues { clock_skew: 1e-3, ..p };
+    assert!(departure(&received(fast, sine), |t| sine(t - 2.24e-3 - 1e-3 * t)[0]) < 4e-6);
+}
+
+#[test]
+fn a_hold_counts_the_senders_periods() {
+    let p = CommandValues { transport_delay: 2.4e-3, hold: 4e-3, hold_share: 1.0, ..CommandValues::null() };
+    let held = |t: f64| ((t - 2.4e-3) / 4e-3).floor() * 4e-3;
+    assert!(departure(&received(p, ramp), held) < 1e-9);
+    // An edge that the restless delay moves to either side of a tick is passed half of the time.
+    let p = CommandValues { transport_delay: 2e-3, hold: 4e-3, hold_share: 1.0, blur: 1e-4, ..CommandValues::null() };
+    let values = received(p, ramp);
+    assert!((values[1002] - 0.998).abs() < 1e-9 && (values[1003] - 1.0).abs() < 1e-9, "{:?}", &values[1000..1004]);
+}
+
+#[test]
+fn a_lag_follows_its_law_and_a_limit_limits() {
+    let lag = 3e-3;
+    let omega = 12.0 * std::f64::consts::TAU;
+    let (gain, phase) = (1.0 / (1.0 + (omega * lag).powi(2)).sqrt(), (omega * lag).atan());
+    let p = CommandValues { lag, ..CommandValues::null() };
+    assert!(departure(&received(p, sine), |t| 0.1 * gain * (omega * t - phase).sin()) < 2e-5);
+    let limited = received(CommandValues { rate_limit: 0.5, ..CommandValues::null() }, ramp);
+    assert!(departure(&limited, |t| 0.5 * t) < 1e-9);
+}
+
+#[test]
+fn null_effects_change_no_bit() {
+    let p = CommandValues { transport_delay: 2e-3, ..CommandValues::null() };
+    assert_eq!(received(p, sine), received(CommandValues { hold: 4e-3, blur: 1e-4, ..p }, sine));
+}
