@@ -14,7 +14,7 @@ mod judge;
 pub mod library;
 pub mod recording;
 mod suspects;
-mod template;
+pub mod template;
 pub mod variance;
 pub mod words;
 
