@@ -19,9 +19,9 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
     let wanted = Wanted { extent, plants: args.plants.clone(), draws: args.draws };
     let all = plan(&wanted).map_err(told)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", size(args))));
-    let ledger = Ledger::open(&folder, args.shard.index as usize + 1, args.shard.count as usize).map_err(told)?;
     if !args.score {
-        run_missing(shard(all.clone(), args.shard.index as usize + 1, args.shard.count as usize), &ledger)?;
+        let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
+        run_missing(shard(all.clone(), number, of), &Ledger::open(&folder, number, of).map_err(told)?)?;
     }
     let score = score(&scored(&folder).map_err(told)?);
     leave(args, &folder, &score)?;

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::baseline::Baselines;
 use crate::exhibit::{Exhibit, read};
 use crate::measure::true_gain;
-use crate::oracle::{Oracle, Scale, nominal};
+use crate::oracle::{Oracle, Scale, nominal, within};
 use crate::plan::{Case, Task};
 use crate::plant::code;
 use crate::record::{Answer, Cost, Effect, Estimate, Ledger, Record, Said, SealLine};
@@ -19,15 +19,45 @@ use std::time::Instant;
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
     ledger: &'a Ledger,
-    /// Oracles of the last seed with their scales.
-    oracles: Vec<(u64, &'static EffectCase, Option<Oracle>, Option<Scale>)>,
+    /// What was asked of oracles for the last seed.
+    asked: Vec<Asked>,
     baselines: Baselines,
+}
+
+/// The scale of an effect on the recordings of a seed.
+struct Asked {
+    seed: u64,
+    effect: &'static EffectCase,
+    /// None for an effect without a mean.
+    oracle: Option<Oracle>,
+    scale: Option<Scale>,
+}
+
+impl Asked {
+    fn of(case: &Case, effect: &'static EffectCase) -> Result<Self> {
+        let seed = case.seed();
+        if let Some(scale) = nominal(effect) {
+            return Ok(Self { seed, effect, oracle: None, scale: Some(scale) });
+        }
+        let oracle = Oracle::of(case.plant, effect, case.noise, seed)?;
+        let scale = oracle.scale()?;
+        Ok(Self { seed, effect, oracle: Some(oracle), scale })
+    }
+
+    /// The size that is so many times as large, if the bench can show it.
+    fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
+        match (&self.oracle, &self.scale) {
+            (_, None) => Ok(None),
+            (None, Some(scale)) => Ok(within(self.effect, scale.size * multiple)),
+            (Some(oracle), Some(scale)) => oracle.multiple(scale, multiple),
+        }
+    }
 }
 
 impl<'a> Bench<'a> {
     /// With a ledger to write to.
     pub fn new(ledger: &'a Ledger) -> Self {
-        Self { ledger, oracles: Vec::new(), baselines: Baselines::default() }
+        Self { ledger, asked: Vec::new(), baselines: Baselines::default() }
     }
 
     /// Runs a case and writes its record.
@@ -81,25 +111,16 @@ impl<'a> Bench<'a> {
     /// The scale of an effect, and so many times that.
     fn size(&mut self, case: &Case, effect: &'static EffectCase) -> Result<(Option<Scale>, Option<f64>)> {
         let seed = case.seed();
-        self.oracles.retain(|(own, ..)| *own == seed);
-        if !self.oracles.iter().any(|(_, known, ..)| known.id == effect.id) {
-            let (oracle, scale) = match nominal(effect) {
-                Some(scale) => (None, Some(scale)),
-                None => {
-                    let oracle = Oracle::of(case.plant, effect, case.noise, seed)?;
-                    let scale = oracle.scale()?;
-                    (Some(oracle), scale)
-                }
-            };
-            self.oracles.push((seed, effect, oracle, scale));
-        }
-        let known = self.oracles.iter().find(|(_, known, ..)| known.id == effect.id);
-        let Some((_, _, oracle, Some(scale))) = known else { return Ok((None, None)) };
-        let size = match oracle {
-            Some(oracle) => oracle.multiple(scale, case.multiple)?,
-            None => crate::oracle::within(effect, scale.size * case.multiple),
+        self.asked.retain(|asked| asked.seed == seed);
+        let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id) {
+            Some(place) => place,
+            None => {
+                self.asked.push(Asked::of(case, effect)?);
+                self.asked.len() - 1
+            }
         };
-        Ok((Some(scale.clone()), size))
+        let asked = &self.asked[place];
+        Ok((asked.scale.clone(), asked.multiple(case.multiple)?))
     }
 }
 

@@ -19,4 +19,4 @@ pub mod variance;
 pub mod words;
 
 pub use error::{Error, Result};
-pub use judge::{Candidate, Judgement, judge};
+pub use judge::{Candidate, Judgement, judge, threshold};

@@ -5,25 +5,25 @@
 //! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
 //! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too.
 
+mod healthy;
+
 use crate::exhibit::{Exhibit, read};
 use crate::plant::{Plant, is_random};
 use crate::{Error, Result};
+use healthy::Healthy;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_diagnosis::inference::adequacy::adequacy;
 use softdock_diagnosis::inference::bank::{Bank, Projector};
-use softdock_diagnosis::inference::fit::{Fitted, Start, fit};
-use softdock_diagnosis::inference::noise::Noise;
-use softdock_diagnosis::inference::unknown::applied;
+use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
-use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Stronger, exact, generate};
+use softdock_diagnosis::threshold;
+use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate};
 use std::cell::RefCell;
 
-/// Log-odds from which on an effect counts as present; the threshold of the data may be higher by what chance finds.
-const THRESHOLD: f64 = 5.0;
-/// How far beyond the threshold the oracle's log-odds must be.
+/// How far beyond what counts as present the oracle's log-odds must be.
 const BEYOND: f64 = 3.0;
 /// By how much the oracle's hypothesis must lead the nearest rival.
 const LEAD: f64 = 6.0;
@@ -31,8 +31,6 @@ const LEAD: f64 = 6.0;
 const GAIN: f64 = 0.01;
 /// Tolerances beyond which no nuisance may explain an effect away.
 const CLAMP: f64 = 3.0;
-/// Step of difference quotients, in standard deviations.
-const STEP: f64 = 2e-3;
 /// Factor between two sizes of the first search, and ratio at which it ends.
 const STRIDE: f64 = 2.0;
 const CLOSE: f64 = 1.08;
@@ -48,7 +46,7 @@ pub struct Scale {
     pub size: f64,
     /// The rival that stays too near at every size: then an ambiguous answer that lists the truth is right.
     pub inseparable: Option<String>,
-    /// Whether it is a plausible size instead: an effect without a mean changes nothing that an oracle could compare.
+    /// Whether it is a plausible size instead: an effect without a mean changes nothing that could be compared.
     pub nominal: bool,
 }
 
@@ -58,8 +56,8 @@ struct Expected {
     size: f64,
     /// Root of the chi-squared that no nuisance explains.
     strength: f64,
-    /// Log-odds against the clamped null hypothesis.
-    log_odds: f64,
+    /// Log-odds against the clamped null hypothesis, beyond what counts as present.
+    beyond: f64,
     /// Lead over the nearest rival, and its name.
     lead: f64,
     rival: String,
@@ -69,7 +67,7 @@ struct Expected {
 
 impl Expected {
     fn is_present(&self) -> bool {
-        self.log_odds >= THRESHOLD + BEYOND && self.gain > GAIN
+        self.beyond >= BEYOND && self.gain > GAIN
     }
 
     fn is_told(&self) -> bool {
@@ -82,16 +80,11 @@ pub struct Oracle {
     plant: &'static Plant,
     case: &'static EffectCase,
     seed: u64,
-    block: MeasuredBlock,
+    healthy: Healthy,
     library: Vec<Hypothesis>,
-    noise: Noise,
-    /// The null hypothesis on the recordings with nothing hidden, and its parameters.
-    null: Fitted,
-    values: Vec<f64>,
     bank: Bank,
-    /// Whitened held-out residuals under it, and their derivatives by its nuisances.
-    held_out: DVector<f64>,
-    held_out_jacobian: DMatrix<f64>,
+    /// Log-odds from which on an effect counts as present.
+    threshold: f64,
     /// Whitened residuals without noise where nothing is hidden: to learn from, held out.
     unmoved: [DVector<f64>; 2],
     asked: RefCell<Vec<Expected>>,
@@ -104,57 +97,12 @@ impl Oracle {
     /// Recordings that cannot be made or used.
     pub fn of(plant: &'static Plant, case: &'static EffectCase, noise: NoiseColour, seed: u64) -> Result<Self> {
         let (block, library) = block(plant, case.id, &generate(plant.rig, &[], noise, seed)?)?;
-        let (learn, test) = (block.part(false), block.part(true));
-        let mut deviations = learn.deviations(&block.base);
-        deviations.extend(test.deviations(&block.base));
-        let noise = Noise::fit(&deviations).ok_or_else(|| Error::Model(format!("{} has no noise", block.name)))?;
-        let unknowns = block.nuisances.clone();
-        let start = Start { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns };
-        let shortcut = learn.shortcut(&noise, &block.base);
-        let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
-        let null = fit(vec![start], &block.base, &quick).remove(0);
-        let bank = Bank::simulate(&library, &null, &block.base, &quick);
-        let values = null.values(&block.base);
-        let moved = |column: usize| {
-            let mut z = null.z.clone();
-            z[column] += STEP;
-            applied(&block.base, &null.unknowns, &z)
-        };
-        let sets: Vec<Vec<f64>> = std::iter::once(values.clone()).chain((0..null.z.len()).map(moved)).collect();
-        let mut residuals = test.whitened(&noise, &sets);
-        let held_out = residuals.remove(0);
-        let columns: Vec<DVector<f64>> = residuals.into_iter().map(|with| (with - &held_out) / STEP).collect();
-        let held_out_jacobian =
-            if columns.is_empty() { DMatrix::zeros(held_out.len(), 0) } else { DMatrix::from_columns(&columns) };
-        let unmoved = [DVector::zeros(0), DVector::zeros(0)];
-        drop((learn, test));
-        let asked = RefCell::default();
-        let mut oracle = Self {
-            plant,
-            case,
-            seed,
-            block,
-            library,
-            noise,
-            null,
-            values,
-            bank,
-            held_out,
-            held_out_jacobian,
-            unmoved,
-            asked,
-        };
-        oracle.unmoved = oracle.residuals(&[])?;
-        Ok(oracle)
-    }
-
-    /// Whitened residuals without noise, at the null hypothesis: to learn from, held out.
-    fn residuals(&self, hidden: &[Hidden]) -> Result<[DVector<f64>; 2]> {
-        let (mut block, _) = block(self.plant, self.case.id, &exact(self.plant.rig, hidden, self.seed)?)?;
-        // Judged at the samples that the noise of the recordings allows.
-        block.decimator = self.block.decimator.clone();
-        let of = |held_out| block.part(held_out).whitened(&self.noise, std::slice::from_ref(&self.values)).remove(0);
-        Ok([of(false), of(true)])
+        let healthy = Healthy::of(block)?;
+        let bank = healthy.bank(&library);
+        let threshold = threshold(&bank, &bank.scores(&healthy.null), library.len());
+        let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
+        let unmoved = healthy.residuals(still);
+        Ok(Self { plant, case, seed, healthy, library, bank, threshold, unmoved, asked: RefCell::default() })
     }
 
     /// The smallest size that can be told; none where no size of the bench's range can.
@@ -178,7 +126,7 @@ impl Oracle {
     /// # Errors
     /// As [`Oracle::of`].
     pub fn multiple(&self, scale: &Scale, multiple: f64) -> Result<Option<f64>> {
-        if self.case.stronger == Stronger::Larger || scale.nominal {
+        if self.case.stronger == Stronger::Larger {
             return Ok(within(self.case, scale.size * multiple));
         }
         if multiple == 1.0 {
@@ -229,7 +177,9 @@ impl Oracle {
         if let Some(known) = self.asked.borrow().iter().find(|known| known.size == size) {
             return Ok(known.clone());
         }
-        let [learn, test] = self.residuals(&[Hidden { id: self.case.id, size }])?;
+        let hidden = [Hidden { id: self.case.id, size }];
+        let (moved, _) = block(self.plant, self.case.id, &exact(self.plant.rig, &hidden, self.seed)?)?;
+        let [learn, test] = self.healthy.residuals(moved);
         let expected = self.judged(size, &(learn - &self.unmoved[0]), &(test - &self.unmoved[1]));
         self.asked.borrow_mut().push(expected.clone());
         Ok(expected)
@@ -238,22 +188,22 @@ impl Oracle {
     /// From what an effect changes in the whitened residuals to what is to be expected of it.
     fn judged(&self, size: f64, learn: &DVector<f64>, test: &DVector<f64>) -> Expected {
         let columns = DMatrix::from_columns(std::slice::from_ref(learn));
-        let left = learn.dot(&Projector::of(&self.null).reject(&columns).column(0));
+        let left = learn.dot(&Projector::of(&self.healthy.null).reject(&columns).column(0));
         let z = self.clamped(learn);
-        let left_clamped = (learn + &self.null.jacobian * &z).norm_squared() + z.norm_squared();
+        let left_clamped = (learn + &self.healthy.null.jacobian * &z).norm_squared() + z.norm_squared();
         // A size is plausible up to about the bench's own; a limit has no scale.
         let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
         let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
         let (lead, rival) = self.nearest(learn, 0.5 * left - occam);
-        let without = &self.held_out + test + &self.held_out_jacobian * &z;
-        let held_out = self.held_out.as_slice();
+        let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
+        let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
         let gain = adequacy(held_out, held_out, without.as_slice()).gain_lo;
-        Expected { size, strength: left.sqrt(), log_odds: 0.5 * left_clamped - occam, lead, rival, gain }
+        Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
     }
 
     /// Where the nuisances go to explain a change of the residuals, none beyond what is plausible.
     fn clamped(&self, change: &DVector<f64>) -> DVector<f64> {
-        let jacobian = &self.null.jacobian;
+        let jacobian = &self.healthy.null.jacobian;
         let size = jacobian.ncols();
         let normal = jacobian.tr_mul(jacobian) + DMatrix::identity(size, size);
         let gradient = jacobian.tr_mul(change);
@@ -283,7 +233,7 @@ impl Oracle {
 
     /// The lead of the oracle's log-odds over the best other explanation, nuisances beyond their tolerance being one.
     fn nearest(&self, change: &DVector<f64>, own: f64) -> (f64, String) {
-        let moved = Fitted { residual: change.clone(), ..self.null.clone() };
+        let moved = Fitted { residual: change.clone(), ..self.healthy.null.clone() };
         let odds = self.bank.log_odds(&self.bank.scores(&moved), self.library.len());
         let rivals = self.library.iter().zip(odds);
         let rivals = rivals.filter(|(hypothesis, _)| !self.plant.is_right(self.case.id, hypothesis.effect.id));
@@ -304,7 +254,7 @@ pub fn within(case: &EffectCase, size: f64) -> Option<f64> {
 }
 
 /// The block of a data set where something hidden acts.
-fn block(plant: &Plant, hidden: &str, set: &softdock_gauntlet::Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
+fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
     let exhibit = Exhibit::of(set)?;
     let blocks = read(exhibit.path(), &[], &Options::default())?.blocks(1);
     let name = plant.block(hidden);
