@@ -24,6 +24,13 @@ pub struct Bench<'a> {
     baselines: Baselines,
 }
 
+/// How large a case hides its effects.
+struct Hiding {
+    scales: Vec<Option<Scale>>,
+    /// None if the bench cannot show such sizes.
+    hidden: Option<Vec<Hidden>>,
+}
+
 /// The scale of an effect on the recordings of a seed.
 struct Asked {
     seed: u64,
@@ -66,7 +73,7 @@ impl<'a> Bench<'a> {
     /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
     pub fn run(&mut self, case: &Case) -> Result<Record> {
         let begin = Instant::now();
-        let (scales, hidden) = self.sized(case)?;
+        let Hiding { scales, hidden } = self.sized(case)?;
         let set =
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
         let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
@@ -94,18 +101,18 @@ impl<'a> Bench<'a> {
         Ok(record)
     }
 
-    /// Scales of what a case hides, and how large it hides it; none if the bench cannot show such sizes.
-    fn sized(&mut self, case: &Case) -> Result<(Vec<Option<Scale>>, Option<Vec<Hidden>>)> {
-        let (mut scales, mut hidden) = (Vec::new(), Some(Vec::new()));
+    /// Scales of what a case hides, and how large it hides it.
+    fn sized(&mut self, case: &Case) -> Result<Hiding> {
+        let mut hiding = Hiding { scales: Vec::new(), hidden: Some(Vec::new()) };
         for effect in case.hidden() {
             let (scale, size) = self.size(case, effect)?;
-            scales.push(scale);
-            hidden = hidden.zip(size).map(|(mut hidden, size)| {
+            hiding.scales.push(scale);
+            hiding.hidden = hiding.hidden.zip(size).map(|(mut hidden, size)| {
                 hidden.push(Hidden { id: effect.id, size });
                 hidden
             });
         }
-        Ok((scales, hidden))
+        Ok(hiding)
     }
 
     /// The scale of an effect, and so many times that.

@@ -1,5 +1,5 @@
 //! Least squares of a fixed structure: every parameter of the nominal plant is fitted, and the one that differs most
-//! significantly from the healthy bench is named.
+//! significantly from the mean of the healthy sessions is named.
 
 use super::signals::{Sample, Signals, direction};
 use nalgebra::{DMatrix, DVector};
@@ -19,12 +19,14 @@ const SIGNIFICANT: f64 = 4.0;
 const LONGEST: usize = 200;
 
 /// The effect whose parameter differs most significantly; none if nothing does.
-pub(super) fn name(signals: &Signals, healthy: &Signals) -> Option<&'static str> {
-    let (own, other) = (Fit::of(signals)?, Fit::of(healthy)?);
-    let tolerance = tolerances(signals);
+pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static str> {
+    let own = Fit::of(signals)?;
+    let others: Vec<Fit> = healthy.iter().map(Fit::of).collect::<Option<_>>()?;
+    let (tolerance, count) = (tolerances(signals), others.len() as f64);
     let significance = |k: usize| {
-        let variance = own.variance[k] + other.variance[k] + 2.0 * tolerance[k] * tolerance[k];
-        (own.values[k] - other.values[k]).abs() / variance.sqrt()
+        let mean = others.iter().map(|other| other.values[k]).sum::<f64>() / count;
+        let variance = (own.variance[k] + tolerance[k] * tolerance[k]) * (1.0 + 1.0 / count);
+        (own.values[k] - mean).abs() / variance.sqrt()
     };
     let best = (0..NAMES.len()).max_by(|a, b| significance(*a).total_cmp(&significance(*b)))?;
     (significance(best) > SIGNIFICANT).then_some(NAMES[best])

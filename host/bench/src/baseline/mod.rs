@@ -1,5 +1,5 @@
 //! Other methods on the same recordings of a drive, as generous to them as can be: they are told the nominal plant, its
-//! controller, and a recording of the healthy bench.
+//! controller, and recordings of the healthy bench as it differs from session to session.
 
 mod least_squares;
 mod signals;
@@ -14,14 +14,14 @@ use softdock_gauntlet::{NoiseColour, generate};
 use std::path::Path;
 use std::time::Instant;
 
-/// Seed of the healthy recordings, which no case has.
-const HEALTHY_SEED: u64 = 4_294_967_311;
+/// Seeds of the healthy recordings: above those of all cases.
+const HEALTHY_SEEDS: [u64; 4] = [1 << 32, (1 << 32) + 1, (1 << 32) + 2, (1 << 32) + 3];
 
 /// The other methods with what they are told beforehand.
 #[derive(Default)]
 pub(crate) struct Baselines {
     /// Healthy recordings in each colour of noise.
-    healthy: Vec<(NoiseColour, Signals)>,
+    healthy: Vec<(NoiseColour, Vec<Signals>)>,
 }
 
 impl Baselines {
@@ -31,14 +31,14 @@ impl Baselines {
     /// Recordings that cannot be made or read.
     pub(crate) fn answers(&mut self, case: &Case, folder: &Path) -> Result<Vec<Baseline>> {
         if !self.healthy.iter().any(|(colour, _)| *colour == case.noise) {
-            let healthy = Exhibit::of(&generate(case.plant.rig, &[], case.noise, HEALTHY_SEED)?)?;
-            self.healthy.push((case.noise, Signals::read(healthy.path())?));
+            let of = |seed| Signals::read(Exhibit::of(&generate(case.plant.rig, &[], case.noise, seed)?)?.path());
+            self.healthy.push((case.noise, HEALTHY_SEEDS.into_iter().map(of).collect::<Result<_>>()?));
         }
         let Some((_, healthy)) = self.healthy.iter().find(|(colour, _)| *colour == case.noise) else {
             return Ok(Vec::new());
         };
         let signals = Signals::read(folder)?;
-        let timed = |method: &str, name: fn(&Signals, &Signals) -> Option<&'static str>| {
+        let timed = |method: &str, name: fn(&Signals, &[Signals]) -> Option<&'static str>| {
             let start = Instant::now();
             let named = name(&signals, healthy).map(ToOwned::to_owned);
             Baseline { method: method.to_owned(), named, seconds: start.elapsed().as_secs_f64() }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use softdock_kernels::manipulator::GRAVITY;
 use softdock_kernels::philox;
 
-/// Power of the discrepancy over that of the healthy bench from which on something is there.
+/// Power of the discrepancy over the greatest of the healthy sessions from which on something is there.
 const EXCESS: f64 = 1.1;
 /// Bootstraps, and the share of them that must keep a term.
 const BOOTSTRAPS: u64 = 20;
@@ -32,14 +32,15 @@ const SEED: u64 = 3;
 type Term = (&'static str, Box<dyn Fn(&Sample) -> f64>);
 
 /// The effect whose terms make most of the discrepancy; none if a healthy bench leaves as much.
-pub(super) fn name(signals: &Signals, healthy: &Signals) -> Option<&'static str> {
+pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static str> {
     let plant = Discrepancy::of(signals, healthy, |sample| sample.unexplained, plant_terms(signals));
     let controller = Discrepancy::of(signals, healthy, |sample| sample.unasked, controller_terms(signals));
     let most = if plant.excess > controller.excess { plant } else { controller };
     if most.excess < EXCESS { None } else { most.name() }
 }
 
-/// What the plant may lack.
+/// What the plant may lack. The measured torque is left out: it goes with every other term, and with it nearly everything is
+/// called a torque constant.
 fn plant_terms(signals: &Signals) -> Vec<Term> {
     let radius = signals.rig.payload_radius;
     let link = signals.rig.link_inertia;
@@ -54,9 +55,8 @@ fn plant_terms(signals: &Signals) -> Vec<Term> {
         ("J15_link_inertia", Box::new(|s| s.angle[2])),
         ("J14_payload", Box::new(move |s| radius * radius * s.angle[2] + GRAVITY * radius * s.angle[0].cos())),
         ("J16_gravity_compensation", Box::new(|s| s.angle[0].cos())),
-        ("J11_torque_constant", Box::new(|s| s.torque[0])),
         ("J12_current_loop", Box::new(|s| s.torque[1])),
-        ("J5_load_friction", Box::new(|s| s.torque[0].abs() * direction(s.angle[1]))),
+        ("J5_load_friction", Box::new(|s| s.angle[0].cos().abs() * direction(s.angle[1]))),
         ("J8_elasticity", Box::new(move |s| link * s.angle[4])),
     ];
     for periods in PERIODS.map(f64::from) {
@@ -84,12 +84,12 @@ struct Discrepancy {
     /// Terms at the samples, each of unit root mean square.
     columns: DMatrix<f64>,
     target: DVector<f64>,
-    /// Its power over that of the healthy bench.
+    /// Its power over the greatest of the healthy sessions.
     excess: f64,
 }
 
 impl Discrepancy {
-    fn of(signals: &Signals, healthy: &Signals, target: fn(&Sample) -> f64, terms: Vec<Term>) -> Self {
+    fn of(signals: &Signals, healthy: &[Signals], target: fn(&Sample) -> f64, terms: Vec<Term>) -> Self {
         let power = |signals: &Signals| {
             signals.samples.iter().map(|s| target(s).powi(2)).sum::<f64>() / signals.samples.len() as f64
         };
@@ -103,7 +103,7 @@ impl Discrepancy {
             names: terms.iter().map(|(name, _)| *name).collect(),
             target: DVector::from_iterator(samples.len(), samples.iter().map(|s| target(s))),
             columns,
-            excess: power(signals) / power(healthy),
+            excess: power(signals) / healthy.iter().map(power).fold(0.0, f64::max),
         }
     }
 

@@ -245,7 +245,7 @@ impl Oracle {
 
 /// The scale of an effect that no difference of recordings shows: a plausible size.
 pub fn nominal(case: &EffectCase) -> Option<Scale> {
-    is_random(case.id).then(|| Scale { size: case.size, inseparable: None, nominal: true })
+    is_random(case.id).then_some(Scale { size: case.size, inseparable: None, nominal: true })
 }
 
 /// A size, if the bench can show it.
