@@ -190,3 +190,52 @@ pub fn is_random(id: &str) -> bool {
     let random = GROUPS.iter().find(|group| group.id == "G9");
     random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exhibit::{Exhibit, read};
+    use softdock_diagnosis::block::MeasuredBlock;
+    use softdock_diagnosis::diagnosis::Options;
+    use softdock_diagnosis::library::Hypothesis;
+    use softdock_gauntlet::{NoiseColour, generate};
+
+    /// The blocks of a plant with their libraries.
+    fn blocks(plant: &Plant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
+        let exhibit = Exhibit::of(&healthy).expect("room");
+        read(exhibit.path(), &[], &Options::default()).expect("good recordings").blocks(1)
+    }
+
+    #[test]
+    fn the_table_says_what_the_libraries_have() {
+        for plant in PLANTS {
+            let blocks = blocks(plant);
+            let library = |hidden: &str| {
+                let own = blocks.iter().find(|(block, _)| block.name == plant.block(hidden));
+                own.unwrap_or_else(|| panic!("{}: no block of {hidden}", plant.name))
+            };
+            // What has no mean is judged by the repeats, not by a library.
+            for effect in plant.effects().filter(|effect| !is_random(effect.id)) {
+                let (block, hypotheses) = library(effect.id);
+                let own = hypotheses.iter().find(|own| plant.is_right(effect.id, own.effect.id));
+                let own = own.unwrap_or_else(|| panic!("{} is not in the library", effect.id));
+                for field in plant.aliases(effect.id).flat_map(|alias| alias.fields) {
+                    assert!(own.unknowns.iter().any(|unknown| unknown.name == *field), "{}: {field}", effect.id);
+                    block.field(field);
+                }
+            }
+            for form in plant.outside() {
+                let named = |own: &&Hypothesis| code(own.effect.id) == code(form.id);
+                assert!(library(form.id).1.iter().find(named).is_none(), "{} is in the library", form.id);
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_compared_by_the_catalogues_number() {
+        assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
+        assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
+        assert!(is_random("C3_jitter") && !is_random("C2_lag"));
+    }
+}
