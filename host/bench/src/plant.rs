@@ -226,8 +226,8 @@ mod tests {
                 }
             }
             for form in plant.outside() {
-                let named = |own: &&Hypothesis| code(own.effect.id) == code(form.id);
-                assert!(library(form.id).1.iter().find(named).is_none(), "{} is in the library", form.id);
+                let named = |own: &Hypothesis| code(own.effect.id) == code(form.id);
+                assert!(!library(form.id).1.iter().any(named), "{} is in the library", form.id);
             }
         }
     }
