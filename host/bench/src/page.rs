@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::outcome::Outcome;
+use crate::plant::order;
 use crate::score::{Row, Score, median};
 use crate::seal::Asks;
 use crate::words::{asks, found, met, shared};
@@ -137,6 +138,8 @@ fn confusions(rows: &[Row]) -> Vec<Confusion> {
     let of = |((plant, multiple), mut own): ((&str, u64), Vec<&Row>)| {
         own.extend(rows.iter().filter(|row| row.plant == plant && row.asks == Asks::Null && row.cases > 0));
         let answers: BTreeSet<&String> = own.iter().flat_map(|row| row.answers.keys()).collect();
+        let mut answers: Vec<&String> = answers.into_iter().collect();
+        answers.sort_by_key(|answer| order(answer));
         let cells = |row: &&Row| {
             let cell = |answer: &&String| {
                 let count = row.answers.get(*answer).copied().unwrap_or(0);

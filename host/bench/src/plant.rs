@@ -179,6 +179,14 @@ pub fn code(id: &str) -> &str {
     id.split('_').next().unwrap_or(id)
 }
 
+/// Where an effect stands in the catalogue: by letter and number, forms of no number behind.
+pub fn order(id: &str) -> (bool, String, u32, String) {
+    let code = code(id);
+    let letters: String = code.chars().take_while(char::is_ascii_alphabetic).collect();
+    let number = code[letters.len()..].parse().ok();
+    (number.is_none(), letters, number.unwrap_or(0), id.to_owned())
+}
+
 /// Whether two effects look alike in data by the catalogue: some group has both.
 pub fn share_group(a: &str, b: &str) -> bool {
     let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));

@@ -107,12 +107,14 @@ impl Discrepancy {
         }
     }
 
-    /// The name whose terms, where most bootstraps keep them, are largest.
+    /// Of the terms that most bootstraps keep, the one that explains most by itself (its error reduction ratio: Billings,
+    /// Nonlinear system identification, 2013): coefficients of terms that go together mean nothing one by one.
     fn name(&self) -> Option<&'static str> {
         let fits: Vec<DVector<f64>> = (0..BOOTSTRAPS).map(|draw| self.thresholded(&self.resampled(draw))).collect();
-        let kept = |k: usize| fits.iter().filter(|fit| fit[k] != 0.0).count() as f64 >= KEPT * BOOTSTRAPS as f64;
-        let size = |k: usize| fits.iter().map(|fit| fit[k].abs()).sum::<f64>();
-        let best = (0..self.names.len()).filter(|k| kept(*k)).max_by(|a, b| size(*a).total_cmp(&size(*b)))?;
+        let kept = |k: &usize| fits.iter().filter(|fit| fit[*k] != 0.0).count() as f64 >= KEPT * BOOTSTRAPS as f64;
+        let explained = self.columns.tr_mul(&self.target);
+        let best =
+            (0..self.names.len()).filter(kept).max_by(|a, b| explained[*a].abs().total_cmp(&explained[*b].abs()))?;
         Some(self.names[best])
     }
 

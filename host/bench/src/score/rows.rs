@@ -2,7 +2,7 @@
 
 use super::{Scored, median};
 use crate::outcome::Outcome;
-use crate::plant::PLANTS;
+use crate::plant::{PLANTS, order};
 use crate::record::{Answer, Said};
 use crate::seal::{Asks, Hidden, SealedTruth};
 use serde::Serialize;
@@ -52,20 +52,20 @@ pub struct Failure {
 
 /// Outcomes by plant, task, what was hidden, and size.
 pub(super) fn rows(all: &[Scored]) -> Vec<Row> {
-    let mut groups: BTreeMap<(usize, Asks, String, u64), Vec<&Scored>> = BTreeMap::new();
+    let mut groups: BTreeMap<_, Vec<&Scored>> = BTreeMap::new();
     for scored in all {
-        let place = PLANTS.iter().position(|plant| plant.name == scored.plant.name).unwrap_or(0);
+        let place = PLANTS.iter().position(|plant| plant.name == scored.plant.name);
         let truth = &scored.truth;
+        let effects: Vec<_> = truth.hidden.iter().map(|hidden| order(&hidden.id)).collect();
         // Positive numbers are ordered as their bits.
-        groups.entry((place, truth.asks, hidden(truth), truth.multiple.to_bits())).or_default().push(scored);
+        groups.entry((place, truth.asks, effects, truth.multiple.to_bits())).or_default().push(scored);
     }
-    groups
-        .into_iter()
-        .map(|((_, asks, hidden, multiple), own)| row(asks, hidden, f64::from_bits(multiple), &own))
-        .collect()
+    groups.into_values().map(|own| row(&own)).collect()
 }
 
-fn row(asks: Asks, hidden: String, multiple: f64, own: &[&Scored]) -> Row {
+/// Cases that hide the same in the same size.
+fn row(own: &[&Scored]) -> Row {
+    let truth = &own[0].truth;
     let asked: Vec<&&Scored> = own.iter().filter(|scored| scored.outcome.is_some()).collect();
     let (mut outcomes, mut answers) = (BTreeMap::new(), BTreeMap::new());
     for scored in &asked {
@@ -77,9 +77,9 @@ fn row(asks: Asks, hidden: String, multiple: f64, own: &[&Scored]) -> Row {
     let scales = || own.iter().filter_map(|scored| scored.truth.hidden.first()?.scale.as_ref());
     Row {
         plant: own[0].plant.name.to_owned(),
-        asks,
-        hidden,
-        multiple,
+        asks: truth.asks,
+        hidden: hidden(truth),
+        multiple: truth.multiple,
         cases: asked.len(),
         right: asked.iter().filter(|scored| scored.is_right()).count(),
         outcomes,
