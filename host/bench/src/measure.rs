@@ -3,6 +3,8 @@
 use crate::exhibit::{files, read};
 use crate::record::TrueGain;
 use crate::{Error, Result};
+use nalgebra::DVector;
+use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::{Judged, Options};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::{Fresh, Set};
@@ -41,8 +43,8 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fre
 
 /// By how much the root mean square of held-out residuals falls from the first parameter set to the second, noise of unit
 /// power added to both.
-fn gain(block: &softdock_diagnosis::block::MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], scale: f64) -> f64 {
-    let power = |residual: &nalgebra::DVector<f64>| 1.0 + scale * residual.norm_squared() / residual.len() as f64;
+fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], scale: f64) -> f64 {
+    let power = |residual: &DVector<f64>| 1.0 + scale * residual.norm_squared() / residual.len() as f64;
     let residuals = block.part(true).whitened(noise, sets);
     1.0 - (power(&residuals[1]) / power(&residuals[0])).sqrt()
 }

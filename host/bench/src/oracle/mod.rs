@@ -3,7 +3,9 @@
 //!
 //! What an effect changes in the whitened residuals is the difference of two recordings without noise. Behind what the
 //! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
-//! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too.
+//! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
+//! the forms of the bank: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than too
+//! little.
 
 mod healthy;
 
