@@ -68,11 +68,19 @@ pub fn outcome(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
         (_, Said::NoPracticalEffect) => Outcome::NotPractical,
         (Asks::Null, _) => Outcome::Wrong,
         (_, Said::NoEffect) => Outcome::Missed,
+        (_, Said::NotInLibrary) if names_falsely(plant, truth, answer) => Outcome::Wrong,
         (Asks::Outside | Asks::LeftOut, Said::NotInLibrary) => Outcome::Right,
         (_, Said::NotInLibrary) => Outcome::NotInLibrary,
         (_, Said::Named) => named(plant, truth, answer),
         (_, Said::Ambiguous) => ambiguous(plant, truth, answer),
     }
+}
+
+/// Whether some block names what is not there, whatever is said of the others.
+fn names_falsely(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> bool {
+    let is_named = |block: &str| answer.blocks.iter().any(|(own, said)| own == block && *said == Said::Named);
+    let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
+    answer.effects.iter().any(|effect| is_named(&effect.block) && !is_true(&effect.id))
 }
 
 fn named(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
@@ -138,7 +146,8 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn answer(said: Said, effects: &[&str]) -> Answer {
-        let of = |id: &&str| Effect { id: (*id).to_owned(), p: 0.99, parameters: Default::default() };
+        let block = |id: &str| PLANTS[0].block(id).to_owned();
+        let of = |id: &&str| Effect { id: (*id).to_owned(), block: block(id), p: 0.99, parameters: Default::default() };
         Answer {
             said,
             effects: effects.iter().map(of).collect(),
@@ -188,6 +197,15 @@ pub(crate) mod tests {
         let scale = GROUPS.iter().find(|group| group.id == "G5").expect("a group");
         relative.experiment = Some(scale.splits.to_owned());
         assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Partner);
+    }
+
+    #[test]
+    fn a_false_name_in_one_block_is_not_excused_by_another_that_finds_nothing_known() {
+        let mut answer = answer(Said::NotInLibrary, &["C2_lag"]);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::NotInLibrary);
+        answer.blocks[0].1 = Said::Named;
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::Wrong);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C2_lag"]), &answer), Outcome::NotInLibrary);
     }
 
     #[test]

@@ -63,6 +63,8 @@ pub struct Answer {
 pub struct Effect {
     /// The library's id.
     pub id: String,
+    /// The block where it is found.
+    pub block: String,
     /// Stated probability.
     pub p: f64,
     /// Its numbers.

@@ -162,11 +162,8 @@ fn refused(refusal: String) -> Answer {
 fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) {
     let of = |found: &EffectFound| {
         let own = judged.iter().find(|judged| judged.block.name == found.block);
-        Effect {
-            id: found.id.to_owned(),
-            p: found.p,
-            parameters: own.map_or_else(Default::default, |own| estimates(found, own)),
-        }
+        let parameters = own.map_or_else(Default::default, |own| estimates(found, own));
+        Effect { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
     };
     let blocks: Vec<(String, Said)> =
         diagnosis.blocks.iter().map(|block| (block.block.to_owned(), block.answer.into())).collect();

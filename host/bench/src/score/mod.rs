@@ -149,8 +149,7 @@ fn of_right(scored: &Scored) -> Vec<Compared> {
 fn names(asked: &[&Scored]) -> Vec<(f64, bool)> {
     let of = |scored: &&&Scored| {
         let answer = scored.answer()?;
-        let named = matches!(answer.said, Said::Named | Said::Ambiguous);
-        let first = answer.effects.first().filter(|_| named)?;
+        let first = answer.effects.first().filter(|_| answer.said >= Said::Named)?;
         Some((first.p, scored.truth.hidden.iter().any(|hidden| scored.plant.is_right(&hidden.id, &first.id))))
     };
     // What is in no library has no probability that could be right.

@@ -104,7 +104,8 @@ fn answered(answer: &Answer) -> String {
         Said::NoPracticalEffect => "no practical effect".to_owned(),
         Said::Named => names(" + "),
         Said::Ambiguous => names(" or "),
-        Said::NotInLibrary => "not in library".to_owned(),
+        Said::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
+        Said::NotInLibrary => format!("{}; not in library", names(" + ")),
     }
 }
 
