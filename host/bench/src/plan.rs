@@ -58,6 +58,9 @@ pub struct Case {
 pub const MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 16.0];
 /// Sizes at which an effect is asked that is not in the library.
 const LEFT_OUT: [f64; 3] = [1.0, 4.0, 16.0];
+/// Sizes at which an effect should be told, and at which it is plain that something is wrong.
+const TELLING: f64 = 4.0;
+const OBVIOUS: f64 = 16.0;
 /// Size of each of two effects.
 const PAIRED: f64 = 4.0;
 /// Pairs of effects a plant.
@@ -92,79 +95,70 @@ fn plants(names: &[String], extent: Extent) -> Result<Vec<&'static Plant>> {
     names.iter().map(of).collect()
 }
 
-/// Draws of each kind of case.
+/// Draws of nulls, and of everything that is hidden.
 struct Counts {
     extent: Extent,
     nulls: u64,
-    effects: u64,
-    left_out: u64,
-    outside: u64,
-    pairs: u64,
+    hidden: u64,
 }
 
 impl Counts {
     fn of(wanted: &Wanted) -> Self {
-        let own = match wanted.extent {
-            Extent::Ci => Self { extent: Extent::Ci, nulls: 3, effects: 1, left_out: 1, outside: 1, pairs: 1 },
+        let (extent, nulls, hidden) = match wanted.extent {
+            Extent::Ci => (Extent::Ci, 3, 1),
             // 300 nulls without an alarm bound the rate of false alarms by 1 %.
-            Extent::Full => {
-                Self { extent: Extent::Full, nulls: 300, effects: 20, left_out: 20, outside: 20, pairs: 20 }
-            }
+            Extent::Full => (Extent::Full, 300, 20),
         };
         match wanted.draws {
-            None => own,
-            Some(draws) => {
-                let nulls = if draws >= own.effects { own.nulls } else { 3 * draws };
-                Self { nulls, effects: draws, left_out: draws, outside: draws, pairs: draws, ..own }
-            }
+            None => Self { extent, nulls, hidden },
+            Some(draws) if draws < hidden => Self { extent, nulls: nulls.min(3 * draws), hidden: draws },
+            Some(draws) => Self { extent, nulls, hidden: draws },
         }
     }
 
     fn most(&self) -> u64 {
-        [self.nulls, self.effects, self.left_out, self.outside, self.pairs].into_iter().max().unwrap_or(0)
+        self.nulls.max(self.hidden)
     }
 
     /// The cases of a plant's draw.
     fn cases(&self, plant: &'static Plant, draw: u64) -> Vec<Case> {
-        let case = |task: Task, multiple: f64| {
-            let noise = NoiseColour::ALL[draw as usize % NoiseColour::ALL.len()];
-            Case { plant, task, multiple, draw, noise }
-        };
-        let mut cases = Vec::new();
+        let mut asked = Vec::new();
         if draw < self.nulls {
-            cases.push(case(Task::Null, 0.0));
+            asked.push((Task::Null, 0.0));
         }
-        for (number, effect) in plant.effects().enumerate() {
-            if draw < self.effects {
-                let asked: &[f64] = if self.extent == Extent::Ci { &MULTIPLES[3..4] } else { &MULTIPLES };
-                let chosen = self.extent == Extent::Full || number % CI_STRIDE == 0;
-                cases.extend(asked.iter().filter(|_| chosen).map(|multiple| case(Task::Effect(effect), *multiple)));
-            }
-            if draw < self.left_out {
-                let asked: &[f64] = if self.extent == Extent::Ci { &LEFT_OUT[2..] } else { &LEFT_OUT };
-                let chosen = self.extent == Extent::Full || number == CI_LEFT_OUT;
-                cases.extend(asked.iter().filter(|_| chosen).map(|multiple| case(Task::LeftOut(effect), *multiple)));
-            }
+        if draw < self.hidden {
+            asked.extend(if self.extent == Extent::Ci { few(plant) } else { all(plant) });
         }
-        if draw < self.outside {
-            for (number, form) in plant.outside().enumerate() {
-                let asked: &[f64] = if self.extent == Extent::Ci { &MULTIPLES[4..] } else { &MULTIPLES };
-                let chosen = self.extent == Extent::Full || number == 0;
-                cases.extend(asked.iter().filter(|_| chosen).map(|multiple| case(Task::Outside(form), *multiple)));
-            }
-        }
-        if draw < self.pairs {
-            let most = if self.extent == Extent::Ci { 1 } else { PAIRS };
-            cases.extend(pairs(plant, most).into_iter().map(|(a, b)| case(Task::Pair(a, b), PAIRED)));
-        }
-        cases
+        let noise = NoiseColour::ALL[draw as usize % NoiseColour::ALL.len()];
+        asked.into_iter().map(|(task, multiple)| Case { plant, task, multiple, draw, noise }).collect()
     }
 }
 
-/// Of so many effects the small size asks one.
-const CI_STRIDE: usize = 2;
-/// The effect that it takes out of the library: the payload of a drive, which has many relatives.
-const CI_LEFT_OUT: usize = 13;
+/// All that can be hidden, in all sizes.
+fn all(plant: &'static Plant) -> Vec<(Task, f64)> {
+    let mut asked = Vec::new();
+    for effect in plant.effects() {
+        asked.extend(MULTIPLES.map(|multiple| (Task::Effect(effect), multiple)));
+        asked.extend(LEFT_OUT.map(|multiple| (Task::LeftOut(effect), multiple)));
+    }
+    for form in plant.outside() {
+        asked.extend(MULTIPLES.map(|multiple| (Task::Outside(form), multiple)));
+    }
+    asked.extend(pairs(plant, PAIRS).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked
+}
+
+/// Every other effect where it should be told, and one of everything else.
+fn few(plant: &'static Plant) -> Vec<(Task, f64)> {
+    let mut asked: Vec<(Task, f64)> =
+        plant.effects().step_by(2).map(|effect| (Task::Effect(effect), TELLING)).collect();
+    // It has many relatives.
+    let payload = plant.effects().find(|effect| effect.id == "J14_payload");
+    asked.extend(payload.map(|effect| (Task::LeftOut(effect), OBVIOUS)));
+    asked.extend(plant.outside().next().map(|form| (Task::Outside(form), OBVIOUS)));
+    asked.extend(pairs(plant, 1).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked
+}
 
 /// Pairs of effects that no group has in common, spread evenly over all such pairs.
 fn pairs(plant: &Plant, most: usize) -> Vec<(&'static EffectCase, &'static EffectCase)> {
