@@ -45,7 +45,7 @@ fn what_is_there_is_scored_and_what_is_missing_is_said() {
     let (said, beside) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(3), "{beside}");
     assert!(
-        said.starts_with("1 cases") && said.contains("false alarms where nothing is hidden: none: 0 of 1"),
+        said.starts_with("Cases diagnosed: 1") && said.contains("false alarms where nothing is hidden: none: 0 of 1"),
         "{said}"
     );
     assert!(beside.contains("cases are missing; the same command resumes"), "{beside}");

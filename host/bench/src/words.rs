@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 /// The score for a terminal.
 pub fn text(score: &Score) -> String {
-    let mut out = format!("{} cases", score.cases);
+    let mut out = format!("Cases diagnosed: {}", score.cases);
     if !score.unasked.is_empty() {
-        out += &format!(", {} more that no bench can show", score.unasked.len());
+        out += &format!(", and {} that no bench can show", score.unasked.len());
     }
     let [diagnosis, rest] = score.seconds;
     out += &format!("; {} h of diagnoses, {} h of all else\n\n", hours(diagnosis), hours(rest));
