@@ -38,7 +38,7 @@ const STRIDE: f64 = 2.0;
 const CLOSE: f64 = 1.08;
 /// The same where the size is a limit, whose effect sets in all at once.
 const CLOSE_LIMIT: f64 = 1.01;
-/// Sizes of the first search, at most.
+/// Sizes of the first search, at most. What shows at all of them (a yielding gear without any gap) gets the least.
 const MOST: usize = 14;
 
 /// The smallest size that can be told, and what it rests on.
