@@ -1,6 +1,7 @@
 //! The one test binary: each module proves one part of the house.
 
 mod bad_input;
+mod bench;
 mod cli;
 mod diagnose;
 mod drive;

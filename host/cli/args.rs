@@ -317,14 +317,76 @@ pub(crate) struct MapArgs {
 
 /// Arguments of `bench`.
 #[derive(Args, Debug)]
-#[command(after_help = "Example:\n  softdock bench --quick")]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  softdock bench --quick\n  softdock bench diagnosis"
+)]
 pub(crate) struct BenchArgs {
+    /// Something else than speed.
+    #[command(subcommand)]
+    pub(crate) what: Option<BenchCommand>,
     /// Short windows: seconds instead of a minute, and figures that scatter more.
     #[arg(long)]
     pub(crate) quick: bool,
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// What is measured besides speed.
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchCommand {
+    /// Judge the diagnosis by recordings whose cause is known: right names, false alarms, intervals, cost.
+    Diagnosis(BenchDiagnosisArgs),
+}
+
+/// Arguments of `bench diagnosis`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Effects are hidden in recordings of simulated benches, in multiples of s*, the smallest size that anybody could tell in
+the same data. The truth is sealed (BLAKE3) before the diagnosis is given model and recordings, and opened to score it.
+
+What is finished is one line of answers-*.jsonl in the folder, and is not run again: the same command resumes. Workers
+share a folder by --shard; the score counts what all of them have finished. The full size asks 5280 cases of the drive,
+each some 12 s of one core, 2280 of the sensor and 2700 of the contact, which take longer.
+
+Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 cases are missing.
+
+Examples:
+  softdock bench diagnosis
+  softdock bench diagnosis --size full --plants drive --shard 2/8 --out /data/score    (the second of eight workers)
+  softdock bench diagnosis --size full --out /data/score --score")]
+pub(crate) struct BenchDiagnosisArgs {
+    /// How many cases.
+    #[arg(long, value_name = "SIZE", default_value = "ci")]
+    pub(crate) size: BenchSize,
+    /// Plants, by commas; all of the full size, the drive of the small one.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) plants: Vec<String>,
+    /// Draws of every effect and size, instead of the size's own.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(crate) draws: Option<u64>,
+    /// Run only the I-th of N parts of the cases.
+    #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
+    pub(crate) shard: Part,
+    /// Run nothing: score what is there.
+    #[arg(long)]
+    pub(crate) score: bool,
+    /// Results folder; `results/bench_diagnosis_SIZE` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How many cases, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BenchSize {
+    /// Minutes: enough to notice that something broke.
+    Ci,
+    /// Hours: enough to state rates with their bounds.
+    Full,
 }
 
 /// Arguments of `check`.

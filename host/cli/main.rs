@@ -4,6 +4,7 @@ mod address;
 mod args;
 mod band;
 mod bench;
+mod bench_diagnosis;
 mod check;
 mod devices;
 mod diagnose;
@@ -37,7 +38,7 @@ mod traces;
 mod variants;
 mod words;
 
-use args::Command;
+use args::{BenchCommand, Command};
 use clap::Parser;
 use std::process::ExitCode;
 
@@ -53,7 +54,10 @@ fn main() -> ExitCode {
         Command::Schema(args) => schema::schema(&args),
         Command::Kernel(args) => kernel::kernel_listing(&args),
         Command::Map(args) => map::map(&args),
-        Command::Bench(args) => bench::bench(&args),
+        Command::Bench(args) => match &args.what {
+            None => bench::bench(&args),
+            Some(BenchCommand::Diagnosis(args)) => bench_diagnosis::bench_diagnosis(args),
+        },
         Command::Identify(args) => identify::identify(&args),
         Command::Diagnose(args) => diagnose::diagnose(&args),
         Command::Drive(args) => drive::drive(&args),

@@ -209,8 +209,8 @@ impl Prepared {
         self.pieces.iter().all(|piece| piece.signals.contains_key(signal))
     }
 
-    /// The blocks that these channels allow, simulated in steps so many times finer than usual.
-    fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+    /// The blocks that these channels allow with their libraries, simulated in steps so many times finer than usual.
+    pub fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let is_held = |experiment: &str| self.held_out.contains(experiment);
         match &self.rig.plant {
             Plant::Drive(rig) => self.drive_blocks(rig, finer),

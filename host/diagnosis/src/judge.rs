@@ -115,6 +115,12 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
     Some(difference.norm_squared() / difference.len() as f64)
 }
 
+/// Log-odds from which on an effect counts as present: what chance finds in a bank of so many hypotheses, and no less than
+/// what nobody doubts.
+pub fn threshold(bank: &Bank, scores: &Scores, hypotheses: usize) -> f64 {
+    bank.chance(scores, hypotheses, RARITY).max(LEAST_THRESHOLD)
+}
+
 /// All that a judgement needs.
 pub(crate) struct Bench<'a> {
     pub(crate) block: &'a MeasuredBlock,
@@ -170,7 +176,7 @@ impl<'a> Bench<'a> {
     fn judged(self, repeated: bool) -> Judgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
-        let threshold = bank.chance(&scores, library.len(), RARITY).max(LEAST_THRESHOLD);
+        let threshold = threshold(&bank, &scores, library.len());
         let samples = null.residual.len();
         let none = evidence(&null, dispersion).log;
         let mut ranking: Vec<Candidate> = sets

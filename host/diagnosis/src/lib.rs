@@ -17,11 +17,11 @@ pub mod outside;
 mod packets;
 pub mod recording;
 mod suspects;
-mod template;
+pub mod template;
 mod timing;
 pub mod torque_error;
 pub mod variance;
 pub mod words;
 
 pub use error::{Error, Result};
-pub use judge::{Candidate, Judgement, judge};
+pub use judge::{Candidate, Judgement, judge, threshold};

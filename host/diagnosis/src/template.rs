@@ -7,7 +7,10 @@ use minijinja::value::Serde;
 use serde::Serialize;
 
 /// The page as text; a `name` that ends in `.html` has what it shows escaped.
-pub(crate) fn render(name: &str, template: &str, page: &impl Serialize) -> Result<String> {
+///
+/// # Errors
+/// A template that cannot be filled with the page.
+pub fn render(name: &str, template: &str, page: &impl Serialize) -> Result<String> {
     let rendered = || {
         let mut environment = Environment::new();
         environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);

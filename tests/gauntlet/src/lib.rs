@@ -25,4 +25,4 @@ mod table;
 pub use catalogue::{EffectCase, Hidden, Parameter, Rig, Stronger, effects, outside};
 pub use error::Error;
 pub use random::NoiseColour;
-pub use session::{Fresh, HiddenTruth, Set, Truth, fresh, generate};
+pub use session::{Fresh, HiddenTruth, Set, Truth, exact, fresh, generate};

@@ -144,14 +144,28 @@ fn truth(rig: Rig, sizes: &Sizes, bench: &dyn Bench) -> Truth {
 /// # Errors
 /// An effect that the rig does not have or that is named twice, a size that is not a positive number or too large.
 pub fn generate(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> Result<Set, Error> {
+    session(rig, hidden, Some(noise), seed)
+}
+
+/// The data set of the same seed without disturbance and instruments, all digits written: what an effect changes in the
+/// recordings is their difference from the set with nothing hidden.
+///
+/// # Errors
+/// As [`generate`].
+pub fn exact(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
+    session(rig, hidden, None, seed)
+}
+
+fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, seed: u64) -> Result<Set, Error> {
     let sizes = Sizes::check(rig, hidden)?;
     let bench = bench(rig, &sizes, seed);
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
     let mut set =
         Set { model: bench.model(), logs: Vec::new(), holdout: Vec::new(), truth: truth(rig, &sizes, &*bench) };
     for (number, (experiment, repeat)) in (0..).zip(order(&experiments, seed)) {
-        let run = Run { seed, number, start_s: number as f64 * SPACING_S, noise: Some(noise) };
-        let file = (format!("{experiment}_{repeat}.csv"), bench.record(experiment, &run).csv());
+        let table = bench.record(experiment, &Run { seed, number, start_s: number as f64 * SPACING_S, noise });
+        let table = if noise.is_some() { table } else { table.exact() };
+        let file = (format!("{experiment}_{repeat}.csv"), table.csv());
         if experiment == HOLDOUT { set.holdout.push(file) } else { set.logs.push(file) }
     }
     set.logs.sort();

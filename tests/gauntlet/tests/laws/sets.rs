@@ -1,7 +1,9 @@
 //! What holds for the sets of every rig.
 
 use crate::support::{RIGS, Recording, distance, set};
-use softdock_gauntlet::{EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, fresh, generate, outside};
+use softdock_gauntlet::{
+    EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, fresh, generate, outside,
+};
 use std::time::Instant;
 
 const DRIVE: Rig = Rig::Drive { link_encoder: false };
@@ -42,6 +44,22 @@ fn a_null_set_hides_nothing_and_repeats_differ_in_noise_only() {
         }
         assert_ne!(null.logs[0].1, null.logs[1].1);
     }
+}
+
+#[test]
+fn without_noise_the_same_files_come_and_repeats_are_the_same_but_for_the_clock() {
+    for &rig in RIGS {
+        let (noisy, exact) = (set(rig, &[], 11), exact(rig, &[], 11).expect("a set"));
+        let names = |logs: &[(String, String)]| logs.iter().map(|log| log.0.clone()).collect::<Vec<_>>();
+        assert_eq!((names(&noisy.logs), names(&noisy.holdout)), (names(&exact.logs), names(&exact.holdout)));
+        assert_eq!((&noisy.truth, &noisy.model), (&exact.truth, &exact.model));
+    }
+    let exact = exact(DRIVE, &[], 11).expect("a set");
+    let [first, second] = [0, 1].map(|place| Recording::read(&exact.logs[place].1));
+    for column in ["ref_rad", "q_rad", "tau_nm"] {
+        assert_eq!(first.column(column), second.column(column), "{column}");
+    }
+    assert_ne!(first.column("t_s"), second.column("t_s"));
 }
 
 #[test]

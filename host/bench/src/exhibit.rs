@@ -1,0 +1,48 @@
+//! A data set as a folder, which is all that a diagnosis is given.
+
+use crate::{Error, Result};
+use softdock_campaign::Rig;
+use softdock_diagnosis::diagnosis::{Options, Prepared, prepare};
+use softdock_gauntlet::Set;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// Model and recordings in a folder of their own, gone when dropped.
+pub(crate) struct Exhibit {
+    folder: TempDir,
+}
+
+impl Exhibit {
+    /// Writes a data set; its truth stays behind.
+    pub(crate) fn of(set: &Set) -> Result<Self> {
+        let folder = tempfile::tempdir().map_err(Error::file(Path::new("a temporary folder")))?;
+        set.write(folder.path()).map_err(Error::file(folder.path()))?;
+        Ok(Self { folder })
+    }
+
+    /// Where it lies.
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Reads model and recordings of a folder; those of `holdout` are judged by, or the folder's own where there are none.
+pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &Options) -> Result<Prepared> {
+    let rig = Rig::load(&folder.join("model.toml")).map_err(|problems| Error::Model(problems.to_string()))?;
+    let training = files(&folder.join("training"))?;
+    let own = if holdout.is_empty() { files(&folder.join("holdout"))? } else { holdout.to_vec() };
+    let training: Vec<&Path> = training.iter().map(PathBuf::as_path).collect();
+    let own: Vec<&Path> = own.iter().map(PathBuf::as_path).collect();
+    Ok(prepare(rig, &training, &own, options)?)
+}
+
+/// Files of a folder, sorted.
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = folder.read_dir().map_err(Error::file(folder))?;
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<std::io::Result<_>>()
+        .map_err(Error::file(folder))?;
+    files.sort();
+    Ok(files)
+}

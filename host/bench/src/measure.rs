@@ -1,0 +1,50 @@
+//! What can only be measured with the truth at hand: the gain that an answer's model truly brings.
+
+use crate::exhibit::{files, read};
+use crate::record::TrueGain;
+use crate::{Error, Result};
+use nalgebra::DVector;
+use softdock_diagnosis::block::MeasuredBlock;
+use softdock_diagnosis::diagnosis::{Judged, Options};
+use softdock_diagnosis::inference::noise::Noise;
+use softdock_gauntlet::{Fresh, Set};
+use std::path::Path;
+
+/// Repeats of the held-out motion, whose mean is judged.
+const REPEATS: f64 = 3.0;
+
+/// The true gain of a block's best explanation: recordings without noise in place of those that it was judged by, and a
+/// motion that no recording shows. `folder` is the diagnosed one; the held-out recordings in it are left alone.
+///
+/// # Errors
+/// Files that cannot be written or read.
+pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fresh) -> Result<Option<TrueGain>> {
+    let Judged { block, judgement, .. } = judged;
+    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else {
+        return Ok(None);
+    };
+    let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
+    let of = |name: &str, recordings: &[(String, String)], scale: f64| -> Result<f64> {
+        let truth = folder.join(name);
+        std::fs::create_dir_all(&truth).map_err(Error::file(&truth))?;
+        for (file, text) in recordings {
+            std::fs::write(truth.join(file), text).map_err(Error::file(&truth))?;
+        }
+        let blocks = read(folder, &files(&truth)?, &Options::default())?.blocks(1);
+        let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
+        let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
+        own.decimator = block.decimator.clone();
+        Ok(gain(&own, &judgement.noise, &sets, scale))
+    };
+    let held_out = of("exact", &exact.holdout, 1.0)?;
+    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), fresh.with_effect.clone())], REPEATS)?;
+    Ok(Some(TrueGain { held_out, fresh }))
+}
+
+/// By how much the root mean square of held-out residuals falls from the first parameter set to the second, noise of unit
+/// power added to both.
+fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], scale: f64) -> f64 {
+    let power = |residual: &DVector<f64>| 1.0 + scale * residual.norm_squared() / residual.len() as f64;
+    let residuals = block.part(true).whitened(noise, sets);
+    1.0 - (power(&residuals[1]) / power(&residuals[0])).sqrt()
+}

@@ -1,0 +1,265 @@
+//! How large an effect must be before anybody could tell it: the smallest size at which one who knows what is hidden
+//! reaches the evidence, the lead and the gain that an answer needs, on the same data with the same noise.
+//!
+//! What an effect changes in the whitened residuals is the difference of two recordings without noise. Behind what the
+//! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
+//! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
+//! the forms of the bank: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than too
+//! little.
+
+mod healthy;
+
+use crate::exhibit::{Exhibit, read};
+use crate::plant::{Plant, is_random};
+use crate::{Error, Result};
+use healthy::Healthy;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use softdock_diagnosis::block::MeasuredBlock;
+use softdock_diagnosis::diagnosis::Options;
+use softdock_diagnosis::inference::adequacy::adequacy;
+use softdock_diagnosis::inference::bank::{Bank, Projector};
+use softdock_diagnosis::inference::fit::Fitted;
+use softdock_diagnosis::library::Hypothesis;
+use softdock_diagnosis::threshold;
+use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate};
+use std::cell::RefCell;
+
+/// How far beyond what counts as present the oracle's log-odds must be.
+const BEYOND: f64 = 3.0;
+/// By how much the oracle's hypothesis must lead the nearest rival.
+const LEAD: f64 = 6.0;
+/// Gain on held-out motion that the oracle's whole interval must exceed.
+const GAIN: f64 = 0.01;
+/// Tolerances beyond which no nuisance may explain an effect away.
+const CLAMP: f64 = 3.0;
+/// Factor between two sizes of the first search, and ratio at which it ends.
+const STRIDE: f64 = 2.0;
+const CLOSE: f64 = 1.08;
+/// The same where the size is a limit, whose effect sets in all at once.
+const CLOSE_LIMIT: f64 = 1.01;
+/// Sizes of the first search, at most. What shows at all of them (a yielding gear without any gap) gets the least.
+const MOST: usize = 14;
+
+/// The smallest size that can be told, and what it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scale {
+    /// That size, in the effect's unit.
+    pub size: f64,
+    /// The rival that stays too near at every size: then an ambiguous answer that lists the truth is right.
+    pub inseparable: Option<String>,
+    /// Whether it is a plausible size instead: an effect without a mean changes nothing that could be compared.
+    pub nominal: bool,
+}
+
+/// What is to be expected of an effect of some size.
+#[derive(Clone, Debug, PartialEq)]
+struct Expected {
+    size: f64,
+    /// Root of the chi-squared that no nuisance explains.
+    strength: f64,
+    /// Log-odds against the clamped null hypothesis, beyond what counts as present.
+    beyond: f64,
+    /// Lead over the nearest rival, and its name.
+    lead: f64,
+    rival: String,
+    /// Lower bound of the held-out gain.
+    gain: f64,
+}
+
+impl Expected {
+    fn is_present(&self) -> bool {
+        self.beyond >= BEYOND && self.gain > GAIN
+    }
+
+    fn is_told(&self) -> bool {
+        self.is_present() && self.lead >= LEAD
+    }
+}
+
+/// An oracle for one effect on the data of one seed.
+pub struct Oracle {
+    plant: &'static Plant,
+    case: &'static EffectCase,
+    seed: u64,
+    healthy: Healthy,
+    library: Vec<Hypothesis>,
+    bank: Bank,
+    /// Log-odds from which on an effect counts as present.
+    threshold: f64,
+    /// Whitened residuals without noise where nothing is hidden: to learn from, held out.
+    unmoved: [DVector<f64>; 2],
+    asked: RefCell<Vec<Expected>>,
+}
+
+impl Oracle {
+    /// Sets an oracle up for an effect.
+    ///
+    /// # Errors
+    /// Recordings that cannot be made or used.
+    pub fn of(plant: &'static Plant, case: &'static EffectCase, noise: NoiseColour, seed: u64) -> Result<Self> {
+        let (block, library) = block(plant, case.id, &generate(plant.rig, &[], noise, seed)?)?;
+        let healthy = Healthy::of(block)?;
+        let bank = healthy.bank(&library);
+        let threshold = threshold(&bank, &bank.scores(&healthy.null), library.len());
+        let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
+        let unmoved = healthy.residuals(still);
+        Ok(Self { plant, case, seed, healthy, library, bank, threshold, unmoved, asked: RefCell::default() })
+    }
+
+    /// The smallest size that can be told; none where no size of the bench's range can.
+    ///
+    /// # Errors
+    /// As [`Oracle::of`].
+    pub fn scale(&self) -> Result<Option<Scale>> {
+        let told = self.smallest(Expected::is_told)?;
+        if let Some(size) = told {
+            return Ok(Some(Scale { size, inseparable: None, nominal: false }));
+        }
+        let Some(size) = self.smallest(Expected::is_present)? else {
+            return Ok(None);
+        };
+        Ok(Some(Scale { size, inseparable: Some(self.expected(size)?.rival), nominal: false }))
+    }
+
+    /// The size whose effect is so many times that of another size: the size itself so many times, unless it is a limit,
+    /// which has no multiples; then the size at which so many times as much is left behind the nuisances.
+    ///
+    /// # Errors
+    /// As [`Oracle::of`].
+    pub fn multiple(&self, scale: &Scale, multiple: f64) -> Result<Option<f64>> {
+        if self.case.stronger == Stronger::Larger {
+            return Ok(within(self.case, scale.size * multiple));
+        }
+        if multiple == 1.0 {
+            return Ok(Some(scale.size));
+        }
+        let strength = multiple * self.expected(scale.size)?.strength;
+        self.smallest(|expected| expected.strength >= strength)
+    }
+
+    /// The size of least effect at which something holds that holds for all sizes of more effect.
+    fn smallest(&self, holds: impl Fn(&Expected) -> bool) -> Result<Option<f64>> {
+        let more = |size: f64, factor: f64| match self.case.stronger {
+            Stronger::Larger => size * factor,
+            Stronger::Smaller => size / factor,
+        };
+        let mut enough = self.case.size;
+        for _ in 0..MOST {
+            if holds(&self.expected(enough)?) {
+                break;
+            }
+            match within(self.case, more(enough, STRIDE)) {
+                Some(size) => enough = size,
+                None => return Ok(None),
+            }
+        }
+        if !holds(&self.expected(enough)?) {
+            return Ok(None);
+        }
+        let mut few = enough;
+        for _ in 0..MOST {
+            let Some(size) = within(self.case, more(few, 1.0 / STRIDE)) else { return Ok(Some(few)) };
+            few = size;
+            if !holds(&self.expected(few)?) {
+                break;
+            }
+            enough = few;
+        }
+        let close = if self.case.stronger == Stronger::Larger { CLOSE } else { CLOSE_LIMIT };
+        while (few / enough).max(enough / few) > close {
+            let middle = (few * enough).sqrt();
+            if holds(&self.expected(middle)?) { enough = middle } else { few = middle }
+        }
+        Ok(Some(enough))
+    }
+
+    /// What is to be expected of a size; asked once.
+    fn expected(&self, size: f64) -> Result<Expected> {
+        if let Some(known) = self.asked.borrow().iter().find(|known| known.size == size) {
+            return Ok(known.clone());
+        }
+        let hidden = [Hidden { id: self.case.id, size }];
+        let (moved, _) = block(self.plant, self.case.id, &exact(self.plant.rig, &hidden, self.seed)?)?;
+        let [learn, test] = self.healthy.residuals(moved);
+        let expected = self.judged(size, &(learn - &self.unmoved[0]), &(test - &self.unmoved[1]));
+        self.asked.borrow_mut().push(expected.clone());
+        Ok(expected)
+    }
+
+    /// From what an effect changes in the whitened residuals to what is to be expected of it.
+    fn judged(&self, size: f64, learn: &DVector<f64>, test: &DVector<f64>) -> Expected {
+        let columns = DMatrix::from_columns(std::slice::from_ref(learn));
+        let left = learn.dot(&Projector::of(&self.healthy.null).reject(&columns).column(0));
+        let z = self.clamped(learn);
+        let left_clamped = (learn + &self.healthy.null.jacobian * &z).norm_squared() + z.norm_squared();
+        // A size is plausible up to about the bench's own; a limit has no scale.
+        let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
+        let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
+        let (lead, rival) = self.nearest(learn, 0.5 * left - occam);
+        let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
+        let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
+        let gain = adequacy(held_out, held_out, without.as_slice()).gain_lo;
+        Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
+    }
+
+    /// Where the nuisances go to explain a change of the residuals, none beyond what is plausible.
+    fn clamped(&self, change: &DVector<f64>) -> DVector<f64> {
+        let jacobian = &self.healthy.null.jacobian;
+        let size = jacobian.ncols();
+        let normal = jacobian.tr_mul(jacobian) + DMatrix::identity(size, size);
+        let gradient = jacobian.tr_mul(change);
+        let mut z = DVector::zeros(size);
+        let mut held = vec![false; size];
+        loop {
+            let free: Vec<usize> = (0..size).filter(|i| !held[*i]).collect();
+            if free.is_empty() {
+                return z;
+            }
+            let own = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])]);
+            let pull = |i: usize| {
+                let others: f64 = (0..size).filter(|j| held[*j]).map(|j| normal[(i, j)] * z[j]).sum();
+                -gradient[i] - others
+            };
+            let right = DVector::from_iterator(free.len(), free.iter().map(|i| pull(*i)));
+            let solved = own.cholesky().map_or_else(|| DVector::zeros(free.len()), |own| own.solve(&right));
+            for (place, i) in free.iter().enumerate() {
+                z[*i] = solved[place].clamp(-CLAMP, CLAMP);
+                held[*i] |= solved[place].abs() > CLAMP;
+            }
+            if free.iter().all(|i| !held[*i]) {
+                return z;
+            }
+        }
+    }
+
+    /// The lead of the oracle's log-odds over the best other explanation, nuisances beyond their tolerance being one.
+    fn nearest(&self, change: &DVector<f64>, own: f64) -> (f64, String) {
+        let moved = Fitted { residual: change.clone(), ..self.healthy.null.clone() };
+        let odds = self.bank.log_odds(&self.bank.scores(&moved), self.library.len());
+        let rivals = self.library.iter().zip(odds);
+        let rivals = rivals.filter(|(hypothesis, _)| !self.plant.is_right(self.case.id, hypothesis.effect.id));
+        let named = rivals.map(|(hypothesis, odds)| (odds, hypothesis.effect.id));
+        let (odds, rival) = named.fold((0.0, "nuisances"), |best, other| if other.0 > best.0 { other } else { best });
+        (own - odds, rival.to_owned())
+    }
+}
+
+/// The scale of an effect that no difference of recordings shows: a plausible size.
+pub fn nominal(case: &EffectCase) -> Option<Scale> {
+    is_random(case.id).then_some(Scale { size: case.size, inseparable: None, nominal: true })
+}
+
+/// A size, if the bench can show it.
+pub fn within(case: &EffectCase, size: f64) -> Option<f64> {
+    (size >= case.smallest && size <= case.largest).then_some(size)
+}
+
+/// The block of a data set where something hidden acts.
+fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
+    let exhibit = Exhibit::of(set)?;
+    let blocks = read(exhibit.path(), &[], &Options::default())?.blocks(1);
+    let name = plant.block(hidden);
+    let own = blocks.into_iter().find(|(block, _)| block.name == name);
+    own.ok_or_else(|| Error::Model(format!("no block {name} of {hidden}")))
+}

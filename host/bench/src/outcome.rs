@@ -1,0 +1,220 @@
+//! What an answer is worth beside the truth.
+
+use crate::plant::{Plant, code, share_group};
+use crate::record::{Answer, Said};
+use crate::seal::{Asks, SealedTruth};
+use serde::Serialize;
+use softdock_kernels::effects::GROUPS;
+
+/// What an answer is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The truth, or nothing where nothing is hidden.
+    Right,
+    /// Ambiguous, with the truth in the list.
+    Listed,
+    /// Of several hidden effects some, and nothing false.
+    Partly,
+    /// A relative of what the library lacks, as ambiguous, with the experiment that splits them.
+    Partner,
+    /// Said to be in no library.
+    NotInLibrary,
+    /// Said to be there, but too small to matter.
+    NotPractical,
+    /// Nothing found.
+    Missed,
+    /// The recordings were refused.
+    Refused,
+    /// A name that is false, or a list without the truth; where nothing is hidden, any answer but nothing.
+    Wrong,
+}
+
+impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Right,
+        Self::Listed,
+        Self::Partly,
+        Self::Partner,
+        Self::NotInLibrary,
+        Self::NotPractical,
+        Self::Missed,
+        Self::Refused,
+        Self::Wrong,
+    ];
+
+    /// In words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Listed => "listed",
+            Self::Partly => "partly",
+            Self::Partner => "partner",
+            Self::NotInLibrary => "not in library",
+            Self::NotPractical => "not practical",
+            Self::Missed => "missed",
+            Self::Refused => "refused",
+            Self::Wrong => "wrong",
+        }
+    }
+}
+
+/// The worth of an answer.
+pub fn outcome(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
+    match (truth.asks, answer.said) {
+        (_, Said::Refused) => Outcome::Refused,
+        (Asks::Null, Said::NoEffect) => Outcome::Right,
+        (_, Said::NoPracticalEffect) => Outcome::NotPractical,
+        (Asks::Null, _) => Outcome::Wrong,
+        (_, Said::NoEffect) => Outcome::Missed,
+        (_, Said::NotInLibrary) if names_falsely(plant, truth, answer) => Outcome::Wrong,
+        (Asks::Outside | Asks::LeftOut, Said::NotInLibrary) => Outcome::Right,
+        (_, Said::NotInLibrary) => Outcome::NotInLibrary,
+        (_, Said::Named) => named(plant, truth, answer),
+        (_, Said::Ambiguous) => ambiguous(plant, truth, answer),
+    }
+}
+
+/// Whether some block names what is not there, whatever is said of the others.
+fn names_falsely(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> bool {
+    let is_named = |block: &str| answer.blocks.iter().any(|(own, said)| own == block && *said == Said::Named);
+    let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
+    answer.effects.iter().any(|effect| is_named(&effect.block) && !is_true(&effect.id))
+}
+
+fn named(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
+    let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
+    let is_found = |hidden: &str| answer.effects.iter().any(|effect| plant.is_right(hidden, &effect.id));
+    if answer.effects.iter().any(|effect| !is_true(&effect.id)) {
+        return Outcome::Wrong;
+    }
+    match truth.hidden.iter().all(|hidden| is_found(&hidden.id)) {
+        true => Outcome::Right,
+        false => Outcome::Partly,
+    }
+}
+
+fn ambiguous(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
+    let lists = |hidden: &str| answer.effects.iter().any(|effect| plant.is_right(hidden, &effect.id));
+    if truth.hidden.iter().all(|hidden| lists(&hidden.id)) {
+        return Outcome::Listed;
+    }
+    let partner = |hidden: &str| {
+        let relative = answer.effects.iter().any(|effect| share_group(hidden, &effect.id));
+        relative && answer.partner_missing && answer.experiment.as_ref().is_some_and(|told| splits(hidden, told))
+    };
+    match truth.asks == Asks::LeftOut && truth.hidden.iter().any(|hidden| partner(&hidden.id)) {
+        true => Outcome::Partner,
+        false => Outcome::Wrong,
+    }
+}
+
+/// Whether a proposed experiment is that of a group to which an effect belongs.
+fn splits(hidden: &str, proposed: &str) -> bool {
+    let has = |members: &[&str]| members.iter().any(|member| code(member) == code(hidden));
+    GROUPS.iter().any(|group| has(group.members) && proposed.contains(group.splits))
+}
+
+/// Whether everything that an answer finds lies in the blocks where something is hidden; none if it finds nothing, or
+/// nothing is hidden.
+pub fn block_is_right(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Option<bool> {
+    let hidden: Vec<&str> = truth.hidden.iter().map(|hidden| plant.block(&hidden.id)).collect();
+    let found = answer.blocks.iter().filter(|(_, said)| *said >= Said::NoPracticalEffect);
+    let found: Vec<&str> = found.map(|(block, _)| block.as_str()).collect();
+    (!hidden.is_empty() && !found.is_empty()).then(|| found.iter().all(|block| hidden.contains(block)))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::plant::PLANTS;
+    use crate::record::Effect;
+    use crate::seal::Hidden;
+
+    pub(crate) fn truth(asks: Asks, hidden: &[&str]) -> SealedTruth {
+        let of = |id: &&str| Hidden { id: (*id).to_owned(), scale: None, parameters: Vec::new() };
+        SealedTruth {
+            case: String::new(),
+            plant: "drive".to_owned(),
+            asks,
+            multiple: 4.0,
+            seed: 1,
+            hidden: hidden.iter().map(of).collect(),
+            nuisances: Vec::new(),
+        }
+    }
+
+    pub(crate) fn answer(said: Said, effects: &[&str]) -> Answer {
+        let block = |id: &str| PLANTS[0].block(id).to_owned();
+        let of = |id: &&str| Effect { id: (*id).to_owned(), block: block(id), p: 0.99, parameters: Default::default() };
+        Answer {
+            said,
+            effects: effects.iter().map(of).collect(),
+            blocks: vec![
+                ("R2 reference to torque".to_owned(), Said::NoEffect),
+                ("R3 torque to motion".to_owned(), said),
+            ],
+            partner_missing: false,
+            experiment: None,
+            gain: None,
+            refusal: None,
+        }
+    }
+
+    fn worth(asks: Asks, hidden: &[&str], said: Said, effects: &[&str]) -> Outcome {
+        outcome(&PLANTS[0], &truth(asks, hidden), &answer(said, effects))
+    }
+
+    #[test]
+    fn names_count_by_the_catalogues_number() {
+        use Outcome::{Listed, Missed, NotInLibrary, NotPractical, Partly, Right, Wrong};
+        let named = |hidden: &[&str], effects: &[&str]| worth(Asks::Effect, hidden, Said::Named, effects);
+        assert_eq!(named(&["J6_warm_up"], &["J6_temperature"]), Right);
+        assert_eq!(named(&["J1_coulomb"], &["J18_drive_offset"]), Wrong, "J1 is not the beginning of J18");
+        assert_eq!(named(&["J1_coulomb"], &["J1_coulomb", "J2_viscous"]), Wrong);
+        assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag"]), Partly);
+        assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag", "J1_coulomb"]), Right);
+        let said = |said, effects: &[&str]| worth(Asks::Effect, &["J1_coulomb"], said, effects);
+        assert_eq!(said(Said::Ambiguous, &["J2_viscous", "J1_coulomb"]), Listed);
+        assert_eq!(said(Said::Ambiguous, &["J2_viscous"]), Wrong);
+        assert_eq!(said(Said::NotInLibrary, &[]), NotInLibrary);
+        assert_eq!(said(Said::NoEffect, &[]), Missed);
+        assert_eq!(said(Said::NoPracticalEffect, &["J1_coulomb"]), NotPractical);
+        assert_eq!(worth(Asks::Null, &[], Said::NoEffect, &[]), Right);
+        assert_eq!(worth(Asks::Null, &[], Said::NotInLibrary, &[]), Wrong);
+    }
+
+    #[test]
+    fn outside_the_library_only_a_relative_with_its_experiment_is_as_good_as_no_name() {
+        assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::NotInLibrary, &[]), Outcome::Right);
+        assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::Named, &["J2_viscous"]), Outcome::Wrong);
+        assert_eq!(worth(Asks::Outside, &["stribeck_squared"], Said::Named, &["J3_stribeck"]), Outcome::Right);
+        let truth = truth(Asks::LeftOut, &["J14_payload"]);
+        let mut relative = answer(Said::Ambiguous, &["J15_link_inertia"]);
+        assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Wrong);
+        relative.partner_missing = true;
+        let scale = GROUPS.iter().find(|group| group.id == "G5").expect("a group");
+        relative.experiment = Some(scale.splits.to_owned());
+        assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Partner);
+    }
+
+    #[test]
+    fn a_false_name_in_one_block_is_not_excused_by_another_that_finds_nothing_known() {
+        let mut answer = answer(Said::NotInLibrary, &["C2_lag"]);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::NotInLibrary);
+        answer.blocks[0].1 = Said::Named;
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::Wrong);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C2_lag"]), &answer), Outcome::NotInLibrary);
+    }
+
+    #[test]
+    fn a_finding_in_another_block_is_in_the_wrong_block() {
+        let right = |hidden: &str| {
+            block_is_right(&PLANTS[0], &truth(Asks::Effect, &[hidden]), &answer(Said::Named, &["J1_coulomb"]))
+        };
+        assert_eq!((right("J1_coulomb"), right("C2_lag")), (Some(true), Some(false)));
+        let nothing = answer(Said::NoEffect, &[]);
+        assert_eq!(block_is_right(&PLANTS[0], &truth(Asks::Effect, &["J1_coulomb"]), &nothing), None);
+    }
+}

@@ -1,0 +1,199 @@
+//! The score's page: marks, confusion matrix, reliability curve, other methods; one self-contained HTML file.
+
+use crate::Result;
+use crate::outcome::Outcome;
+use crate::plant::order;
+use crate::score::{Row, Score, median};
+use crate::seal::Asks;
+use crate::words::{asks, found, met, shared};
+use serde::Serialize;
+use softdock_analysis::STYLE;
+use softdock_analysis::number::significant;
+use softdock_analysis::plots::axis::Axis;
+use softdock_analysis::plots::figure::{Figure, Size, colour};
+use softdock_diagnosis::template::render;
+use std::collections::{BTreeMap, BTreeSet};
+
+#[derive(Serialize)]
+struct Page {
+    style: &'static str,
+    version: &'static str,
+    headline: String,
+    cases: usize,
+    unasked: usize,
+    hours: [String; 2],
+    marks: Vec<[String; 3]>,
+    outcomes: Vec<&'static str>,
+    rows: Vec<Line>,
+    confusion: Vec<Confusion>,
+    curve: Option<String>,
+    calibration: Vec<[String; 2]>,
+    parameters: Vec<[String; 6]>,
+    methods: Vec<[String; 5]>,
+    failures: Vec<[String; 5]>,
+    command: String,
+}
+
+/// What was hidden, and how often which outcome came, size by size.
+#[derive(Serialize)]
+struct Line {
+    hidden: String,
+    multiple: String,
+    scale: String,
+    right: String,
+    outcomes: Vec<String>,
+}
+
+/// The confusion matrix of a plant at one size: what was hidden down, what was answered across.
+#[derive(Serialize)]
+struct Confusion {
+    title: String,
+    answers: Vec<String>,
+    rows: Vec<(String, Vec<Cell>)>,
+}
+
+#[derive(Serialize)]
+struct Cell {
+    count: usize,
+    /// Share of the row, for its shade.
+    share: f64,
+}
+
+/// The page as text; `command` is what repeats it.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn page(score: &Score, command: &str) -> Result<String> {
+    let page = Page {
+        style: STYLE,
+        version: env!("CARGO_PKG_VERSION"),
+        headline: headline(score),
+        cases: score.cases,
+        unasked: score.unasked.len(),
+        hours: score.seconds.map(|seconds| significant(seconds / 3600.0, 3)),
+        marks: score.marks.iter().map(|mark| [met(mark).to_owned(), mark.demand.clone(), found(mark)]).collect(),
+        outcomes: Outcome::ALL.map(Outcome::word).into(),
+        rows: score.rows.iter().map(line).collect(),
+        confusion: confusions(&score.rows),
+        curve: curve(score)?,
+        calibration: score
+            .calibration
+            .bins
+            .iter()
+            .map(|bin| [significant(bin.stated, 3), shared(&bin.right)])
+            .collect(),
+        parameters: parameters(score),
+        methods: score
+            .methods
+            .iter()
+            .map(|row| {
+                let cost = format!("{} s", significant(row.seconds, 2));
+                [row.method.clone(), shared(&row.right), shared(&row.wrong), shared(&row.alarms), cost]
+            })
+            .collect(),
+        failures: score
+            .failures
+            .iter()
+            .map(|own| {
+                let outcome = own.outcome.word().to_owned();
+                [outcome, own.case.clone(), own.seed.to_string(), own.hidden.clone(), own.answered.clone()]
+            })
+            .collect(),
+        command: command.to_owned(),
+    };
+    Ok(render("score.html", include_str!("page/score.html"), &page)?)
+}
+
+fn headline(score: &Score) -> String {
+    let asked = score.marks.iter().filter(|mark| mark.met.is_some()).count();
+    let kept = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
+    format!("{kept} of {asked} demands are met.")
+}
+
+fn multiple(row: &Row) -> String {
+    if row.multiple > 0.0 { format!("{} s*", row.multiple) } else { String::new() }
+}
+
+fn line(row: &Row) -> Line {
+    let count = |outcome: &Outcome| match row.outcomes.get(outcome) {
+        None => String::new(),
+        Some(count) => count.to_string(),
+    };
+    Line {
+        hidden: format!("{} {} {}", row.plant, asks(row), row.hidden),
+        multiple: multiple(row),
+        scale: row.scale.map_or(String::new(), |scale| significant(scale, 3)),
+        right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "not shown".to_owned() },
+        outcomes: Outcome::ALL.iter().map(count).collect(),
+    }
+}
+
+/// One matrix a plant and size of its single effects and nulls.
+fn confusions(rows: &[Row]) -> Vec<Confusion> {
+    let mut groups: BTreeMap<(&str, u64), Vec<&Row>> = BTreeMap::new();
+    let inside = |row: &&Row| row.cases > 0 && matches!(row.asks, Asks::Effect | Asks::Outside);
+    for row in rows.iter().filter(inside) {
+        groups.entry((&row.plant, row.multiple.to_bits())).or_default().push(row);
+    }
+    let of = |((plant, multiple), mut own): ((&str, u64), Vec<&Row>)| {
+        own.extend(rows.iter().filter(|row| row.plant == plant && row.asks == Asks::Null && row.cases > 0));
+        let answers: BTreeSet<&String> = own.iter().flat_map(|row| row.answers.keys()).collect();
+        let mut answers: Vec<&String> = answers.into_iter().collect();
+        answers.sort_by_key(|answer| order(answer));
+        let cells = |row: &&Row| {
+            let cell = |answer: &&String| {
+                let count = row.answers.get(*answer).copied().unwrap_or(0);
+                Cell { count, share: count as f64 / row.cases as f64 }
+            };
+            let name = if row.hidden.is_empty() { "nothing".to_owned() } else { row.hidden.clone() };
+            (name, answers.iter().map(cell).collect())
+        };
+        Confusion {
+            title: format!("{plant}, {} s*", f64::from_bits(multiple)),
+            rows: own.iter().map(cells).collect(),
+            answers: answers.into_iter().cloned().collect(),
+        }
+    };
+    groups.into_iter().map(of).collect()
+}
+
+/// Frequency over stated probability, with exact intervals.
+fn curve(score: &Score) -> Result<Option<String>> {
+    let bins = &score.calibration.bins;
+    if bins.is_empty() {
+        return Ok(None);
+    }
+    let x = Axis::linear("stated probability", 0.0, 1.0).padded(0.02);
+    let y = Axis::linear("share of right names", 0.0, 1.0).padded(0.02);
+    let mut figure = Figure::new("reliability of stated probabilities", Size::Half, x, y);
+    figure = figure.line(vec![(0.0, 0.0), (1.0, 1.0)], colour::LIMIT, 1.0);
+    for bin in bins {
+        let interval = bin.right.interval;
+        figure = figure.line(vec![(bin.stated, interval.lo), (bin.stated, interval.hi)], colour::SPACE, 1.4);
+    }
+    let share = |bin: &crate::calibration::Bin| bin.right.count as f64 / bin.right.cases as f64;
+    let points = bins.iter().map(|bin| (bin.stated, share(bin))).collect();
+    Ok(Some(figure.points(points, colour::SPACE, 3.0, 1.0).svg()?))
+}
+
+/// Errors of each parameter by size: number, median error of the parameter, over its bound, intervals that hold.
+fn parameters(score: &Score) -> Vec<[String; 6]> {
+    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::Compared>> = BTreeMap::new();
+    for own in &score.parameters {
+        groups.entry((&own.name, own.multiple.to_bits())).or_default().push(own);
+    }
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
+    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::Compared>)| {
+        let held: Vec<bool> = own.iter().filter_map(|own| own.held).collect();
+        let kept = held.iter().filter(|held| **held).count();
+        [
+            name.to_owned(),
+            format!("{} s*", f64::from_bits(multiple)),
+            own.len().to_string(),
+            number(median(own.iter().map(|own| 100.0 * own.relative))),
+            number(median(own.iter().filter_map(|own| own.by_bound))),
+            if held.is_empty() { String::new() } else { format!("{kept} of {}", held.len()) },
+        ]
+    };
+    groups.into_iter().map(of).collect()
+}

@@ -1,0 +1,121 @@
+//! Numbers of right answers beside the truth: errors, what Cramer and Rao allow, whether the intervals hold.
+
+use crate::plant::{Alias, From, Plant};
+use crate::record::{Answer, Estimate};
+use crate::seal::SealedTruth;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// One number beside its truth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Compared {
+    /// Effect and parameter, by the generator's names.
+    pub name: String,
+    /// Size of the effect, in multiples of the smallest that could be told.
+    pub multiple: f64,
+    /// Whether it is the size, and not the form.
+    pub is_size: bool,
+    /// Unit.
+    pub unit: String,
+    /// Distance from the truth, in the unit.
+    pub error: f64,
+    /// The same over the hidden parameter.
+    pub relative: f64,
+    /// Standard deviation that Cramer and Rao allow, in the unit; none where the answer has none.
+    pub sd: Option<f64>,
+    /// The error over that.
+    pub by_bound: Option<f64>,
+    /// Whether the 95 % interval holds the truth; none for a length of several numbers, which has none.
+    pub held: Option<bool>,
+}
+
+/// The numbers of an answer that generator and fitter both know.
+pub fn compared(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Vec<Compared> {
+    let mut all = Vec::new();
+    for hidden in &truth.hidden {
+        let Some(found) = answer.effects.iter().find(|effect| plant.is_right(&hidden.id, &effect.id)) else {
+            continue;
+        };
+        all.extend(plant.aliases(&hidden.id).filter_map(|alias| one(alias, truth, &found.parameters)));
+    }
+    all
+}
+
+fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -> Option<Compared> {
+    let hidden = truth.hidden.iter().find(|hidden| hidden.id == alias.effect)?;
+    let place = hidden.parameters.iter().position(|parameter| parameter.name == alias.parameter)?;
+    let parameter = &hidden.parameters[place];
+    let estimates: Vec<&Estimate> = alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
+    let expected = match alias.from {
+        From::Zero => parameter.value,
+        From::Nominal(factor) => estimates[0].nominal * truth.nuisance(factor)? + parameter.value,
+        From::Factor(factor) => (1.0 + parameter.value) * truth.nuisance(factor)? - 1.0,
+    };
+    let value = match estimates[..] {
+        [only] => only.value,
+        _ => estimates.iter().map(|own| own.value * own.value).sum::<f64>().sqrt(),
+    };
+    let sd = deviation(&estimates, value);
+    let error = (value - expected).abs();
+    Some(Compared {
+        name: format!("{} {}", alias.effect, alias.parameter),
+        multiple: truth.multiple,
+        is_size: place == 0,
+        unit: parameter.unit.clone(),
+        error,
+        relative: error / parameter.value.abs(),
+        sd,
+        by_bound: sd.map(|sd| error / sd),
+        held: (estimates.len() == 1).then(|| (estimates[0].lo..=estimates[0].hi).contains(&expected)),
+    })
+}
+
+/// Standard deviation of a number, or of the length of several that are known apart from one another.
+fn deviation(estimates: &[&Estimate], length: f64) -> Option<f64> {
+    let sd = match estimates {
+        [only] => only.sd,
+        _ => estimates.iter().map(|own| (own.value / length * own.sd).powi(2)).sum::<f64>().sqrt(),
+    };
+    (sd > 0.0).then_some(sd)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outcome::tests::{answer, truth};
+    use crate::plant::PLANTS;
+    use crate::record::Said;
+    use crate::seal::{Asks, Number};
+
+    fn number(name: &str, value: f64, unit: &str) -> Number {
+        Number { name: name.to_owned(), value, unit: unit.to_owned() }
+    }
+
+    #[test]
+    fn a_number_counts_from_what_the_data_set_drew() {
+        let mut truth = truth(Asks::Effect, &["J1_coulomb"]);
+        truth.hidden[0].parameters = vec![number("level", 4.0, "N m")];
+        truth.nuisances = vec![number("coulomb_factor", 1.05, "")];
+        let mut answer = answer(Said::Named, &["J1_coulomb"]);
+        let estimate = Estimate { value: 25.5, lo: 24.6, hi: 26.4, sd: 0.25, nominal: 20.0 };
+        answer.effects[0].parameters.insert("coulomb".to_owned(), estimate);
+        let found = compared(&PLANTS[0], &truth, &answer);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].error - 0.5).abs() < 1e-12 && (found[0].relative - 0.125).abs() < 1e-12, "{found:?}");
+        assert!((found[0].by_bound.expect("a deviation") - 2.0).abs() < 1e-9 && found[0].held == Some(true));
+    }
+
+    #[test]
+    fn an_amplitude_is_the_length_of_sine_and_cosine() {
+        let mut truth = truth(Asks::Effect, &["J9_torque_ripple"]);
+        truth.hidden[0].parameters = vec![number("amplitude", 5.0, "N m")];
+        let mut answer = answer(Said::Named, &["J9_torque_ripple"]);
+        for (name, value) in [("ripple_sin", 3.0), ("ripple_cos", -4.1)] {
+            let estimate = Estimate { value, lo: value, hi: value, sd: 0.1, nominal: 0.0 };
+            answer.effects[0].parameters.insert(name.to_owned(), estimate);
+        }
+        let found = compared(&PLANTS[0], &truth, &answer);
+        assert!((found[0].error - 0.0803).abs() < 1e-3 && found[0].held.is_none(), "{found:?}");
+        assert!((found[0].sd.expect("a deviation") - 0.1).abs() < 1e-9);
+    }
+}

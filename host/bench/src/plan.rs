@@ -1,0 +1,272 @@
+//! The list of cases: what is hidden, how large, in which noise, from which seed; the same for everybody.
+
+use crate::plant::{PLANTS, Plant, plant, share_group};
+use crate::{Error, Result};
+use softdock_gauntlet::{EffectCase, NoiseColour};
+
+/// How many cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Minutes: enough to notice that something broke.
+    Ci,
+    /// Hours: enough to state rates with their bounds.
+    Full,
+}
+
+/// Which cases are wanted.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// How many.
+    pub extent: Extent,
+    /// Names of plants; all if empty.
+    pub plants: Vec<String>,
+    /// Draws of every effect and size, where not the extent's own.
+    pub draws: Option<u64>,
+}
+
+/// What a case hides and asks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Task {
+    /// Nothing is hidden.
+    Null,
+    /// One effect of the library.
+    Effect(&'static EffectCase),
+    /// A form that no library has.
+    Outside(&'static EffectCase),
+    /// One effect that is taken out of the library.
+    LeftOut(&'static EffectCase),
+    /// Two effects that do not look alike.
+    Pair(&'static EffectCase, &'static EffectCase),
+}
+
+/// One case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// The plant.
+    pub plant: &'static Plant,
+    /// What it hides.
+    pub task: Task,
+    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    pub multiple: f64,
+    /// Number of the draw, from 0.
+    pub draw: u64,
+    /// Colour of the disturbance.
+    pub noise: NoiseColour,
+}
+
+/// Sizes that are asked, in multiples of the smallest that an oracle could tell.
+pub const MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 16.0];
+/// Sizes at which an effect is asked that is not in the library.
+const LEFT_OUT: [f64; 3] = [1.0, 4.0, 16.0];
+/// Sizes at which an effect should be told, and at which it is plain that something is wrong.
+const TELLING: f64 = 4.0;
+const OBVIOUS: f64 = 16.0;
+/// Size of each of two effects.
+const PAIRED: f64 = 4.0;
+/// Pairs of effects a plant.
+const PAIRS: usize = 20;
+
+/// The cases that are wanted, ordered so that any beginning of the list is a fair sample of it; cases that share their
+/// recordings' seed follow one another.
+///
+/// # Errors
+/// A plant that there is not.
+pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
+    let plants = plants(&wanted.plants, wanted.extent)?;
+    let counts = Counts::of(wanted);
+    let mut cases = Vec::new();
+    for draw in 0..counts.most() {
+        for plant in &plants {
+            cases.extend(counts.cases(plant, draw));
+        }
+    }
+    Ok(cases)
+}
+
+/// Plants by their names; without names, all, or the one that takes minutes.
+fn plants(names: &[String], extent: Extent) -> Result<Vec<&'static Plant>> {
+    if names.is_empty() {
+        return Ok(if extent == Extent::Ci { vec![&PLANTS[0]] } else { PLANTS.iter().collect() });
+    }
+    let known = || PLANTS.iter().map(|plant| plant.name).collect::<Vec<_>>().join(", ");
+    let of = |name: &String| {
+        plant(name).ok_or_else(|| Error::Unknown { what: format!("no plant `{name}`; there are {}", known()) })
+    };
+    names.iter().map(of).collect()
+}
+
+/// Draws of nulls, and of everything that is hidden.
+struct Counts {
+    extent: Extent,
+    nulls: u64,
+    hidden: u64,
+}
+
+impl Counts {
+    fn of(wanted: &Wanted) -> Self {
+        let (extent, nulls, hidden) = match wanted.extent {
+            Extent::Ci => (Extent::Ci, 3, 1),
+            // 300 nulls without an alarm bound the rate of false alarms by 1 %.
+            Extent::Full => (Extent::Full, 300, 20),
+        };
+        match wanted.draws {
+            None => Self { extent, nulls, hidden },
+            Some(draws) if draws < hidden => Self { extent, nulls: nulls.min(3 * draws), hidden: draws },
+            Some(draws) => Self { extent, nulls, hidden: draws },
+        }
+    }
+
+    fn most(&self) -> u64 {
+        self.nulls.max(self.hidden)
+    }
+
+    /// The cases of a plant's draw.
+    fn cases(&self, plant: &'static Plant, draw: u64) -> Vec<Case> {
+        let mut asked = Vec::new();
+        if draw < self.nulls {
+            asked.push((Task::Null, 0.0));
+        }
+        if draw < self.hidden {
+            asked.extend(if self.extent == Extent::Ci { few(plant) } else { all(plant) });
+        }
+        let noise = NoiseColour::ALL[draw as usize % NoiseColour::ALL.len()];
+        asked.into_iter().map(|(task, multiple)| Case { plant, task, multiple, draw, noise }).collect()
+    }
+}
+
+/// All that can be hidden, in all sizes.
+fn all(plant: &'static Plant) -> Vec<(Task, f64)> {
+    let mut asked = Vec::new();
+    for effect in plant.effects() {
+        asked.extend(MULTIPLES.map(|multiple| (Task::Effect(effect), multiple)));
+        asked.extend(LEFT_OUT.map(|multiple| (Task::LeftOut(effect), multiple)));
+    }
+    for form in plant.outside() {
+        asked.extend(MULTIPLES.map(|multiple| (Task::Outside(form), multiple)));
+    }
+    asked.extend(pairs(plant, PAIRS).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked
+}
+
+/// Every other effect where it should be told, and one of everything else.
+fn few(plant: &'static Plant) -> Vec<(Task, f64)> {
+    let mut asked: Vec<(Task, f64)> =
+        plant.effects().step_by(2).map(|effect| (Task::Effect(effect), TELLING)).collect();
+    // It has many relatives.
+    let payload = plant.effects().find(|effect| effect.id == "J14_payload");
+    asked.extend(payload.map(|effect| (Task::LeftOut(effect), OBVIOUS)));
+    asked.extend(plant.outside().next().map(|form| (Task::Outside(form), OBVIOUS)));
+    asked.extend(pairs(plant, 1).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked
+}
+
+/// Pairs of effects that no group has in common, spread evenly over all such pairs.
+fn pairs(plant: &Plant, most: usize) -> Vec<(&'static EffectCase, &'static EffectCase)> {
+    let effects: Vec<&'static EffectCase> = plant.effects().collect();
+    let all = (0..effects.len()).flat_map(|a| (a + 1..effects.len()).map(move |b| (a, b)));
+    let all: Vec<_> = all.map(|(a, b)| (effects[a], effects[b])).filter(|(a, b)| !share_group(a.id, b.id)).collect();
+    let count = most.min(all.len());
+    (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect()
+}
+
+impl Case {
+    /// What tells it from all others; a legal file name.
+    pub fn id(&self) -> String {
+        let size = if self.multiple > 0.0 { format!(".x{}", self.multiple) } else { String::new() };
+        format!("{}{size}.{}", self.subject(), self.draw)
+    }
+
+    /// Plant and task, whatever the size and the draw.
+    pub fn subject(&self) -> String {
+        let what = match self.task {
+            Task::Null => "null".to_owned(),
+            Task::Effect(effect) => format!("effect.{}", effect.id),
+            Task::Outside(form) => format!("outside.{}", form.id),
+            Task::LeftOut(effect) => format!("left_out.{}", effect.id),
+            Task::Pair(a, b) => format!("pair.{}+{}", a.id, b.id),
+        };
+        format!("{}.{what}", self.plant.name)
+    }
+
+    /// Ids of what is hidden.
+    pub fn hidden(&self) -> Vec<&'static EffectCase> {
+        match self.task {
+            Task::Null => Vec::new(),
+            Task::Effect(effect) | Task::Outside(effect) | Task::LeftOut(effect) => vec![effect],
+            Task::Pair(a, b) => vec![a, b],
+        }
+    }
+
+    /// Seed of the recordings: cases that hide the same in the same draw differ in size alone.
+    pub fn seed(&self) -> u64 {
+        let hidden: Vec<&str> = self.hidden().iter().map(|effect| effect.id).collect();
+        let text = format!("{} {} {}", self.plant.name, hidden.join("+"), self.draw);
+        let hash = blake3::hash(text.as_bytes());
+        // Four bytes: a seed that can be read, typed and kept exactly by any program.
+        u64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().expect("four of 32 bytes")))
+    }
+}
+
+/// The part of a plan that belongs to one of several workers, the first being number 1. Cases that share their recordings'
+/// seed stay together, so that no oracle is asked twice.
+pub fn shard(cases: Vec<Case>, number: usize, of: usize) -> Vec<Case> {
+    let (mut group, mut last) = (0, None);
+    let mut own = Vec::new();
+    for case in cases {
+        let key = (case.plant.name, case.seed());
+        if last.is_some_and(|last| last != key) {
+            group += 1;
+        }
+        last = Some(key);
+        if group % of == number - 1 {
+            own.push(case);
+        }
+    }
+    own
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    fn full(plants: &[&str]) -> Vec<Case> {
+        let plants = plants.iter().map(|name| (*name).to_owned()).collect();
+        plan(&Wanted { extent: Extent::Full, plants, draws: None }).expect("plants that there are")
+    }
+
+    #[test]
+    fn every_case_has_an_id_of_its_own_and_every_plant_its_300_nulls() {
+        let cases = full(&[]);
+        let ids: BTreeSet<String> = cases.iter().map(Case::id).collect();
+        assert_eq!(ids.len(), cases.len());
+        assert!(ids.iter().all(|id| id.chars().all(|c| c.is_ascii_alphanumeric() || "._+".contains(c))), "{ids:?}");
+        let nulls = cases.iter().filter(|case| case.task == Task::Null && case.plant.name == "drive");
+        let colours = NoiseColour::ALL.map(|colour| nulls.clone().filter(|case| case.noise == colour).count());
+        assert_eq!(colours, [100; 3]);
+    }
+
+    #[test]
+    fn shards_share_the_plan_and_keep_a_seed_together() {
+        let cases = full(&["drive"]);
+        let shards: Vec<Vec<Case>> = (1..=3).map(|number| shard(cases.clone(), number, 3)).collect();
+        let ids: BTreeSet<String> = shards.iter().flatten().map(Case::id).collect();
+        assert_eq!((ids.len(), shards.iter().map(Vec::len).sum::<usize>()), (cases.len(), cases.len()));
+        let seeds = |cases: &Vec<Case>| cases.iter().map(Case::seed).collect::<BTreeSet<u64>>();
+        assert!(seeds(&shards[0]).is_disjoint(&seeds(&shards[1])));
+    }
+
+    #[test]
+    fn pairs_look_nothing_alike() {
+        let pairs = pairs(&PLANTS[0], PAIRS);
+        assert_eq!(pairs.len(), PAIRS);
+        assert!(pairs.iter().all(|(a, b)| !share_group(a.id, b.id)));
+    }
+
+    #[test]
+    fn a_plant_that_there_is_not_is_refused_with_those_that_there_are() {
+        let wanted = Wanted { extent: Extent::Ci, plants: vec!["wheel".to_owned()], draws: None };
+        let message = plan(&wanted).expect_err("no such plant").to_string();
+        assert!(message.contains("wheel") && message.contains("drive"), "{message}");
+    }
+}

@@ -1,0 +1,249 @@
+//! The plants that are judged, one row each: what the generator and the fitter call the same thing.
+//!
+//! A further plant is one more row: its rig, in which block its effects act, and which of its parameters can be compared.
+
+use softdock_gauntlet::{EffectCase, Rig, effects, outside};
+use softdock_kernels::effects::GROUPS;
+
+/// A plant.
+#[derive(Debug)]
+pub struct Plant {
+    /// Its name on the command line and in the ids of cases.
+    pub name: &'static str,
+    /// The bench that makes its recordings.
+    pub rig: Rig,
+    /// Beginnings of effects' ids, and the block of the loop where those act; the first that fits counts.
+    blocks: &'static [(&'static str, &'static str)],
+    /// Effects of the generator's catalogue that no library of the fitter has: forms outside, to the fitter.
+    unknown: &'static [&'static str],
+    /// Forms outside the generator's catalogue that a hypothesis of the library describes all the same.
+    close: &'static [(&'static str, &'static str)],
+    /// Parameters that both know.
+    aliases: &'static [Alias],
+    /// Whether the baselines of other methods are made for it.
+    pub baselines: bool,
+}
+
+/// A parameter of the generator and what the fitter calls it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alias {
+    /// The generator's id of the effect.
+    pub effect: &'static str,
+    /// The generator's name of the parameter.
+    pub parameter: &'static str,
+    /// The fitter's names; of several, the parameter is the length of the vector.
+    pub fields: &'static [&'static str],
+    /// What the parameter counts from.
+    pub from: From,
+}
+
+/// What a hidden parameter counts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum From {
+    /// Nothing.
+    Zero,
+    /// The nominal value times the factor that the data set drew: the true value is their sum.
+    Nominal(&'static str),
+    /// The factor that the data set drew: the true share is (1 + share) factor - 1.
+    Factor(&'static str),
+}
+
+const fn same(effect: &'static str, parameter: &'static str, fields: &'static [&'static str]) -> Alias {
+    Alias { effect, parameter, fields, from: From::Zero }
+}
+
+const fn on_nominal(
+    effect: &'static str,
+    parameter: &'static str,
+    fields: &'static [&'static str],
+    factor: &'static str,
+) -> Alias {
+    Alias { effect, parameter, fields, from: From::Nominal(factor) }
+}
+
+/// All plants.
+pub const PLANTS: &[Plant] = &[
+    Plant {
+        name: "drive",
+        rig: Rig::Drive { link_encoder: false },
+        blocks: &[
+            ("C", "R2 reference to torque"),
+            ("load_dependent_delay", "R2 reference to torque"),
+            ("", "R3 torque to motion"),
+        ],
+        unknown: &[],
+        close: &[("stribeck_squared", "J3_stribeck")],
+        aliases: &[
+            on_nominal("J1_coulomb", "level", &["coulomb"], "coulomb_factor"),
+            on_nominal("J2_viscous", "viscous", &["viscous"], "viscous_factor"),
+            same("J3_stribeck", "level", &["stribeck"]),
+            same("J3_stribeck", "speed", &["stribeck_speed"]),
+            on_nominal("J4_presliding", "travel", &["presliding_travel"], "presliding_travel_factor"),
+            same("J5_load_friction", "share", &["load_coefficient"]),
+            same("J7_backlash", "half_gap", &["half_backlash"]),
+            same("J8_elasticity", "compliance", &["compliance"]),
+            same("J9_torque_ripple", "amplitude", &["ripple_sin", "ripple_cos"]),
+            same("J9_torque_ripple", "periods", &["ripple_cycles"]),
+            same("J10_transmission_error", "amplitude", &["wave_sin", "wave_cos"]),
+            same("J10_transmission_error", "periods", &["wave_cycles"]),
+            Alias {
+                effect: "J11_torque_constant",
+                parameter: "share",
+                fields: &["torque_constant_error"],
+                from: From::Factor("torque_constant_factor"),
+            },
+            same("J12_current_loop", "time_constant", &["current_lag"]),
+            same("J13_saturation", "limit", &["torque_limit"]),
+            same("J14_payload", "mass", &["payload"]),
+            same("J15_link_inertia", "inertia", &["inertia_error"]),
+            same("J16_gravity_compensation", "torque", &["gravity_cos"]),
+            same("J17_cable", "stiffness", &["cable_stiffness"]),
+            same("J18_direction_friction", "half_difference", &["coulomb_asymmetry"]),
+            same("C1_transport_delay", "delay", &["delay"]),
+            same("C2_lag", "time_constant", &["lag"]),
+            same("C5_skew", "skew", &["clock_skew"]),
+            same("C6_hold", "period", &["hold"]),
+            same("C7_rate_limit", "rate", &["rate_limit"]),
+        ],
+        baselines: true,
+    },
+    Plant {
+        name: "sensor",
+        rig: Rig::Sensor,
+        blocks: &[("", "R5 force to reading")],
+        unknown: &[],
+        close: &[],
+        aliases: &[
+            same("S2_drift", "rate", &["drift_force_x", "drift_force_y", "drift_force_z"]),
+            same("S5_low_pass", "time_constant", &["lag"]),
+            same("S6_quantisation", "quantum", &["resolution"]),
+        ],
+        baselines: false,
+    },
+    Plant {
+        name: "contact",
+        rig: Rig::Contact,
+        blocks: &[("", "R5 motion to force")],
+        unknown: &["K9_plastic"],
+        close: &[],
+        aliases: &[
+            on_nominal("K1_stiffness", "stiffness", &["stiffness"], "stiffness_factor"),
+            same("K3_damping", "coefficient", &["depth_damping"]),
+            on_nominal("K4_friction", "coefficient", &["friction"], "friction_factor"),
+            same("K5_stick_slip", "coefficient", &["stribeck"]),
+            same("K5_stick_slip", "speed", &["stribeck_speed"]),
+            same("K8_adhesion", "force", &["adhesion"]),
+            same("K10_fixture", "compliance", &["fixture_compliance"]),
+            same("S5_low_pass", "time_constant", &["lag"]),
+        ],
+        baselines: false,
+    },
+];
+
+impl Plant {
+    /// Effects that the library can name.
+    pub fn effects(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
+        effects(self.rig).iter().filter(|effect| !self.unknown.contains(&effect.id))
+    }
+
+    /// What no library names.
+    pub fn outside(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
+        effects(self.rig).iter().filter(|effect| self.unknown.contains(&effect.id)).chain(outside(self.rig))
+    }
+
+    /// The block where something hidden acts.
+    pub fn block(&self, hidden: &str) -> &'static str {
+        self.blocks.iter().find(|(start, _)| hidden.starts_with(start)).map_or("", |(_, block)| block)
+    }
+
+    /// Whether a name of the library is right for something hidden: the catalogue's number is the same, or the form is.
+    pub fn is_right(&self, hidden: &str, named: &str) -> bool {
+        let own = self.effects().any(|effect| effect.id == hidden) && code(hidden) == code(named);
+        own || self.close.iter().any(|(form, name)| *form == hidden && code(name) == code(named))
+    }
+
+    /// The parameters of something hidden that can be compared.
+    pub fn aliases(&self, hidden: &str) -> impl Iterator<Item = &'static Alias> + use<'_> {
+        let hidden = hidden.to_owned();
+        self.aliases.iter().filter(move |alias| alias.effect == hidden)
+    }
+}
+
+/// The plant of a name.
+pub fn plant(name: &str) -> Option<&'static Plant> {
+    PLANTS.iter().find(|plant| plant.name == name)
+}
+
+/// The catalogue's number of an effect (`J3`): generator and fitter may call the same row differently.
+pub fn code(id: &str) -> &str {
+    id.split('_').next().unwrap_or(id)
+}
+
+/// Where an effect stands in the catalogue: by letter and number, forms of no number behind.
+pub fn order(id: &str) -> (bool, String, u32, String) {
+    let code = code(id);
+    let letters: String = code.chars().take_while(char::is_ascii_alphabetic).collect();
+    let number = code[letters.len()..].parse().ok();
+    (number.is_none(), letters, number.unwrap_or(0), id.to_owned())
+}
+
+/// Whether two effects look alike in data by the catalogue: some group has both.
+pub fn share_group(a: &str, b: &str) -> bool {
+    let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));
+    GROUPS.iter().any(|group| group.id != "own" && has(group.members, a) && has(group.members, b))
+}
+
+/// Whether an effect has no mean, so that no difference of recordings shows it.
+pub fn is_random(id: &str) -> bool {
+    let random = GROUPS.iter().find(|group| group.id == "G9");
+    random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exhibit::{Exhibit, read};
+    use softdock_diagnosis::block::MeasuredBlock;
+    use softdock_diagnosis::diagnosis::Options;
+    use softdock_diagnosis::library::Hypothesis;
+    use softdock_gauntlet::{NoiseColour, generate};
+
+    /// The blocks of a plant with their libraries.
+    fn blocks(plant: &Plant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
+        let exhibit = Exhibit::of(&healthy).expect("room");
+        read(exhibit.path(), &[], &Options::default()).expect("good recordings").blocks(1)
+    }
+
+    #[test]
+    fn the_table_says_what_the_libraries_have() {
+        for plant in PLANTS {
+            let blocks = blocks(plant);
+            let library = |hidden: &str| {
+                let own = blocks.iter().find(|(block, _)| block.name == plant.block(hidden));
+                own.unwrap_or_else(|| panic!("{}: no block of {hidden}", plant.name))
+            };
+            // What has no mean is judged by the repeats, not by a library.
+            for effect in plant.effects().filter(|effect| !is_random(effect.id)) {
+                let (block, hypotheses) = library(effect.id);
+                let own = hypotheses.iter().find(|own| plant.is_right(effect.id, own.effect.id));
+                let own = own.unwrap_or_else(|| panic!("{} is not in the library", effect.id));
+                for field in plant.aliases(effect.id).flat_map(|alias| alias.fields) {
+                    assert!(own.unknowns.iter().any(|unknown| unknown.name == *field), "{}: {field}", effect.id);
+                    block.field(field);
+                }
+            }
+            for form in plant.outside() {
+                let named = |own: &Hypothesis| code(own.effect.id) == code(form.id);
+                assert!(!library(form.id).1.iter().any(named), "{} is in the library", form.id);
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_compared_by_the_catalogues_number() {
+        assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
+        assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
+        assert!(is_random("C3_jitter") && !is_random("C2_lag"));
+    }
+}

@@ -1,0 +1,219 @@
+//! Opens the seals and counts: outcomes by size and effect, marks with their exact bounds, parameters, gains, cost.
+
+mod marks;
+mod methods;
+mod rows;
+
+use crate::calibration::{Calibration, calibration};
+use crate::outcome::{Outcome, outcome};
+use crate::parameters::{Compared, compared};
+use crate::plant::{Plant, plant};
+use crate::record::{Answer, Record, Said, records, seals};
+use crate::seal::{Asks, SealedTruth, open};
+use crate::{Error, Result};
+pub use marks::Mark;
+use marks::marks;
+pub use methods::MethodRow;
+use methods::methods;
+pub use rows::{Failure, Row};
+use rows::{failure, rows};
+use serde::Serialize;
+use std::path::Path;
+
+/// A finished case beside its truth.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// The plant.
+    pub plant: &'static Plant,
+    /// What was hidden.
+    pub truth: SealedTruth,
+    /// What was found.
+    pub record: Record,
+    /// What that is worth; none if the case could not be asked.
+    pub outcome: Option<Outcome>,
+}
+
+impl Scored {
+    /// As the sealed truth and a record have it.
+    ///
+    /// # Errors
+    /// A plant that there is not.
+    pub fn of(truth: SealedTruth, record: Record) -> Result<Self> {
+        let unknown = || Error::Unknown { what: format!("{}: no plant `{}`", truth.case, truth.plant) };
+        let plant = plant(&truth.plant).ok_or_else(unknown)?;
+        let outcome = record.answer.as_ref().map(|answer| outcome(plant, &truth, answer));
+        Ok(Self { plant, truth, record, outcome })
+    }
+
+    fn answer(&self) -> Option<&Answer> {
+        self.record.answer.as_ref()
+    }
+
+    fn asks(&self, asks: Asks, multiple: f64) -> bool {
+        self.truth.asks == asks && self.truth.multiple == multiple
+    }
+
+    /// Whether the answer is as good as can be: the truth, or the list that holds it where no oracle tells more.
+    fn is_right(&self) -> bool {
+        let inseparable = || {
+            let hidden = &self.truth.hidden;
+            hidden.iter().any(|hidden| hidden.scale.as_ref().is_some_and(|scale| scale.inseparable.is_some()))
+        };
+        match self.outcome {
+            Some(Outcome::Right | Outcome::Partner) => true,
+            Some(Outcome::Listed) => inseparable(),
+            _ => false,
+        }
+    }
+}
+
+/// Opens the seals of all finished cases.
+///
+/// # Errors
+/// Records that cannot be read; a truth that is not the one sealed before the diagnosis began.
+pub fn scored(folder: &Path) -> Result<Vec<Scored>> {
+    let seals = seals(folder)?;
+    let of = |record: Record| {
+        if seals.get(&record.case) != Some(&record.sealed) {
+            return Err(Error::damaged(folder, format!("{} was not sealed before it was diagnosed", record.case)));
+        }
+        Scored::of(open(folder, &record.case, &record.sealed)?, record)
+    };
+    records(folder)?.into_iter().map(of).collect()
+}
+
+/// The whole score.
+#[derive(Clone, Debug, Serialize)]
+pub struct Score {
+    /// Cases with an answer.
+    pub cases: usize,
+    /// Cases that the bench cannot show, told apart.
+    pub unasked: Vec<String>,
+    /// The demands.
+    pub marks: Vec<Mark>,
+    /// Outcomes by what was hidden and how large.
+    pub rows: Vec<Row>,
+    /// Stated probabilities.
+    pub calibration: Calibration,
+    /// Parameters.
+    pub parameters: Vec<Compared>,
+    /// Ours and others.
+    pub methods: Vec<MethodRow>,
+    /// Answers that could be better at sizes that an oracle tells, and wrong ones at any size.
+    pub failures: Vec<Failure>,
+    /// Cost of the diagnoses and of all else \[s\].
+    pub seconds: [f64; 2],
+}
+
+impl Score {
+    /// Whether every demand that was asked is met.
+    pub fn is_met(&self) -> bool {
+        self.marks.iter().all(|mark| mark.met != Some(false))
+    }
+}
+
+/// Counts.
+pub fn score(all: &[Scored]) -> Score {
+    let asked: Vec<&Scored> = all.iter().filter(|scored| scored.outcome.is_some()).collect();
+    let unasked = all.iter().filter(|scored| scored.outcome.is_none());
+    let parameters: Vec<Compared> = asked.iter().flat_map(|scored| of_right(scored)).collect();
+    let calibration = calibration(&names(&asked));
+    let methods = methods(&asked);
+    Score {
+        cases: asked.len(),
+        unasked: unasked.map(|scored| scored.truth.case.clone()).collect(),
+        marks: marks(&asked, &parameters, &calibration, &methods),
+        rows: rows(all),
+        calibration,
+        parameters,
+        methods,
+        failures: asked.iter().filter_map(|scored| failure(scored)).collect(),
+        seconds: [
+            all.iter().map(|scored| scored.record.cost.diagnosis).sum(),
+            all.iter().map(|scored| scored.record.cost.rest).sum(),
+        ],
+    }
+}
+
+/// Parameters of the right names.
+fn of_right(scored: &Scored) -> Vec<Compared> {
+    match (scored.outcome, scored.answer()) {
+        (Some(Outcome::Right), Some(answer)) if scored.truth.asks == Asks::Effect => {
+            compared(scored.plant, &scored.truth, answer)
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Stated probability of the first name of every answer that names, and whether it is right.
+fn names(asked: &[&Scored]) -> Vec<(f64, bool)> {
+    let of = |scored: &&&Scored| {
+        let answer = scored.answer()?;
+        let first = answer.effects.first().filter(|_| answer.said >= Said::Named)?;
+        Some((first.p, scored.truth.hidden.iter().any(|hidden| scored.plant.is_right(&hidden.id, &first.id))))
+    };
+    // What is in no library has no probability that could be right.
+    let known = |scored: &&&Scored| matches!(scored.truth.asks, Asks::Null | Asks::Effect | Asks::Pair);
+    asked.iter().filter(known).filter_map(|scored| of(&scored)).collect()
+}
+
+/// The middle of some numbers.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => None,
+        n if n % 2 == 1 => Some(values[middle]),
+        _ => Some(0.5 * (values[middle - 1] + values[middle])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outcome::tests::{answer, truth};
+    use crate::record::Cost;
+
+    fn case(asks: Asks, hidden: &[&str], said: Said, effects: &[&str]) -> Scored {
+        let answer = Some(answer(said, effects));
+        let (case, sealed, cost) = (String::new(), String::new(), Cost { diagnosis: 2.0, rest: 1.0 });
+        let record = Record { case, sealed, answer, gain: None, baselines: Vec::new(), cost };
+        Scored::of(truth(asks, hidden), record).expect("the drive")
+    }
+
+    fn mark<'a>(score: &'a Score, start: &str) -> &'a Mark {
+        score.marks.iter().find(|mark| mark.demand.starts_with(start)).expect(start)
+    }
+
+    #[test]
+    fn made_up_answers_get_the_score_that_they_deserve() {
+        let mut all: Vec<Scored> =
+            (0..19).map(|_| case(Asks::Effect, &["J1_coulomb"], Said::Named, &["J1_coulomb"])).collect();
+        all.push(case(Asks::Effect, &["J1_coulomb"], Said::Named, &["J2_viscous"]));
+        all.push(case(Asks::Null, &[], Said::NoEffect, &[]));
+        all.push(case(Asks::Pair, &["J1_coulomb", "C2_lag"], Said::Named, &["J1_coulomb"]));
+        let score = score(&all);
+        let right = mark(&score, "right name at 4 s*");
+        let share = right.share.expect("20 cases");
+        assert_eq!((share.count, share.cases, right.met), (19, 20, Some(false)));
+        assert!((share.interval.lo - 0.7513).abs() < 1e-3 && (share.interval.hi - 0.9987).abs() < 1e-3, "{share:?}");
+        assert_eq!(mark(&score, "least effect at 4 s*").met, Some(true));
+        assert_eq!(mark(&score, "wrong names, anything").share.expect("21").count, 1);
+        assert_eq!(mark(&score, "false alarms").met, Some(true));
+        assert_eq!(mark(&score, "right name at 2 s*").met, None, "nobody asked");
+        assert_eq!(mark(&score, "pairs").met, Some(false));
+        assert!((score.calibration.error.expect("names") - (0.99 - 20.0 / 21.0)).abs() < 1e-9);
+        assert_eq!(score.failures.iter().filter(|failure| failure.outcome == Outcome::Wrong).count(), 1);
+        assert_eq!((score.seconds, score.is_met()), ([44.0, 22.0], false));
+    }
+
+    #[test]
+    fn a_list_that_holds_the_truth_is_right_only_where_no_oracle_tells_more() {
+        let mut listed = case(Asks::Effect, &["J1_coulomb"], Said::Ambiguous, &["J2_viscous", "J1_coulomb"]);
+        assert!(!listed.is_right());
+        let rival = Some("J2_viscous".to_owned());
+        listed.truth.hidden[0].scale = Some(crate::oracle::Scale { size: 1.0, inseparable: rival, nominal: false });
+        assert!(listed.is_right());
+    }
+}

@@ -1,0 +1,137 @@
+//! Outcomes by what was hidden and how large, and the answers that could be better.
+
+use super::{Scored, median};
+use crate::outcome::Outcome;
+use crate::plant::{PLANTS, order};
+use crate::record::{Answer, Said};
+use crate::seal::{Asks, Hidden, SealedTruth};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Outcomes of what was hidden in one size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Plant.
+    pub plant: String,
+    /// What was asked.
+    pub asks: Asks,
+    /// What was hidden.
+    pub hidden: String,
+    /// In multiples of the smallest size that could be told.
+    pub multiple: f64,
+    /// Cases that were asked.
+    pub cases: usize,
+    /// Those with the best possible answer.
+    pub right: usize,
+    /// Cases by outcome.
+    pub outcomes: BTreeMap<Outcome, usize>,
+    /// Cases that the bench cannot show.
+    pub unasked: usize,
+    /// Median of the smallest size that could be told, in the effect's unit.
+    pub scale: Option<f64>,
+    /// The rival that no size tells it from, in most cases.
+    pub inseparable: Option<String>,
+    /// Cases by what was answered.
+    pub answers: BTreeMap<String, usize>,
+}
+
+/// A case whose answer is not as good as can be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Failure {
+    /// The case.
+    pub case: String,
+    /// Its seed.
+    pub seed: u64,
+    /// What was hidden, with sizes and units.
+    pub hidden: String,
+    /// What was answered.
+    pub answered: String,
+    /// What that is worth.
+    pub outcome: Outcome,
+}
+
+/// Outcomes by plant, task, what was hidden, and size.
+pub(super) fn rows(all: &[Scored]) -> Vec<Row> {
+    let mut groups: BTreeMap<_, Vec<&Scored>> = BTreeMap::new();
+    for scored in all {
+        let place = PLANTS.iter().position(|plant| plant.name == scored.plant.name);
+        let truth = &scored.truth;
+        let effects: Vec<_> = truth.hidden.iter().map(|hidden| order(&hidden.id)).collect();
+        // Positive numbers are ordered as their bits.
+        groups.entry((place, truth.asks, effects, truth.multiple.to_bits())).or_default().push(scored);
+    }
+    groups.into_values().map(|own| row(&own)).collect()
+}
+
+/// Cases that hide the same in the same size.
+fn row(own: &[&Scored]) -> Row {
+    let truth = &own[0].truth;
+    let asked: Vec<&&Scored> = own.iter().filter(|scored| scored.outcome.is_some()).collect();
+    let (mut outcomes, mut answers) = (BTreeMap::new(), BTreeMap::new());
+    for scored in &asked {
+        if let (Some(outcome), Some(answer)) = (scored.outcome, scored.answer()) {
+            *outcomes.entry(outcome).or_default() += 1;
+            *answers.entry(answered(answer)).or_default() += 1;
+        }
+    }
+    let scales = || own.iter().filter_map(|scored| scored.truth.hidden.first()?.scale.as_ref());
+    Row {
+        plant: own[0].plant.name.to_owned(),
+        asks: truth.asks,
+        hidden: hidden(truth),
+        multiple: truth.multiple,
+        cases: asked.len(),
+        right: asked.iter().filter(|scored| scored.is_right()).count(),
+        outcomes,
+        unasked: own.len() - asked.len(),
+        scale: median(scales().map(|scale| scale.size)),
+        inseparable: scales().find_map(|scale| scale.inseparable.clone()),
+        answers,
+    }
+}
+
+/// What is hidden, by its names.
+fn hidden(truth: &SealedTruth) -> String {
+    truth.hidden.iter().map(|hidden| hidden.id.as_str()).collect::<Vec<_>>().join(" + ")
+}
+
+/// What is answered, in short.
+fn answered(answer: &Answer) -> String {
+    let names = |joint: &str| answer.effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(joint);
+    match answer.said {
+        Said::Refused => "refused".to_owned(),
+        Said::NoEffect => "no effect".to_owned(),
+        Said::NoPracticalEffect => "no practical effect".to_owned(),
+        Said::Named => names(" + "),
+        Said::Ambiguous => names(" or "),
+        Said::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
+        Said::NotInLibrary => format!("{}; not in library", names(" + ")),
+    }
+}
+
+/// A case that an oracle could tell and the diagnosis could not, or a wrong name at any size.
+pub(super) fn failure(scored: &Scored) -> Option<Failure> {
+    let (outcome, answer) = (scored.outcome?, scored.answer()?);
+    let told = match scored.truth.asks {
+        Asks::Null | Asks::Pair => true,
+        Asks::Effect => scored.truth.multiple >= 2.0,
+        Asks::Outside | Asks::LeftOut => scored.truth.multiple >= 16.0,
+    };
+    let failed = outcome == Outcome::Wrong || (told && !scored.is_right());
+    failed.then(|| Failure {
+        case: scored.truth.case.clone(),
+        seed: scored.truth.seed,
+        hidden: sized(&scored.truth),
+        answered: answer.refusal.clone().unwrap_or_else(|| answered(answer)),
+        outcome,
+    })
+}
+
+/// What is hidden, with sizes.
+fn sized(truth: &SealedTruth) -> String {
+    let of = |hidden: &Hidden| {
+        let size = hidden.parameters.first().map(|size| format!(" {:.4e} {}", size.value, size.unit));
+        format!("{}{}", hidden.id, size.unwrap_or_default().trim_end())
+    };
+    truth.hidden.iter().map(of).collect::<Vec<_>>().join(" + ")
+}

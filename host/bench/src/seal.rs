@@ -1,0 +1,160 @@
+//! The truth of a case under seal: written before the diagnosis begins, opened and checked when it is scored.
+
+use crate::oracle::Scale;
+use crate::plan::{Case, Task};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use softdock_gauntlet::{Parameter, Set};
+use softdock_results::write_file;
+use std::path::{Path, PathBuf};
+
+/// What a case hides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SealedTruth {
+    /// The case.
+    pub case: String,
+    /// Its plant.
+    pub plant: String,
+    /// What it asks.
+    pub asks: Asks,
+    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    pub multiple: f64,
+    /// Seed of its recordings.
+    pub seed: u64,
+    /// What is hidden; nothing in a null case.
+    pub hidden: Vec<Hidden>,
+    /// What the data set drew within the model's tolerances.
+    pub nuisances: Vec<Number>,
+}
+
+/// What a case asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Asks {
+    /// Whether nothing is found where nothing is hidden.
+    Null,
+    /// The name of an effect.
+    Effect,
+    /// The names of two.
+    Pair,
+    /// Whether a form that no library has is said to be outside.
+    Outside,
+    /// The same of an effect that was taken out of the library.
+    LeftOut,
+}
+
+/// One hidden effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hidden {
+    /// The generator's id.
+    pub id: String,
+    /// The smallest size that could be told; none where no size of the bench's range can.
+    pub scale: Option<Scale>,
+    /// Its parameters; the first is the one that the size set.
+    pub parameters: Vec<Number>,
+}
+
+/// A named number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Number {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+}
+
+impl SealedTruth {
+    /// The truth of a case whose effects have their scales; of one that cannot be asked there is no data set.
+    pub fn of(case: &Case, scales: &[Option<Scale>], set: Option<&Set>) -> Self {
+        let numbers = |list: &[Parameter]| -> Vec<Number> {
+            list.iter().map(|p| Number { name: p.name.into(), value: p.value, unit: p.unit.into() }).collect()
+        };
+        let parameters = |id: &str| {
+            let hidden = set.and_then(|set| set.truth.hidden.iter().find(|hidden| hidden.id == id));
+            hidden.map_or_else(Vec::new, |hidden| numbers(&hidden.parameters))
+        };
+        let hidden = case.hidden().into_iter().zip(scales);
+        Self {
+            case: case.id(),
+            plant: case.plant.name.to_owned(),
+            asks: match case.task {
+                Task::Null => Asks::Null,
+                Task::Effect(_) => Asks::Effect,
+                Task::Pair(..) => Asks::Pair,
+                Task::Outside(_) => Asks::Outside,
+                Task::LeftOut(_) => Asks::LeftOut,
+            },
+            multiple: case.multiple,
+            seed: case.seed(),
+            hidden: hidden
+                .map(|(effect, scale)| Hidden {
+                    id: effect.id.to_owned(),
+                    scale: scale.clone(),
+                    parameters: parameters(effect.id),
+                })
+                .collect(),
+            nuisances: set.map_or_else(Vec::new, |set| numbers(&set.truth.nuisances)),
+        }
+    }
+
+    /// The true value of a hidden parameter.
+    pub fn parameter(&self, effect: &str, name: &str) -> Option<f64> {
+        let hidden = self.hidden.iter().find(|hidden| hidden.id == effect)?;
+        hidden.parameters.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value)
+    }
+
+    /// What the data set drew for a nuisance.
+    pub fn nuisance(&self, name: &str) -> Option<f64> {
+        self.nuisances.iter().find(|nuisance| nuisance.name == name).map(|nuisance| nuisance.value)
+    }
+}
+
+/// Where the truth of a case lies below a results folder.
+fn place(folder: &Path, case: &str) -> PathBuf {
+    folder.join("sealed").join(format!("{case}.json"))
+}
+
+/// Writes a truth away and gives its hash (BLAKE3, hexadecimal).
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn seal(folder: &Path, truth: &SealedTruth) -> Result<String> {
+    let text = serde_json::to_string_pretty(truth).expect("names and numbers") + "\n";
+    write_file(&place(folder, &truth.case), text.as_bytes())?;
+    Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
+}
+
+/// Opens the truth of a case, if it is the one that was sealed.
+///
+/// # Errors
+/// A file that is missing, damaged, or not the one that was sealed.
+pub fn open(folder: &Path, case: &str, hash: &str) -> Result<SealedTruth> {
+    let path = place(folder, case);
+    let bytes = std::fs::read(&path).map_err(Error::file(&path))?;
+    if blake3::hash(&bytes).to_hex().as_str() != hash {
+        return Err(Error::damaged(&path, "this is not the answer that was sealed before the diagnosis"));
+    }
+    serde_json::from_slice(&bytes).map_err(|error| Error::damaged(&path, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Extent, Wanted, plan};
+
+    #[test]
+    fn a_truth_that_was_changed_is_not_opened() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
+        let case = plan(&wanted).expect("the usual plants")[0];
+        let truth = SealedTruth::of(&case, &[], None);
+        let hash = seal(folder.path(), &truth).expect("room");
+        assert_eq!(open(folder.path(), &case.id(), &hash).expect("unchanged"), truth);
+        let path = place(folder.path(), &case.id());
+        let text = std::fs::read_to_string(&path).expect("a file");
+        std::fs::write(&path, text.replace("null", "pair")).expect("room");
+        assert!(open(folder.path(), &case.id(), &hash).expect_err("changed").to_string().contains("sealed"));
+    }
+}

@@ -1,0 +1,204 @@
+//! One case from its plan to its record: scale, recordings, seal, diagnosis; and only then what needs the truth.
+
+use crate::Result;
+use crate::baseline::Baselines;
+use crate::exhibit::{Exhibit, read};
+use crate::measure::true_gain;
+use crate::oracle::{Oracle, Scale, nominal, within};
+use crate::plan::{Case, Task};
+use crate::plant::code;
+use crate::record::{Answer, Cost, Effect, Estimate, Ledger, Record, Said, SealLine};
+use crate::seal::{SealedTruth, seal};
+use softdock_diagnosis::decide::{BlockAnswer, EffectFound};
+use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
+use softdock_diagnosis::inference::evidence::evidence;
+use softdock_gauntlet::{EffectCase, Hidden, exact, fresh, generate};
+use std::path::Path;
+use std::time::Instant;
+
+/// Runs cases one after the other; those that share a seed share their oracles.
+pub struct Bench<'a> {
+    ledger: &'a Ledger,
+    /// What was asked of oracles for the last seed.
+    asked: Vec<Asked>,
+    baselines: Baselines,
+}
+
+/// How large a case hides its effects.
+struct Hiding {
+    scales: Vec<Option<Scale>>,
+    /// None if the bench cannot show such sizes.
+    hidden: Option<Vec<Hidden>>,
+}
+
+/// The scale of an effect on the recordings of a seed.
+struct Asked {
+    seed: u64,
+    effect: &'static EffectCase,
+    /// None for an effect without a mean.
+    oracle: Option<Oracle>,
+    scale: Option<Scale>,
+}
+
+impl Asked {
+    fn of(case: &Case, effect: &'static EffectCase) -> Result<Self> {
+        let seed = case.seed();
+        if let Some(scale) = nominal(effect) {
+            return Ok(Self { seed, effect, oracle: None, scale: Some(scale) });
+        }
+        let oracle = Oracle::of(case.plant, effect, case.noise, seed)?;
+        let scale = oracle.scale()?;
+        Ok(Self { seed, effect, oracle: Some(oracle), scale })
+    }
+
+    /// The size that is so many times as large, if the bench can show it.
+    fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
+        match (&self.oracle, &self.scale) {
+            (_, None) => Ok(None),
+            (None, Some(scale)) => Ok(within(self.effect, scale.size * multiple)),
+            (Some(oracle), Some(scale)) => oracle.multiple(scale, multiple),
+        }
+    }
+}
+
+impl<'a> Bench<'a> {
+    /// With a ledger to write to.
+    pub fn new(ledger: &'a Ledger) -> Self {
+        Self { ledger, asked: Vec::new(), baselines: Baselines::default() }
+    }
+
+    /// Runs a case and writes its record.
+    ///
+    /// # Errors
+    /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
+    pub fn run(&mut self, case: &Case) -> Result<Record> {
+        let begin = Instant::now();
+        let Hiding { scales, hidden } = self.sized(case)?;
+        let set =
+            hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
+        let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
+        self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
+        let mut record =
+            Record { case: case.id(), sealed, answer: None, gain: None, baselines: Vec::new(), cost: Cost::default() };
+        if let (Some(set), Some(hidden)) = (set, hidden) {
+            let exhibit = Exhibit::of(&set)?;
+            let options = Options { without: left_out(case, exhibit.path())?, ..Options::default() };
+            let start = Instant::now();
+            let (answer, judged) = answer(exhibit.path(), &options);
+            record.cost.diagnosis = start.elapsed().as_secs_f64();
+            if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
+                let (rig, seed) = (case.plant.rig, case.seed());
+                let exact = exact(rig, &hidden, seed)?;
+                record.gain = true_gain(exhibit.path(), &judged, &exact, &fresh(rig, &hidden, seed)?)?;
+            }
+            record.answer = Some(answer);
+            if case.plant.baselines && !matches!(case.task, Task::LeftOut(_)) {
+                record.baselines = self.baselines.answers(case, exhibit.path())?;
+            }
+        }
+        record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
+        self.ledger.finish(&record)?;
+        Ok(record)
+    }
+
+    /// Scales of what a case hides, and how large it hides it.
+    fn sized(&mut self, case: &Case) -> Result<Hiding> {
+        let mut hiding = Hiding { scales: Vec::new(), hidden: Some(Vec::new()) };
+        for effect in case.hidden() {
+            let (scale, size) = self.size(case, effect)?;
+            hiding.scales.push(scale);
+            hiding.hidden = hiding.hidden.zip(size).map(|(mut hidden, size)| {
+                hidden.push(Hidden { id: effect.id, size });
+                hidden
+            });
+        }
+        Ok(hiding)
+    }
+
+    /// The scale of an effect, and so many times that.
+    fn size(&mut self, case: &Case, effect: &'static EffectCase) -> Result<(Option<Scale>, Option<f64>)> {
+        let seed = case.seed();
+        self.asked.retain(|asked| asked.seed == seed);
+        let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id) {
+            Some(place) => place,
+            None => {
+                self.asked.push(Asked::of(case, effect)?);
+                self.asked.len() - 1
+            }
+        };
+        let asked = &self.asked[place];
+        Ok((asked.scale.clone(), asked.multiple(case.multiple)?))
+    }
+}
+
+/// Names of the library that a case goes without.
+fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
+    let Task::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
+    let views = read(folder, &[], &Options::default())?.isolability;
+    let ids = views.iter().flat_map(|view| view.effects.iter());
+    Ok(ids.filter(|id| code(id) == code(effect.id)).map(|id| (*id).to_owned()).collect())
+}
+
+/// Diagnoses a folder: nothing of the truth comes here. With the block where most was found.
+fn answer(folder: &Path, options: &Options) -> (Answer, Option<Judged>) {
+    match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
+        Ok((diagnosis, judged)) => told(&diagnosis, judged),
+        Err(error) => (refused(error.to_string()), None),
+    }
+}
+
+fn refused(refusal: String) -> Answer {
+    Answer {
+        said: Said::Refused,
+        effects: Vec::new(),
+        blocks: Vec::new(),
+        partner_missing: false,
+        experiment: None,
+        gain: None,
+        refusal: Some(refusal),
+    }
+}
+
+fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) {
+    let of = |found: &EffectFound| {
+        let own = judged.iter().find(|judged| judged.block.name == found.block);
+        let parameters = own.map_or_else(Default::default, |own| estimates(found, own));
+        Effect { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
+    };
+    let blocks: Vec<(String, Said)> =
+        diagnosis.blocks.iter().map(|block| (block.block.to_owned(), block.answer.into())).collect();
+    let mut effects: Vec<Effect> = diagnosis.effects.iter().map(of).collect();
+    effects.sort_by(|a, b| b.p.total_cmp(&a.p));
+    let answer = Answer {
+        said: diagnosis.answer.into(),
+        effects,
+        blocks,
+        partner_missing: diagnosis.blocks.iter().any(|block| block.partner_missing),
+        experiment: diagnosis.experiment.clone(),
+        gain: diagnosis.gain.map(|gain| [gain.value, gain.lo, gain.hi]),
+        refusal: None,
+    };
+    let main = |block: &&BlockAnswer| !block.effects.is_empty() && block.gain == diagnosis.gain;
+    let main = diagnosis.blocks.iter().find(main).map(|block| block.block);
+    (answer, judged.into_iter().find(|judged| Some(judged.block.name) == main))
+}
+
+/// The numbers of a cause with what the curvature of the likelihood says of them.
+fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, Estimate> {
+    let Judged { block, library, judgement } = judged;
+    let number = library.iter().position(|hypothesis| hypothesis.effect.id == found.id);
+    let with = judgement.ranking.iter().find(|c| c.sound && number.is_some_and(|n| c.hypotheses.contains(&n)));
+    let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
+    let of = |(name, told): (&String, &softdock_diagnosis::decide::Estimate)| {
+        let place = curvature.as_ref().and_then(|(candidate, covariance)| {
+            let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
+            let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);
+            let sd = covariance[(place, place)].sqrt();
+            let slope = 0.5 * (unknown.prior.value(z + sd) - unknown.prior.value(z - sd));
+            Some((slope.abs(), block.base[unknown.field]))
+        });
+        let (sd, nominal) = place.unwrap_or_default();
+        (name.clone(), Estimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
+    };
+    found.parameters.iter().map(of).collect()
+}

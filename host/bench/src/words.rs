@@ -1,0 +1,119 @@
+//! A score in plain words.
+
+use crate::score::{Failure, Mark, MethodRow, Row, Score};
+use softdock_analysis::number::{digits_of, significant};
+use softdock_analysis::summary::Share;
+use std::collections::BTreeMap;
+
+/// The score for a terminal.
+pub fn text(score: &Score) -> String {
+    let mut out = format!("Cases diagnosed: {}", score.cases);
+    if !score.unasked.is_empty() {
+        out += &format!(", and {} that no bench can show", score.unasked.len());
+    }
+    let [diagnosis, rest] = score.seconds;
+    out += &format!("; {} h of diagnoses, {} h of all else\n\n", hours(diagnosis), hours(rest));
+    score.marks.iter().for_each(|mark| out += &format!("{}\n", line(mark)));
+    out += &format!("\n{}", names(&score.rows));
+    if score.methods.len() > 1 {
+        out += &format!("\n{}", methods(&score.methods));
+    }
+    if !score.failures.is_empty() {
+        out += "\nNot as good as can be\n";
+        score.failures.iter().for_each(|failure| out += &format!("{}\n", failed(failure)));
+    }
+    out
+}
+
+fn hours(seconds: f64) -> String {
+    significant(seconds / 3600.0, 3)
+}
+
+/// A mark: met or not, what was demanded, what was found.
+fn line(mark: &Mark) -> String {
+    format!("  {:<8} {}: {}", met(mark), mark.demand, found(mark))
+}
+
+/// Whether a demand is met, in a word.
+pub fn met(mark: &Mark) -> &'static str {
+    match mark.met {
+        Some(true) => "met",
+        Some(false) => "NOT MET",
+        None => "-",
+    }
+}
+
+/// What was found beside a demand.
+pub fn found(mark: &Mark) -> String {
+    match (&mark.share, mark.value) {
+        (Some(share), _) => shared(share),
+        (_, Some(value)) => significant(value, 3),
+        _ => "no case asks".to_owned(),
+    }
+}
+
+/// A share with its exact 95 % interval.
+pub fn shared(share: &Share) -> String {
+    let percent = |share: f64| digits_of(100.0 * share, 3);
+    let rate = share.count as f64 / (share.cases as f64).max(1.0);
+    let (lo, hi) = (percent(share.interval.lo), percent(share.interval.hi));
+    format!("{} of {}, {} % ({lo} to {hi})", share.count, share.cases, percent(rate))
+}
+
+/// Right answers of what was hidden, by multiples of the smallest size that could be told.
+fn names(rows: &[Row]) -> String {
+    let mut hidden: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
+    for (place, row) in rows.iter().enumerate() {
+        let name = format!("{} {} {}", row.plant, asks(row), row.hidden);
+        let place = hidden.keys().find(|key| key.1 == name).map_or(place, |key| key.0);
+        hidden.entry((place, name)).or_default().push(row);
+    }
+    let mut out = format!("{:<52} {:>10}  right of cases at multiples of s*\n", "hidden", "s*");
+    for ((_, name), rows) in hidden {
+        let scale = rows[0].scale.map_or("-".to_owned(), |scale| significant(scale, 3));
+        let sizes: Vec<String> = rows.iter().map(|row| sized(row)).collect();
+        let rival = rows[0].inseparable.as_ref().map_or(String::new(), |rival| format!("  like {rival}"));
+        out += &format!("{name:<52} {scale:>10}  {}{rival}\n", sizes.join("  "));
+    }
+    out
+}
+
+fn sized(row: &Row) -> String {
+    let size = if row.multiple > 0.0 { format!("x{} ", row.multiple) } else { String::new() };
+    match row.cases {
+        0 => format!("{size}not shown"),
+        cases => format!("{size}{}/{cases}", row.right),
+    }
+}
+
+/// What a row asks, in a word.
+pub fn asks(row: &Row) -> &'static str {
+    use crate::seal::Asks;
+    match row.asks {
+        Asks::Null => "nothing",
+        Asks::Effect => "effect",
+        Asks::Pair => "pair",
+        Asks::Outside => "outside",
+        Asks::LeftOut => "left out",
+    }
+}
+
+fn methods(methods: &[MethodRow]) -> String {
+    let mut out = String::from("Other methods on the same recordings (single effects at 2 s* and more)\n");
+    for row in methods {
+        out += &format!(
+            "  {:<24} right {}; wrong {}; alarms {}; {} s a case\n",
+            row.method,
+            shared(&row.right),
+            shared(&row.wrong),
+            shared(&row.alarms),
+            significant(row.seconds, 2)
+        );
+    }
+    out
+}
+
+fn failed(failure: &Failure) -> String {
+    let Failure { case, seed, hidden, answered, outcome } = failure;
+    format!("  {:<15} {case} (seed {seed}; {hidden}): {answered}", outcome.word())
+}

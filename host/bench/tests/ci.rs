@@ -1,0 +1,50 @@
+//! The small size of the bench, run whole: nothing false is said, and what can be told is told.
+
+use softdock_bench::outcome::Outcome;
+use softdock_bench::page::page;
+use softdock_bench::plan::{Extent, Wanted, plan};
+use softdock_bench::record::{Ledger, done};
+use softdock_bench::score::{score, scored};
+use softdock_bench::seal::Asks;
+use softdock_bench::trial::Bench;
+use softdock_bench::words::text;
+
+/// Cases that the diagnosis does not name today; each is said to be in no library, which is no false name.
+const UNNAMED: [&str; 2] = ["drive.effect.J5_load_friction.x4.0", "drive.effect.C7_rate_limit.x4.0"];
+
+#[test]
+fn nothing_false_is_said_and_what_can_be_told_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ledger = Ledger::open(folder.path(), 1, 1).expect("room");
+    let cases = plan(&Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None }).expect("the drive");
+    let mut bench = Bench::new(&ledger);
+    for case in &cases {
+        bench.run(case).unwrap_or_else(|error| panic!("{}: {error}", case.id()));
+    }
+    assert_eq!(done(folder.path()).expect("records").len(), cases.len());
+    let all = scored(folder.path()).expect("sealed truths");
+    let score = score(&all);
+    let told = text(&score);
+    assert!(all.iter().all(|case| !matches!(case.outcome, None | Some(Outcome::Wrong | Outcome::Refused))), "{told}");
+    let named = |asks: Asks| all.iter().filter(move |case| case.truth.asks == asks);
+    assert!(named(Asks::Null).all(|case| case.outcome == Some(Outcome::Right)), "{told}");
+    assert!(named(Asks::Outside).all(|case| case.outcome == Some(Outcome::Right)), "{told}");
+    let unnamed = named(Asks::Effect).filter(|case| case.outcome != Some(Outcome::Right));
+    let unnamed: Vec<&str> = unnamed.map(|case| case.truth.case.as_str()).collect();
+    assert!(unnamed.iter().all(|case| UNNAMED.contains(case)), "{unnamed:?}\n{told}");
+    let page = page(&score, "softdock bench diagnosis").expect("a page");
+    assert!(
+        page.contains("drive, 4 s*") && page.contains("<svg") && !page.contains("http"),
+        "a page that opens offline"
+    );
+}
+
+#[test]
+fn a_case_that_was_not_sealed_before_it_was_diagnosed_is_not_scored() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let line = "{\"case\": \"drive.null.0\", \"sealed\": \"00\", \"answer\": null, \"gain\": null, \"baselines\": [], \
+                \"cost\": {\"diagnosis\": 1.0, \"rest\": 1.0}}\n";
+    std::fs::write(folder.path().join("answers-1-1.jsonl"), line).expect("room");
+    let message = scored(folder.path()).expect_err("no seal").to_string();
+    assert!(message.contains("drive.null.0 was not sealed"), "{message}");
+}

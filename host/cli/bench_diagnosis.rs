@@ -1,0 +1,93 @@
+//! `softdock bench diagnosis`: runs the cases that are missing, then scores all that is there.
+
+use crate::args::{BenchDiagnosisArgs, BenchSize, default_results};
+use crate::found::{listed, write};
+use crate::progress::{listen, stopped};
+use crate::words::{Exit, json, refuse, say, warn};
+use miette::IntoDiagnostic;
+use softdock_bench::plan::{Case, Extent, Wanted, plan, shard};
+use softdock_bench::record::{Ledger, Record, done};
+use softdock_bench::score::{Score, score, scored};
+use softdock_bench::trial::Bench;
+use softdock_bench::{Error, page, words};
+use std::path::Path;
+use std::time::Instant;
+
+/// Judges the diagnosis.
+pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit> {
+    let extent = if args.size == BenchSize::Ci { Extent::Ci } else { Extent::Full };
+    let wanted = Wanted { extent, plants: args.plants.clone(), draws: args.draws };
+    let all = plan(&wanted).map_err(told)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", size(args))));
+    if !args.score {
+        let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
+        run_missing(shard(all.clone(), number, of), &Ledger::open(&folder, number, of).map_err(told)?)?;
+    }
+    let score = score(&scored(&folder).map_err(told)?);
+    leave(args, &folder, &score)?;
+    let known = done(&folder).map_err(told)?;
+    let missing = all.iter().filter(|case| !known.contains(&case.id())).count();
+    if missing > 0 {
+        warn(format!("{missing} of {} cases are missing; the same command resumes", all.len()));
+        return Ok(Exit::Incomplete);
+    }
+    Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
+}
+
+/// Runs the cases that no worker has finished, until they are done or somebody wishes to stop.
+fn run_missing(cases: Vec<Case>, ledger: &Ledger) -> miette::Result<()> {
+    listen();
+    let known = done(ledger.folder()).map_err(told)?;
+    let missing: Vec<Case> = cases.into_iter().filter(|case| !known.contains(&case.id())).collect();
+    let (mut bench, begin) = (Bench::new(ledger), Instant::now());
+    for (number, case) in missing.iter().enumerate() {
+        if stopped() {
+            return Ok(());
+        }
+        let record = bench.run(case).map_err(told)?;
+        let (done, elapsed) = (number + 1, begin.elapsed().as_secs_f64());
+        let left = elapsed / done as f64 * (missing.len() - done) as f64;
+        warn(format!("{done} of {}  {}  {left:.0} s left", missing.len(), line(&record)));
+    }
+    Ok(())
+}
+
+/// A case that has just been finished; nothing of the truth is told before the score.
+fn line(record: &Record) -> String {
+    let seconds = record.cost.diagnosis + record.cost.rest;
+    match &record.answer {
+        None => format!("{}: no bench shows such a size", record.case),
+        Some(_) => format!("{}: {seconds:.1} s", record.case),
+    }
+}
+
+fn size(args: &BenchDiagnosisArgs) -> &'static str {
+    if args.size == BenchSize::Ci { "ci" } else { "full" }
+}
+
+/// Writes the score and says it.
+fn leave(args: &BenchDiagnosisArgs, folder: &Path, score: &Score) -> miette::Result<()> {
+    let figures = serde_json::to_value(score).into_diagnostic()?;
+    let files =
+        [("score.html", page::page(score, &command(args)).map_err(told)?), ("score.json", json(&figures) + "\n")];
+    write(folder, &files)?;
+    match args.json {
+        true => say(json(&figures)),
+        false => say(format!("{}\n{}", words::text(score), listed(folder, &files))),
+    }
+    Ok(())
+}
+
+/// The command that repeats the work, without the folder.
+fn command(args: &BenchDiagnosisArgs) -> String {
+    let mut text = format!("softdock bench diagnosis --size {}", size(args));
+    if !args.plants.is_empty() {
+        text += &format!(" --plants {}", args.plants.join(","));
+    }
+    text + &args.draws.map_or_else(String::new, |draws| format!(" --draws {draws}"))
+}
+
+/// An error with its remedy.
+fn told(error: Error) -> miette::Report {
+    refuse(&error, error.remedy())
+}

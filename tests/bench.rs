@@ -1,0 +1,74 @@
+//! `softdock bench diagnosis` from outside: how it scores what is there, and how it refuses.
+
+use softdock_bench::plan::{Extent, Wanted, plan};
+use softdock_bench::record::{Answer, Cost, Ledger, Record, Said, SealLine};
+use softdock_bench::seal::{SealedTruth, seal};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn softdock(folder: &Path, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+    command.current_dir(folder).args(["bench", "diagnosis"]).args(words.split(' ')).stdin(Stdio::null());
+    command.output().expect("softdock starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A results folder in which the first case, a null, was rightly answered.
+fn begun(folder: &Path) {
+    let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
+    let case = plan(&wanted).expect("the drive")[0];
+    let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("room");
+    let ledger = Ledger::open(folder, 1, 1).expect("room");
+    ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("room");
+    let answer = Answer {
+        said: Said::NoEffect,
+        effects: Vec::new(),
+        blocks: Vec::new(),
+        partner_missing: false,
+        experiment: None,
+        gain: None,
+        refusal: None,
+    };
+    let cost = Cost { diagnosis: 4.0, rest: 2.0 };
+    let record = Record { case: case.id(), sealed, answer: Some(answer), gain: None, baselines: Vec::new(), cost };
+    ledger.finish(&record).expect("room");
+}
+
+#[test]
+fn what_is_there_is_scored_and_what_is_missing_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    begun(&folder.path().join("score"));
+    let output = softdock(folder.path(), "--out score --score");
+    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(3), "{beside}");
+    assert!(
+        said.starts_with("Cases diagnosed: 1") && said.contains("false alarms where nothing is hidden: none: 0 of 1"),
+        "{said}"
+    );
+    assert!(beside.contains("cases are missing; the same command resumes"), "{beside}");
+    let page = std::fs::read_to_string(folder.path().join("score/score.html")).expect("a page");
+    assert!(page.contains("demands are met") && !page.contains("http"), "the page opens offline");
+}
+
+#[test]
+fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    begun(&folder.path().join("score"));
+    let sealed = folder.path().join("score/sealed/drive.null.0.json");
+    let truth = std::fs::read_to_string(&sealed).expect("a truth");
+    std::fs::write(&sealed, truth.replace("null", "pair")).expect("room");
+    for (words, expected) in [
+        ("--out score --score", "not the answer that was sealed"),
+        ("--plants wheel", "no plant `wheel`; there are drive, sensor, contact"),
+        ("--out nowhere --score", "nowhere"),
+    ] {
+        let output = softdock(folder.path(), words);
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", text(&output.stderr));
+        // The message is broken into lines as wide as the terminal.
+        let beside = text(&output.stderr).replace(['\n', '│'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(beside.contains(expected), "{words}: {beside}");
+    }
+}
