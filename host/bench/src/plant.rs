@@ -138,6 +138,30 @@ pub const PLANTS: &[Plant] = &[
         ],
         baselines: false,
     },
+    Plant {
+        name: "command",
+        rig: Rig::Command,
+        blocks: &[("", "R1 command sent to command received")],
+        unknown: &[],
+        close: &[],
+        aliases: &[
+            same("C1_transport_delay", "delay", &["delay"]),
+            same("C2_lag", "time_constant", &["lag"]),
+            same("C5_skew", "skew", &["clock_skew"]),
+            same("C6_hold", "period", &["hold"]),
+            same("C7_rate_limit", "rate", &["rate_limit"]),
+        ],
+        baselines: false,
+    },
+    Plant {
+        name: "body",
+        rig: Rig::Body,
+        blocks: &[("", "R6 wrench to motion")],
+        unknown: &[],
+        close: &[],
+        aliases: &[],
+        baselines: false,
+    },
 ];
 
 impl Plant {
