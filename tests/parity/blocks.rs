@@ -142,6 +142,7 @@ fn commands() -> (Recorded, Vec<Vec<f64>>) {
             clock_offset: 1e-3 * (draw("clock", i) - 0.5),
             clock_skew: 1e-3 * draw("skew", i),
             hold: 4e-3 + 2e-3 * draw("period", i),
+            hold_phase: 4e-3 * draw("phase", i),
             hold_share: if i.is_multiple_of(3) { draw("hold", i) } else { 0.0 },
             blur: 1e-4,
             lag: 5e-3 * draw("lag", i),

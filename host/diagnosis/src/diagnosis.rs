@@ -280,10 +280,7 @@ impl Prepared {
 
     fn command_views(&self, rig: &CommandRig) -> Vec<BlockView> {
         let mut views = self.only_view(&command::INPUTS, &command::OUTPUTS);
-        let repeated = self.pieces.iter().any(|piece| piece.repeat > 1);
-        if let Some(view) = views.first_mut().filter(|_| repeated && rig.delay_noise.is_some()) {
-            view.effects.extend(packets::RANDOM);
-        }
+        views[0].effects.extend(packets::visible(rig, &self.pieces));
         views.extend(timing::views(&self.pieces));
         views
     }

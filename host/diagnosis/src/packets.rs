@@ -13,9 +13,6 @@ use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::function::beta::ln_beta;
 use std::collections::BTreeMap;
 
-/// Ids of these effects.
-pub(crate) const RANDOM: [&str; 2] = ["C3_jitter", "C4_drops"];
-
 /// Quanta by which a command must move from row to row for a packet to be missed.
 const MOVED: f64 = 30.0;
 /// Share of packets that the next row follows with another one, below which packets are held and not lost.
@@ -30,6 +27,13 @@ const LONG_TAIL: f64 = 6.0;
 const COLOURED: f64 = 0.5;
 /// A row is fast where its weight is below this share of the greatest: the noise there is the delay's.
 const FAST: f64 = 0.25;
+
+/// Ids of those that these recordings could show: losses by repeats alone, jitter where the healthy delay is known too.
+pub(crate) fn visible(rig: &CommandRig, pieces: &[Piece]) -> Vec<&'static str> {
+    let repeated = pieces.iter().any(|piece| piece.repeat > 1);
+    let jitter = rig.delay_noise.map(|_| "C3_jitter");
+    if repeated { jitter.into_iter().chain(["C4_drops"]).collect() } else { Vec::new() }
+}
 
 /// Rows of a recording that brought no packet.
 pub(crate) struct Missed {

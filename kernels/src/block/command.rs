@@ -20,6 +20,7 @@ bundle! {
         clock_offset: R, "s", "how much later the receiver's stamps are than the sender's, for want of a common clock";
         clock_skew: R, "1", "growth of the delay with the recording's time: the receiver's clock is fast by it";
         hold: R, "s", "period after which the command is taken anew";
+        hold_phase: R, "s", "when it is taken anew, on the receiver's clock from the recording's start";
         hold_share: R, "1", "1 if it is held between, 0 if it goes on as if there were no period";
         blur: R, "s", "half the width over which the restless delay blurs an edge of the hold";
         lag: R, "s", "time constant of a lag of the command";
@@ -77,12 +78,11 @@ impl Block for Command {
     type Late<R: Real> = Sent<R>;
     type Output<R: Real> = CommandOutput<R>;
 
-    /// The periods of a hold are counted by the sender, from the recording's start.
     #[inline(always)]
     fn lateness<R: Real>(&self, p: &CommandValues<R>, time: R) -> R {
         let late = p.clock_skew.mul_add(time, p.transport_delay + p.delay + p.clock_offset);
-        let sent = time - late;
-        let waited = sent - stepped(sent - p.hold * R::lit(0.5), p.hold, p.blur);
+        let since = time - p.hold_phase;
+        let waited = since - stepped(since - p.hold * R::lit(0.5), p.hold, p.blur);
         p.hold_share.mul_add(waited, late)
     }
 

@@ -43,14 +43,14 @@ fn delays_add_up_to_any_share_of_a_step() {
 }
 
 #[test]
-fn a_hold_counts_the_senders_periods() {
-    let p = CommandValues { transport_delay: 2.4e-3, hold: 4e-3, hold_share: 1.0, ..CommandValues::null() };
-    let held = |t: f64| ((t - 2.4e-3) / 4e-3).floor() * 4e-3;
-    assert!(departure(&received(p, ramp), held) < 1e-9);
+fn a_hold_shows_what_was_sent_a_delay_before_it_was_taken() {
+    let held = CommandValues { transport_delay: 2.4e-3, hold: 4e-3, hold_share: 1.0, ..CommandValues::null() };
+    let p = CommandValues { hold_phase: 2.4e-3, ..held };
+    assert!(departure(&received(p, ramp), |t| ((t - 2.4e-3) / 4e-3).floor() * 4e-3) < 1e-9);
     // An edge that the restless delay moves to either side of a tick is passed half of the time.
-    let p = CommandValues { transport_delay: 2e-3, hold: 4e-3, hold_share: 1.0, blur: 1e-4, ..CommandValues::null() };
-    let values = received(p, ramp);
-    assert!((values[1002] - 0.998).abs() < 1e-9 && (values[1003] - 1.0).abs() < 1e-9, "{:?}", &values[1000..1004]);
+    let values = received(CommandValues { hold_phase: 2e-3, blur: 1e-4, ..held }, ramp);
+    let at = |i: usize| values[i] + 2.4e-3;
+    assert!((at(1002) - 1.0).abs() < 1e-9 && (at(1003) - 1.002).abs() < 1e-9, "{:?}", &values[1000..1004]);
 }
 
 #[test]
@@ -67,5 +67,5 @@ fn a_lag_follows_its_law_and_a_limit_limits() {
 #[test]
 fn null_effects_change_no_bit() {
     let p = CommandValues { transport_delay: 2e-3, ..CommandValues::null() };
-    assert_eq!(received(p, sine), received(CommandValues { hold: 4e-3, blur: 1e-4, ..p }, sine));
+    assert_eq!(received(p, sine), received(CommandValues { hold: 4e-3, hold_phase: 1e-3, blur: 1e-4, ..p }, sine));
 }

@@ -1,15 +1,8 @@
 //! Effects of a free body: mass, centre and inertia, liquid that sways, a boom that bends.
 
-use super::{Entry, Hypothesis, Shelf};
+use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role};
-use softdock_kernels::effects::EffectId;
-
-/// The plausible size of a parameter by the effect table.
-fn size(id: &str, field: &str) -> f64 {
-    let parameters = EffectId::of(id).effect().parameters;
-    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
-}
 
 /// The effects of a body that has been measured.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {

@@ -24,12 +24,14 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     shelf.add("C2_lag", "lag of the command", &lag, &[0.2], &[]);
     let skew = [("clock_skew", either(SKEW), Role::Size)];
     shelf.add("C5_clock_skew", "skew of the clocks", &skew, &[1.0], &[]);
-    let centre = block.trials.iter().find_map(held_period).unwrap_or(USUAL_HOLD);
+    let row = block.trials.first().map_or(0.0, |trial| trial.recorded.step * trial.recorded.stride as f64);
+    let [centre, phase] = block.trials.iter().find_map(seen_hold).unwrap_or([USUAL_HOLD, 0.0]);
     let hold = [
         ("hold_share", Prior::Positive { scale: 1.0 }, Role::Size),
         ("hold", Prior::LogNormal { centre, spread: HOLD_SPREAD }, Role::Form),
+        ("hold_phase", Prior::Normal { mean: phase, sd: row }, Role::Form),
     ];
-    let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k)]).collect();
+    let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k), 0.0]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &[1.0], &near);
     let limit = [("rate_limit", Prior::Below { top: fastest(block), share: 0.2 }, Role::Size)];
     shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &[0.3, 1.0, 3.0], &[]);
@@ -45,10 +47,11 @@ fn fastest(block: &MeasuredBlock) -> f64 {
     block.trials.iter().map(of).fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// Period at which a received command takes new values \[s\]; `None` where it does at nearly every row.
+/// Period at which a received command takes new values, and when it does so first \[s\]; `None` where it does at nearly
+/// every row.
 ///
 /// The longest stretch of motion tells it to a share of itself; every later edge, counted from its start, to less.
-fn held_period(trial: &Trial) -> Option<f64> {
+fn seen_hold(trial: &Trial) -> Option<[f64; 2]> {
     let stretches = edges(trial);
     let longest = stretches.iter().max_by_key(|stretch| stretch.len())?;
     let waits = longest.windows(2).filter(|pair| pair[1] - pair[0] > 1).count();
@@ -61,7 +64,9 @@ fn held_period(trial: &Trial) -> Option<f64> {
         let rows = (edge - start) as f64;
         period = rows / (rows / period).round();
     }
-    Some(period * trial.recorded.step * trial.recorded.stride as f64)
+    let row = trial.recorded.step * trial.recorded.stride as f64;
+    // A new value came between its row and the one before.
+    Some([period * row, (start as f64 - 0.5).rem_euclid(period) * row])
 }
 
 /// Fewest edges that tell a period.

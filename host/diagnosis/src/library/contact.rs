@@ -1,9 +1,8 @@
 //! Effects of a contact: its normal law, its friction, its mount, and the force sensor's timing.
 
-use super::{Entry, Hypothesis, Shelf};
+use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role};
-use softdock_kernels::effects::EffectId;
 
 /// What the recordings of a contact span.
 #[derive(Clone, Copy, Debug)]
@@ -29,12 +28,6 @@ impl Spans {
             sliding: motion().fold(0.0, |peak, m| peak.max(m[3].hypot(m[4]))),
         }
     }
-}
-
-/// The plausible size of a parameter by the effect table.
-fn size(id: &str, field: &str) -> f64 {
-    let parameters = EffectId::of(id).effect().parameters;
-    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
 }
 
 /// A size of either sign about its nominal value.

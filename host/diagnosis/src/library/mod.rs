@@ -82,3 +82,9 @@ impl<'a> Shelf<'a> {
         self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
     }
 }
+
+/// The plausible size of a parameter by the effect table.
+fn size(id: &str, field: &str) -> f64 {
+    let parameters = EffectId::of(id).effect().parameters;
+    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
+}

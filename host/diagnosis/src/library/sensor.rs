@@ -1,9 +1,8 @@
 //! Effects of a force/torque sensor: offsets, gains, timing, digits, and its tool.
 
-use super::{Entry, Hypothesis, Shelf};
+use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
-use softdock_kernels::effects::EffectId;
 
 /// What the recordings of a sensor span.
 #[derive(Clone, Copy, Debug)]
@@ -42,12 +41,6 @@ fn raw_peak(block: &MeasuredBlock, channel: usize) -> f64 {
 
 /// Median of the size of a standard normal number.
 const MEDIAN: f64 = 0.6745;
-
-/// The plausible size of a parameter by the effect table.
-fn size(id: &str, field: &str) -> f64 {
-    let parameters = EffectId::of(id).effect().parameters;
-    parameters.iter().find(|parameter| parameter.field == field).expect("a parameter of the effect").scale
-}
 
 /// Free numbers of either sign, each about its nominal value.
 fn either(shelf: &Shelf, names: &[&'static str], sd: f64) -> Vec<Entry> {
