@@ -24,6 +24,7 @@ use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{CommandRig, DriveRig, Plant};
+use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -37,7 +38,6 @@ pub struct Options {
 }
 
 /// Recordings, ready to be judged.
-#[derive(Clone)]
 pub struct Prepared {
     rig: Rig,
     pieces: Vec<Piece>,
@@ -299,7 +299,7 @@ impl Prepared {
         let mut views: Vec<BlockView> = Vec::new();
         let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
         for (block, library) in self.blocks(1) {
-            let is_drive = block.kind == softdock_engine::blocks::Kind::Drive;
+            let is_drive = block.kind == Kind::Drive;
             let (inputs, outputs): (&[&str], &[&str]) =
                 if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
             views.push(BlockView::judged(&block, &library, inputs, outputs));
@@ -346,14 +346,15 @@ impl Prepared {
             answers.push(self.with_random(&own.block, answer));
             judged.push(own);
         }
-        let proposed = answers.iter().zip(&judged).enumerate().find_map(|(place, (answer, own))| {
-            (answer.answer == Verdict::Ambiguous).then(|| self.proposed(place, own)).flatten()
-        });
+        let proposed = answers
+            .iter()
+            .zip(&judged)
+            .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
         Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
     }
 
     /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
-    fn proposed(&self, place: usize, judged: &Judged) -> Option<Experiment> {
+    fn proposed(&self, judged: &Judged) -> Option<Experiment> {
         let Plant::Drive(rig) = &self.rig.plant else {
             return None;
         };
@@ -363,8 +364,12 @@ impl Prepared {
         let block_of = |path: &[f64]| {
             let mut piece = followed(rig, first.step, path);
             piece.signals.retain(|name, _| first.signals.contains_key(name));
-            let proposed = Self { pieces: vec![piece], held_out: BTreeSet::new(), ..self.clone() };
-            let own = proposed.blocks(1).swap_remove(place).0;
+            let own = match &rig.controller {
+                Some(controller) if block.kind == Kind::Controller => {
+                    controller_block(rig, controller, &[piece], &|_| false)
+                }
+                _ => drive_block(rig, &[piece], &|_| false, 1),
+            };
             MeasuredBlock { decimator: block.decimator.clone(), ..own }
         };
         experiment::best(&self.envelope(first.step), &rivals, &judgement.noise, &block_of)

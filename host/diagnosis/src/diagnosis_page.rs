@@ -159,7 +159,7 @@ impl Compared {
     }
 
     fn range(&self, row: usize) -> (f64, f64) {
-        ends(self.rows(row).iter().flat_map(|(values, _)| values))
+        ends(self.rows(row).into_iter().flat_map(|(values, _)| values))
     }
 }
 
@@ -174,7 +174,7 @@ fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String
     let Some(trial) = block.trials.iter().find(|trial| trial.held_out == answer.held_out) else {
         return Ok(Vec::new());
     };
-    let step = trial.recorded.step * (trial.recorded.stride * block.decimator.every()) as f64;
+    let step = block.judged_step(trial);
     let compared = Compared { before, after, step };
     let mut all = Vec::new();
     for (row, channel) in block.channels.iter().enumerate() {
@@ -202,9 +202,8 @@ fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String
 fn missing(missing: &Missing, slides: bool) -> Result<Vec<(String, String)>> {
     let Latent { value, sd } = &missing.torque;
     let name = format!("{}, missing torque", missing.experiment);
-    let bounds = || value.iter().zip(sd).flat_map(|(value, sd)| [value - 2.0 * sd, value + 2.0 * sd]);
-    let lo = bounds().fold(f64::INFINITY, f64::min);
-    let hi = bounds().fold(f64::NEG_INFINITY, f64::max);
+    let bounds = value.iter().zip(sd).flat_map(|(value, sd)| [value - 2.0 * sd, value + 2.0 * sd]);
+    let (lo, hi) = ends(bounds);
     let (unit, rate, torque) = if slides { ("m", "m/s", "N") } else { ("rad", "rad/s", "N m") };
     let y = || Axis::linear(format!("missing torque [{torque}]"), lo, hi).padded(0.05);
     let line =
@@ -216,7 +215,7 @@ fn missing(missing: &Missing, slides: bool) -> Result<Vec<(String, String)>> {
         .line(line(0.0), colour::SPACE, 1.2);
     let against = |place: usize, signal: &str, unit: &str| -> Result<(String, String)> {
         let at = || missing.inputs.iter().map(|inputs| inputs[place]);
-        let (lo, hi) = (at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max));
+        let (lo, hi) = ends(at());
         let x = Axis::linear(format!("measured {signal} [{unit}]"), lo, hi).padded(0.03);
         let points = at().zip(value.iter().copied()).collect();
         let figure = Figure::new(format!("{name} against {signal}"), Size::Half, x, y());
@@ -256,8 +255,8 @@ fn against(
     all
 }
 
-fn ends<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(*value), hi.max(*value)))
+fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)))
 }
 
 fn in_time(name: &str, unit: &str, row: usize, compared: &Compared) -> Result<String> {
@@ -280,7 +279,7 @@ fn spectrum(name: &str, row: usize, compared: &Compared) -> Result<String> {
         (points.collect::<Vec<_>>(), colour)
     };
     let lines: Vec<_> = compared.rows(row).into_iter().map(line).collect();
-    let (lo, hi) = ends(lines.iter().flat_map(|(points, _)| points).map(|point| &point.1));
+    let (lo, hi) = ends(lines.iter().flat_map(|(points, _)| points).map(|point| point.1));
     let x = Axis::linear("frequency [Hz]", 0.0, BANDS as f64 * width);
     let mut figure = Figure::new(format!("{name}, spectrum"), Size::Half, x, Axis::scaled("amplitude", lo, hi, true));
     for (points, colour) in lines {
@@ -296,7 +295,7 @@ fn scatter(
     compared: &Compared,
     (signal, signal_unit, values): (&str, &str, &[f64]),
 ) -> Result<String> {
-    let (lo, hi) = ends(values.iter());
+    let (lo, hi) = ends(values.iter().copied());
     let x = Axis::linear(format!("{signal} [{signal_unit}]"), lo, hi).padded(0.03);
     let (lo, hi) = compared.range(row);
     let y = Axis::linear(format!("residual [{unit}]"), lo, hi).padded(0.05);

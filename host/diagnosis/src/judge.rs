@@ -91,11 +91,11 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     if learn.has_repeats() {
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
-        return Some(Bench::of(block, library, Noise::fit(&deviations)?).judged(true));
+        return Some(Bench { block, library, learn, test, noise: Noise::fit(&deviations)? }.judged(true));
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base))?;
-    let bench = Bench::of(block, library, rough);
+    let bench = Bench { block, library, learn, test, noise: rough };
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");

@@ -29,7 +29,7 @@ impl TorqueError {
     /// for recordings too slow for the low-pass.
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
         let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
-        let step = first.recorded.step * (first.recorded.stride * block.decimator.every()) as f64;
+        let step = block.judged_step(first);
         if block.kind != Kind::Drive || CUTOFF > 0.5 / step {
             return None;
         }

@@ -91,6 +91,11 @@ impl MeasuredBlock {
         part
     }
 
+    /// From one judged sample of a trial to the next \[s\].
+    pub fn judged_step(&self, trial: &Trial) -> f64 {
+        trial.recorded.step * (trial.recorded.stride * self.decimator.every()) as f64
+    }
+
     /// The place of a parameter in the field table.
     pub fn field(&self, name: &str) -> usize {
         self.kind.parameters().iter().position(|field| field.name == name).expect("the name of a block's parameter")

@@ -49,6 +49,28 @@ impl Recorded {
             Plant::Drive(_) => unreachable!("another bench"),
         }
     }
+
+    fn library(&self, block: &MeasuredBlock) -> Vec<library::Hypothesis> {
+        match &self.rig.plant {
+            Plant::Sensor(_) => library::sensor::effects(block),
+            Plant::Contact(_) => library::contact::effects(block),
+            Plant::Command(_) => library::command::effects(block),
+            Plant::Body(_) => library::body::effects(block),
+            Plant::Drive(_) => unreachable!("another bench"),
+        }
+    }
+}
+
+/// Asserts that nothing is found on a healthy bench.
+fn assert_nothing_found(bench: Bench) {
+    let said = said(bench, &[], 1);
+    assert!(said.log_odds < 5.0 && said.misfit < 1.1, "{said:?}");
+}
+
+/// Asserts that what is hidden, of a size, is named.
+fn assert_named(bench: Bench, id: &'static str, size: f64, named: &str) {
+    let said = said(bench, &[Hidden { id, size }], 11);
+    assert!(said.ids == [named] && said.log_odds > 20.0 && said.gap > 10.0 && said.held_out < 1.3, "{id}: {said:?}");
 }
 
 /// Files of a folder, sorted.
@@ -73,7 +95,11 @@ struct Said {
     misfit: f64,
 }
 
-fn said(block: &MeasuredBlock, library: &[library::Hypothesis]) -> Said {
+/// What is said of a bench with something hidden.
+fn said(bench: Bench, hidden: &[Hidden], seed: u64) -> Said {
+    let recorded = Recorded::of(bench, hidden, seed);
+    let block = &recorded.block();
+    let library = &recorded.library(block);
     let judgement = judge(block, library).expect("repeats");
     let first = &judgement.ranking[0];
     let ids: Vec<&str> = first.hypotheses.iter().map(|number| library[*number].effect.id).collect();

@@ -1,28 +1,20 @@
 //! The sensor bench.
 
-use super::{Recorded, Said, said};
+use super::{Recorded, assert_named, assert_nothing_found};
 use softdock_campaign::rig::Plant;
-use softdock_diagnosis::library::sensor::effects;
 use softdock_diagnosis::variance::excess_noise;
 use softdock_gauntlet::{Hidden, Rig as Bench};
 
-fn diagnosed(hidden: &[Hidden], seed: u64) -> Said {
-    let block = Recorded::of(Bench::Sensor, hidden, seed).block();
-    said(&block, &effects(&block))
-}
-
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
-    let said = diagnosed(&[], 1);
-    assert!(said.log_odds < 5.0 && said.misfit < 1.1, "{said:?}");
+    assert_nothing_found(Bench::Sensor);
 }
 
 #[test]
 #[ignore = "minutes: the full size"]
 fn what_is_hidden_is_named() {
     for (id, size) in [("S2_drift", 0.02), ("S4_crosstalk", 0.02), ("S5_low_pass", 0.001), ("S8_load", 0.15)] {
-        let said = diagnosed(&[Hidden { id, size }], 11);
-        assert!(said.ids == [id] && said.log_odds > 20.0 && said.gap > 10.0 && said.held_out < 1.3, "{id}: {said:?}");
+        assert_named(Bench::Sensor, id, size, id);
     }
 }
 
