@@ -5,8 +5,9 @@ use crate::words::{Exit, json, say};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use softdock_engine::bench::{Scene, Speed, cpu_peak, device_peak, speed};
-use softdock_engine::cpu::{CpuEngine, InstructionSet};
+use softdock_engine::cpu::CpuEngine;
 use softdock_engine::gpu::{Adapters, GpuEngine};
+use softdock_engine::instructions::InstructionSet;
 use softdock_engine::{Engine, EngineError};
 
 /// Runs that fill every lane of a thread several times.

@@ -4,6 +4,7 @@
 //! what a lane computes depends on its own run alone.
 
 mod arms;
+pub mod facility;
 pub mod single;
 pub mod tile_state;
 

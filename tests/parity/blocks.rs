@@ -32,7 +32,7 @@ fn recorded(row: impl Fn(f64, [f64; 3]) -> Vec<f64>, late: impl Fn(f64, [f64; 3]
     let of = |make: &dyn Fn(f64, [f64; 3]) -> Vec<f64>| {
         (0..INSTANTS).flat_map(|i| make(i as f64 * step, motion(i as f64 * step))).collect()
     };
-    Recorded { step, instants: INSTANTS, stride: 8, inputs: of(&row), late: of(&late) }
+    Recorded { step, instants: INSTANTS, stride: 8, inputs: of(&row), late: of(&late), offsets: Vec::new() }
 }
 
 fn drives() -> (Recorded, Vec<Vec<f64>>) {

@@ -1,6 +1,6 @@
 //! Simulates blocks of the loop from their recordings, many parameter sets at once, on CPU lanes.
 
-use crate::cpu::InstructionSet;
+use crate::instructions::{InstructionSet, OnLanes};
 use rayon::prelude::*;
 use softdock_kernels::block::body::FreeBody;
 use softdock_kernels::block::command::Command;
@@ -10,7 +10,7 @@ use softdock_kernels::block::drive::Drive;
 use softdock_kernels::block::sensor::Sensor;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
-use softdock_kernels::lanes::Lane;
+use softdock_kernels::lanes::{Lane, WIDTH};
 
 /// A block that can be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -109,68 +109,51 @@ pub type Outputs = Vec<Vec<Vec<f64>>>;
 /// sample by sample.
 pub fn simulate(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
     let instructions = InstructionSet::detect();
-    with_block!(kind, block => on_lanes(instructions, block, recordings, sets))
+    with_block!(kind, block => by_tiles(recordings, sets, &|recorded, sets| {
+        instructions.run(Tile { block, recorded, sets })
+    }))
 }
 
-fn on_lanes<B: Block>(instructions: InstructionSet, block: &B, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+/// Carries tiles of as many parameter sets as there are lanes out on all cores.
+pub(crate) fn by_tiles(
+    recordings: &[&Recorded],
+    sets: &[Vec<f64>],
+    tile: &(impl Fn(&Recorded, &[Vec<f64>]) -> Vec<Vec<f64>> + Sync),
+) -> Outputs {
     let each = |recorded: &&Recorded| -> Vec<Vec<f64>> {
-        sets.par_chunks(softdock_kernels::lanes::WIDTH)
-            .flat_map_iter(|chunk| dispatch(instructions, block, recorded, chunk))
-            .collect()
+        sets.par_chunks(WIDTH).flat_map_iter(|chunk| tile(recorded, chunk)).collect()
     };
     recordings.par_iter().map(each).collect()
 }
 
 /// As many parameter sets as there are lanes, or fewer, through one recording.
-#[inline(always)]
-fn tile<L: Lane, B: Block>(block: &B, recorded: &Recorded, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut out = Vec::with_capacity(sets.len());
-    for group in sets.chunks(L::WIDTH) {
-        let mut field = 0;
-        let p = B::Params::read(&mut || {
-            field += 1;
-            // Lanes without a set of their own repeat the first.
-            L::gather(|lane| group.get(lane).unwrap_or(&group[0])[field - 1])
-        });
-        let lanes = replay::<L, B>(block, recorded, &p);
-        out.extend((0..group.len()).map(|lane| lanes.iter().map(|value| value.lane(lane)).collect()));
+struct Tile<'a, B> {
+    block: &'a B,
+    recorded: &'a Recorded,
+    sets: &'a [Vec<f64>],
+}
+
+impl<B: Block> OnLanes for Tile<'_, B> {
+    type Output = Vec<Vec<f64>>;
+    #[inline(always)]
+    fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
+        let mut out = Vec::with_capacity(self.sets.len());
+        for group in self.sets.chunks(L::WIDTH) {
+            let mut field = 0;
+            let p = B::Params::read(&mut || {
+                field += 1;
+                let offset = self.recorded.offsets.get(field - 1).copied().unwrap_or(0.0);
+                // Lanes without a set of their own repeat the first.
+                L::gather(|lane| group.get(lane).unwrap_or(&group[0])[field - 1] + offset)
+            });
+            let lanes = replay::<L, B>(self.block, self.recorded, &p);
+            out.extend(lane_by_lane(&lanes, group.len()));
+        }
+        out
     }
-    out
 }
 
-/// One entry point per instruction set, each compiled for it.
-macro_rules! entry_points {
-    ($($name:ident: $lanes:ty, $features:literal;)*) => {
-        $(
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = $features)]
-            fn $name<B: Block>(block: &B, recorded: &Recorded, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
-                tile::<$lanes, B>(block, recorded, sets)
-            }
-        )*
-    };
-}
-
-entry_points! {
-    tile_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
-    tile_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
-}
-
-fn dispatch<B: Block>(
-    instructions: InstructionSet,
-    block: &B,
-    recorded: &Recorded,
-    sets: &[Vec<f64>],
-) -> Vec<Vec<f64>> {
-    match instructions {
-        // SAFETY: the instruction set was detected.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { tile_avx512(block, recorded, sets) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { tile_avx2(block, recorded, sets) },
-        #[cfg(not(target_arch = "x86_64"))]
-        InstructionSet::Plain => tile::<softdock_kernels::lanes::plain::Lanes, B>(block, recorded, sets),
-        _ => tile::<f64, B>(block, recorded, sets),
-    }
+/// The numbers of each of the first lanes.
+pub(crate) fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
+    (0..count).map(|lane| lanes.iter().map(|value| value.lane(lane)).collect())
 }

@@ -1,5 +1,6 @@
 //! The CPU farm: tiles of eight f64 lanes on all cores; the instruction set is chosen at run time.
 
+use crate::instructions::{InstructionSet, OnLanes};
 use crate::{Engine, EngineError, Job, RunInput};
 use rayon::prelude::*;
 use softdock_kernels::frame::Tile;
@@ -11,50 +12,6 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Ticks between two looks for finished lanes: short against a run, long against the look.
 const SLICE_TICKS: usize = 32;
-
-/// How the lanes are carried out. All give the same bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InstructionSet {
-    /// Eight lanes in one register.
-    Avx512,
-    /// Eight lanes in two registers, fused multiply-add.
-    Avx2,
-    /// One lane at a time, the single-run path; exact but slow where there is no fused multiply-add.
-    OneLane,
-    /// Eight lanes in arrays, for processors that always have a fused multiply-add (aarch64).
-    Plain,
-}
-
-impl InstructionSet {
-    /// The widest that this processor has.
-    pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-                return Self::Avx512;
-            }
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                return Self::Avx2;
-            }
-            Self::OneLane
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        Self::Plain
-    }
-
-    fn supported(self) -> bool {
-        match self {
-            Self::OneLane => true,
-            Self::Plain => cfg!(not(target_arch = "x86_64")),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
-            #[cfg(not(target_arch = "x86_64"))]
-            _ => false,
-        }
-    }
-}
 
 /// The CPU engine.
 #[derive(Debug)]
@@ -171,36 +128,22 @@ fn watch_run<const N: usize>(job: &Job, input: RunInput, see: &mut dyn FnMut(&Si
     out[0]
 }
 
-/// One entry point per instruction set, each compiled for it.
-macro_rules! entry_points {
-    ($($name:ident: $lanes:ty, $features:literal;)*) => {
-        $(
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = $features)]
-            fn $name<const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
-                work::<$lanes, N>(job, queue)
-            }
-        )*
-    };
+/// A worker of the farm.
+struct Worker<'a, const N: usize> {
+    job: &'a Job,
+    queue: &'a Queue<'a>,
 }
 
-entry_points! {
-    work_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
-    work_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
+impl<const N: usize> OnLanes for Worker<'_, N> {
+    type Output = Vec<Finished>;
+    #[inline(always)]
+    fn carry_out<L: Lane>(self) -> Vec<Finished> {
+        work::<L, N>(self.job, self.queue)
+    }
 }
 
 fn dispatch<const N: usize>(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
-    match instructions {
-        // SAFETY: an engine holds only an instruction set that it has detected.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { work_avx512::<N>(job, queue) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { work_avx2::<N>(job, queue) },
-        #[cfg(not(target_arch = "x86_64"))]
-        InstructionSet::Plain => work::<softdock_kernels::lanes::plain::Lanes, N>(job, queue),
-        _ => work::<f64, N>(job, queue),
-    }
+    instructions.run(Worker::<N> { job, queue })
 }
 
 fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {

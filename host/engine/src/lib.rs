@@ -6,7 +6,9 @@ pub mod cpu;
 pub mod effective_mass;
 pub mod failover;
 pub mod gpu;
+pub mod instructions;
 pub mod map;
+pub mod section;
 
 use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::outcome::Finished;

@@ -26,7 +26,7 @@ fn run(
         inputs.push(1.0);
         late.extend(wrench(t));
     }
-    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late };
+    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
     replay::<f64, FreeBody>(&FreeBody, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
 }
 

@@ -15,7 +15,7 @@ fn received(p: CommandValues<f64>, command: impl Fn(f64) -> [f64; 2]) -> Vec<f64
         inputs.extend([1.0, t]);
         late.extend([value, 0.5 * STEP * STEP * second]);
     }
-    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late };
+    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
     replay::<f64, Command>(&Command, &recorded, &p)
 }
 

@@ -15,7 +15,7 @@ fn forces(p: ContactValues<f64>, seconds: f64, motion: impl Fn(f64) -> ([f64; 3]
     let at = |i: usize| motion(i as f64 * STEP);
     let late = (0..instants).flat_map(|i| [at(i).0, at(i).1].concat()).collect();
     let inputs = (0..instants).map(|i| i as f64 * STEP).collect();
-    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late };
+    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
     replay::<f64, Contact>(&Contact, &recorded, &p).chunks(3).map(|f| [f[0], f[1], f[2]]).collect()
 }
 

@@ -18,6 +18,7 @@ mod stairs;
 
 pub use forms::Forms;
 pub use replay::{Recorded, replay};
+pub(crate) use replay::{Row, Samples};
 
 #[cfg(test)]
 mod body_tests;

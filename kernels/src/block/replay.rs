@@ -18,6 +18,9 @@ pub struct Recorded {
     pub inputs: Vec<f64>,
     /// Late inputs likewise.
     pub late: Vec<f64>,
+    /// By how much the parameters of this recording differ from those of any set, in the order of the field table: what
+    /// is known to be another run's. Empty where nothing does.
+    pub offsets: Vec<f64>,
 }
 
 impl Recorded {
@@ -35,7 +38,7 @@ pub fn replay<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L
     let mut out = Vec::with_capacity(recorded.samples() * 2);
     let mut state = None;
     for i in 0..recorded.instants {
-        let u = B::Input::read(&mut Row { values: &recorded.inputs[i * row..(i + 1) * row], field: 0 });
+        let u = B::Input::read(&mut Row::new(&recorded.inputs[i * row..(i + 1) * row]));
         let v = B::Late::read(&mut late_at::<L, B>(block, recorded, p, i));
         let s = match state {
             None => block.start(p, &u, &v),
@@ -50,9 +53,16 @@ pub fn replay<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L
 }
 
 /// One instant's signals, the same in all lanes.
-struct Row<'a> {
+pub(crate) struct Row<'a> {
     values: &'a [f64],
     field: usize,
+}
+
+impl<'a> Row<'a> {
+    /// The signals of an instant, in the order of their field table.
+    pub(crate) fn new(values: &'a [f64]) -> Self {
+        Self { values, field: 0 }
+    }
 }
 
 impl<L: Real> Source<L> for Row<'_> {
@@ -64,7 +74,7 @@ impl<L: Real> Source<L> for Row<'_> {
 }
 
 /// Outputs, one after the other.
-struct Samples<'a, L>(&'a mut Vec<L>);
+pub(crate) struct Samples<'a, L>(pub(crate) &'a mut Vec<L>);
 
 impl<L> Sink<L> for Samples<'_, L> {
     #[inline(always)]

@@ -34,7 +34,7 @@ fn readings(
         inputs.push(t);
         late.extend(to_vec(&load(t)));
     }
-    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late };
+    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
     replay::<f64, Sensor>(&Sensor, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
 }
 

@@ -29,7 +29,7 @@ fn driven(
         inputs.extend([angle, rate, acceleration, load(t), LINK, 2.0, 0.5, t]);
         late.push(torque(t));
     }
-    Recorded { step, instants, stride: 1, inputs, late }
+    Recorded { step, instants, stride: 1, inputs, late, offsets: Vec::new() }
 }
 
 /// Motor and link angle of a drive, sample by sample.
@@ -200,7 +200,8 @@ fn a_transmission_error_moves_the_link_and_asks_for_torque() {
 fn a_reference_may_be_late_held_lagging_or_limited() {
     let instants = 2001;
     let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 0.0, 0.0]).collect();
-    let recorded = Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late };
+    let recorded =
+        Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late, offsets: Vec::new() };
     let asked = |p: ControllerValues<f64>| replay::<f64, Controller>(&Controller, &recorded, &p)[2000];
     let p = ControllerValues { position_gain: 100.0, ..ControllerValues::null() };
     assert!((asked(p) - 200.0).abs() < 1e-9);

@@ -69,7 +69,14 @@ fn trial(piece: &Piece, held_out: bool, finer: usize, clock: f64) -> Trial {
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step: piece.step / each as f64, instants, stride: each, inputs, late },
+        recorded: Recorded {
+            step: piece.step / each as f64,
+            instants,
+            stride: each,
+            inputs,
+            late,
+            offsets: Vec::new(),
+        },
         measured: MOTION.iter().enumerate().map(measured).collect(),
     }
 }

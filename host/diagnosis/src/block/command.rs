@@ -106,6 +106,6 @@ fn trial(rig: &CommandRig, piece: &Piece, missed: &[bool], slowest: f64, held_ou
         experiment: piece.experiment.clone(),
         held_out,
         measured: vec![received.map(|(i, value)| (value + dither(i)) * weight(i * finer)).collect()],
-        recorded: Recorded { step, instants, stride: finer, inputs, late },
+        recorded: Recorded { step, instants, stride: finer, inputs, late, offsets: Vec::new() },
     }
 }

@@ -62,7 +62,7 @@ fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial 
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step, instants, stride: each, inputs, late },
+        recorded: Recorded { step, instants, stride: each, inputs, late, offsets: Vec::new() },
         measured: FORCES.iter().map(|signal| piece.signals[*signal].clone()).collect(),
     }
 }

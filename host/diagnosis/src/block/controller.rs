@@ -47,7 +47,14 @@ fn trial(controller: &ControllerRig, piece: &Piece, held_out: bool) -> Trial {
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step: piece.step / each as f64, instants, stride: each, inputs, late },
+        recorded: Recorded {
+            step: piece.step / each as f64,
+            instants,
+            stride: each,
+            inputs,
+            late,
+            offsets: Vec::new(),
+        },
         measured: vec![piece.signals["tau"].clone()],
     }
 }

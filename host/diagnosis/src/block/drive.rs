@@ -77,7 +77,7 @@ fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bo
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step, instants: q.value.len(), stride: each, inputs, late: torque },
+        recorded: Recorded { step, instants: q.value.len(), stride: each, inputs, late: torque, offsets: Vec::new() },
         measured,
     }
 }

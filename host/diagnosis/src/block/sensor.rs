@@ -70,7 +70,7 @@ fn trial(rig: &SensorRig, piece: &Piece, held_out: bool, finer: usize, band: f64
     Trial {
         experiment: piece.experiment.clone(),
         held_out,
-        recorded: Recorded { step, instants: loads.len(), stride: each, inputs, late },
+        recorded: Recorded { step, instants: loads.len(), stride: each, inputs, late, offsets: Vec::new() },
         measured: READINGS.iter().map(|reading| piece.signals[reading.0].clone()).collect(),
     }
 }

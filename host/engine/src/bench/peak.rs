@@ -1,8 +1,8 @@
 //! The machine's own peak: how many fused multiply-adds per second its lanes make, and a device's.
 
 use crate::EngineError;
-use crate::cpu::InstructionSet;
 use crate::gpu::{GpuEngine, WORKGROUP};
+use crate::instructions::InstructionSet;
 use softdock_kernels::lanes::{Lane, Stage};
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,0 +1,89 @@
+//! The instruction sets that lanes are carried out with, chosen at run time; all give the same bits.
+
+use softdock_kernels::lanes::Lane;
+
+/// How the lanes are carried out. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// Eight lanes in one register.
+    Avx512,
+    /// Eight lanes in two registers, fused multiply-add.
+    Avx2,
+    /// One lane at a time, the single-run path; exact but slow where there is no fused multiply-add.
+    OneLane,
+    /// Eight lanes in arrays, for processors that always have a fused multiply-add (aarch64).
+    Plain,
+}
+
+impl InstructionSet {
+    /// The widest that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                return Self::Avx2;
+            }
+            Self::OneLane
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        Self::Plain
+    }
+
+    pub(crate) fn supported(self) -> bool {
+        match self {
+            Self::OneLane => true,
+            Self::Plain => cfg!(not(target_arch = "x86_64")),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// Carries work out with these lanes; the machine must have them.
+    pub(crate) fn run<W: OnLanes>(self, work: W) -> W::Output {
+        assert!(self.supported(), "{self:?} on a machine without");
+        match self {
+            // SAFETY: the machine has it, as asserted above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => unsafe { on_avx512(work) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { on_avx2(work) },
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Plain => work.carry_out::<softdock_kernels::lanes::plain::Lanes>(),
+            _ => work.carry_out::<f64>(),
+        }
+    }
+}
+
+/// Work that is written once for lanes of any width.
+pub(crate) trait OnLanes {
+    /// What it gives.
+    type Output;
+    /// Does it; always inlined, so that it is compiled for the instruction set of its caller.
+    fn carry_out<L: Lane>(self) -> Self::Output;
+}
+
+/// One entry point per instruction set, each compiled for it.
+macro_rules! entry_points {
+    ($($name:ident: $lanes:ty, $features:literal;)*) => {
+        $(
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = $features)]
+            fn $name<W: OnLanes>(work: W) -> W::Output {
+                work.carry_out::<$lanes>()
+            }
+        )*
+    };
+}
+
+entry_points! {
+    on_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
+    on_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
+}

@@ -1,0 +1,115 @@
+//! A section of the loop that can be simulated from recordings: a block on its own, or the whole facility of a scenario.
+
+use crate::blocks::{self, Kind, Outputs, by_tiles, lane_by_lane};
+use crate::instructions::{InstructionSet, OnLanes};
+use softdock_kernels::block::Recorded;
+use softdock_kernels::fields::{Field, fields, from_slice};
+use softdock_kernels::frame::facility::{Readings, follow};
+use softdock_kernels::lanes::Lane;
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::Parts;
+use softdock_kernels::with_joints;
+use std::sync::Arc;
+
+/// A section of the loop.
+#[derive(Clone, Debug)]
+pub enum Section {
+    /// A block with measured inputs.
+    Block(Kind),
+    /// Robots, contact and sensor of a scenario.
+    Facility(Arc<Plant>),
+}
+
+impl From<Kind> for Section {
+    fn from(kind: Kind) -> Self {
+        Self::Block(kind)
+    }
+}
+
+impl Section {
+    /// Whether it is a block of this kind.
+    pub fn is(&self, kind: Kind) -> bool {
+        matches!(self, Self::Block(own) if *own == kind)
+    }
+
+    /// The field table of its parameters.
+    pub fn parameters(&self) -> Vec<Field> {
+        match self {
+            Self::Block(kind) => kind.parameters(),
+            Self::Facility(_) => fields::<f64, Params<f64>>(),
+        }
+    }
+
+    /// The field table of the signals that must be given at every instant.
+    pub fn inputs(&self) -> Vec<Field> {
+        match self {
+            Self::Block(kind) => kind.inputs(),
+            Self::Facility(_) => fields::<f64, Parts<f64>>(),
+        }
+    }
+
+    /// The field table of the signals that reach it late.
+    pub fn late_inputs(&self) -> Vec<Field> {
+        match self {
+            Self::Block(kind) => kind.late_inputs(),
+            Self::Facility(_) => Vec::new(),
+        }
+    }
+
+    /// The field table of the outputs.
+    pub fn outputs(&self) -> Vec<Field> {
+        match self {
+            Self::Block(kind) => kind.outputs(),
+            Self::Facility(_) => fields::<f64, Readings<f64>>(),
+        }
+    }
+
+    /// Simulates it for every recording and every parameter set, in f64 on all cores; see [`blocks::simulate`].
+    ///
+    /// The recordings of a facility are those that [`follow`] takes.
+    pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+        match self {
+            Self::Block(kind) => blocks::simulate(*kind, recordings, sets),
+            Self::Facility(plant) => {
+                let instructions = InstructionSet::detect();
+                by_tiles(recordings, sets, &|recorded, sets| {
+                    with_joints!(plant.joints(), facility_tile(instructions, plant, recorded, sets))
+                })
+            }
+        }
+    }
+}
+
+fn facility_tile<const N: usize>(
+    instructions: InstructionSet,
+    plant: &Plant,
+    recorded: &Recorded,
+    sets: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    instructions.run(Facility::<N> { plant, recorded, sets })
+}
+
+/// A facility under as many parameter sets as there are lanes, or fewer, through one recording.
+struct Facility<'a, const N: usize> {
+    plant: &'a Plant,
+    recorded: &'a Recorded,
+    sets: &'a [Vec<f64>],
+}
+
+impl<const N: usize> OnLanes for Facility<'_, N> {
+    type Output = Vec<Vec<f64>>;
+    #[inline(always)]
+    fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
+        let own = |set: &Vec<f64>| -> Params<f64> {
+            let offset = |i: usize| self.recorded.offsets.get(i).copied().unwrap_or(0.0);
+            from_slice(&set.iter().enumerate().map(|(i, value)| value + offset(i)).collect::<Vec<_>>())
+        };
+        let mut out = Vec::with_capacity(self.sets.len());
+        for group in self.sets.chunks(L::WIDTH) {
+            let lanes = follow::<L, N>(self.plant, self.recorded, &group.iter().map(own).collect::<Vec<_>>());
+            out.extend(lane_by_lane(&lanes, group.len()));
+        }
+        out
+    }
+}

@@ -1,0 +1,97 @@
+//! The facility alone: robots, contact and sensor along the motions that the parts were told, one parameter set a lane.
+//!
+//! Fed with what was told it shows the errors of robots, contact and sensor together; fed with what the robots were
+//! measured to do, and told that they are ideal, those of contact and sensor alone.
+
+use super::{Batch, Loops, Tile, zero_wrench};
+use crate::block::{Recorded, Row, Samples};
+use crate::bundle;
+use crate::fields::{Bundle, fields};
+use crate::lanes::Lane;
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::real::Real;
+use crate::robot::{carry_on, mounted_parts};
+use crate::space::{Parts, Wrench};
+use crate::vector::{Quat, Vec3};
+
+bundle! {
+    /// What a facility measures at the end of a tick.
+    Readings {
+        place_a: Vec3<R>, "m", "origin of part A on robot 1, laboratory";
+        turn_a: Vec3<R>, "rad", "rotation of part A from the nominal start, its axes there";
+        place_b: Vec3<R>, "m", "origin of part B on robot 2, laboratory";
+        turn_b: Vec3<R>, "rad", "rotation of part B from the nominal start, its axes there";
+        force: Vec3<R>, "N", "force on part A, its axes";
+        moment: Vec3<R>, "N m", "moment on part A about its origin, its axes";
+    }
+}
+
+/// What is read of parts and wrench; turns by twice the sine of half the angle, which is the angle where it is small.
+#[inline(always)]
+pub fn readings<R: Real>(start: &Parts<f64>, parts: &Parts<R>, wrench: Wrench<R>) -> Readings<R> {
+    let turn = |from: Quat<f64>, to: Quat<R>| -> Vec3<R> {
+        let way = Quat { w: R::lit(from.w), v: Vec3::lit(from.v * -1.0) }.compose(to);
+        way.v * R::select(way.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
+    };
+    Readings {
+        place_a: parts.a.position,
+        turn_a: turn(start.a.attitude, parts.a.attitude),
+        place_b: parts.b.position,
+        turn_b: turn(start.b.attitude, parts.b.attitude),
+        force: wrench.force,
+        moment: wrench.moment,
+    }
+}
+
+/// Readings of the facility, tick by tick in the order of [`Readings`], each for all lanes.
+///
+/// The rows of the recording are the laboratory motions of [`Parts`]: the first one where the robots are at the start,
+/// the others what they are told to reach at the end of each tick.
+#[inline(always)]
+pub fn follow<L: Lane, const N: usize>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> Vec<L> {
+    let mut tile = Tile::<L, N>::new(m, Batch { key: [0; 2], noisy: false, loops: Loops::Both });
+    let entering: Vec<_> = (0..L::WIDTH).map(|lane| (lane, 0, *sets.get(lane).unwrap_or(&sets[0]))).collect();
+    tile.load(m, &entering);
+    let width = fields::<f64, Parts<f64>>().len();
+    let told = |row: usize| Parts::<L>::read(&mut Row::new(&recorded.inputs[row * width..(row + 1) * width]));
+    let start = m.start();
+    tile.begin(m, &told(0), &told(1));
+    let mut out = Vec::with_capacity(recorded.samples() * fields::<f64, Readings<f64>>().len());
+    let mut wrench = zero_wrench();
+    for row in 0..recorded.instants {
+        if row > 0 {
+            wrench = tile.follow(m, &told(row));
+        }
+        if row % recorded.stride == 0 {
+            let parts = mounted_parts(m, &tile.params, &tile.robots);
+            readings(&start, &parts, wrench).write(&mut Samples(&mut out));
+        }
+    }
+    out
+}
+
+impl<L: Lane, const N: usize> Tile<L, N> {
+    /// Robots where they are measured, on the way to what they are told first and have been told before.
+    fn begin(&mut self, m: &Plant, at: &Parts<L>, first: &Parts<L>) {
+        let all = L::lit(0.0).lt(L::lit(1.0));
+        for age in 1..self.slots {
+            let past = carry_on(m, first, L::lit(-(age as f64)));
+            self.commands.put((self.step + self.slots - age) % self.slots, &past, all);
+        }
+        self.place_robots(m, at, all);
+    }
+
+    /// One tick towards the motions that the parts shall have at its end; gives the wrench that is measured then.
+    #[inline(always)]
+    fn follow(&mut self, m: &Plant, told: &Parts<L>) -> Wrench<L> {
+        let all = L::lit(0.0).lt(L::lit(1.0));
+        let now = self.tick * L::lit(m.timing.tick());
+        let jitter = self.transmit(m, told, all);
+        self.tick_facility(m, told, now, jitter, all);
+        let wrench = self.arriving_wrench(m, all);
+        self.tick = self.tick + L::lit(1.0);
+        self.step = (self.step + 1) % self.slots;
+        wrench
+    }
+}
