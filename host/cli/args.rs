@@ -1,5 +1,11 @@
 //! What may be typed.
 
+mod diagnose;
+mod drive;
+
+pub(crate) use diagnose::DiagnoseArgs;
+pub(crate) use drive::{DriveArgs, EmulateArgs};
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Backend;
@@ -60,128 +66,6 @@ pub(crate) enum Command {
     Diagnose(DiagnoseArgs),
 }
 
-/// Arguments of `drive`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Addresses:
-  rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
-  egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
-  fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
-  ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
-  netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
-  emulated://[?cycle_ms=1]                in process
-
-Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. A stop key,
-Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
-
-Examples:
-  softdock drive campaigns/probe_drogue.toml --run 1244 --virtual
-  softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
-    --ft netft://192.168.1.1 --to-start --arm")]
-pub(crate) struct DriveArgs {
-    /// Campaign file.
-    pub(crate) campaign: PathBuf,
-    /// Number of the run.
-    #[arg(long, value_name = "N")]
-    pub(crate) run: u64,
-    /// Facility file: robots, limits, sensor, when to stop.
-    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
-    pub(crate) facility: PathBuf,
-    /// Robot 1, which holds part A and gives the beat.
-    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
-    pub(crate) robot1: String,
-    /// Robot 2, which holds part B.
-    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
-    pub(crate) robot2: String,
-    /// Force/torque sensor.
-    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
-    pub(crate) ft: String,
-    /// Ask the real robots for nothing, whatever comes; the default.
-    #[arg(long, conflicts_with = "arm")]
-    pub(crate) dry_run: bool,
-    /// Move the real robots.
-    #[arg(long)]
-    pub(crate) arm: bool,
-    /// Move the robots to the start of the run first, at a tenth of their limits.
-    #[arg(long)]
-    pub(crate) to_start: bool,
-    /// In virtual time, as fast as it goes; for emulated robots alone.
-    #[arg(long = "virtual")]
-    pub(crate) virtual_time: bool,
-    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
-    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
-    pub(crate) priority: u8,
-    /// Processor core that the cycle keeps to.
-    #[arg(long, value_name = "N")]
-    pub(crate) core: Option<usize>,
-    /// Results folder; `results/drive_ID_RUN` if not given.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Predictions behind the 95 % band.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(20..=100_000))]
-    pub(crate) band_runs: u64,
-    /// Write the `rsi_ethernet.xml` that the KUKA controllers need for these addresses into a folder, and drive nothing.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) rsi_config: Option<PathBuf>,
-    /// Leave the prediction away.
-    #[arg(long)]
-    pub(crate) no_band: bool,
-    /// Answer in JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Arguments of `emulate`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Addresses:
-  rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
-  egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
-  fanuc://BIND[:PORT][?rmi=16001]  listens there
-  netft://BIND[:PORT][?http=80&rate_hz=1000]   listens there
-
-An effects file holds a table [set] whose keys replace keys of the scenario: \"facility.loop_delay\" = \"9 ms\".
-
-Example, in two terminals:
-  softdock emulate campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
-    --ft 'netft://127.0.0.1?http=8080'
-  softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
-    --ft 'netft://127.0.0.1?http=8080' --to-start --arm")]
-pub(crate) struct EmulateArgs {
-    /// Scenario file; or a campaign file, with the draw of --run.
-    pub(crate) scenario: PathBuf,
-    /// Draw of the campaign; without it the scenario's own values.
-    #[arg(long, value_name = "N")]
-    pub(crate) run: Option<u64>,
-    /// Facility file.
-    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
-    pub(crate) facility: PathBuf,
-    /// Robot 1.
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) robot1: Option<String>,
-    /// Robot 2.
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) robot2: Option<String>,
-    /// Force/torque sensor.
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) ft: Option<String>,
-    /// Secret effects: keys of the scenario that differ.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) effects: Option<PathBuf>,
-    /// File that gets the truth at the end: parameters and what really happened.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) truth: Option<PathBuf>,
-    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
-    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
-    pub(crate) priority: u8,
-    /// Processor core that the cycle keeps to.
-    #[arg(long, value_name = "N")]
-    pub(crate) core: Option<usize>,
-    /// Ends by itself after so many seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
-    pub(crate) seconds: Option<f64>,
-}
-
 /// Arguments of `identify`.
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyArgs {
@@ -240,47 +124,6 @@ pub(crate) struct RobotArgs {
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Arguments of `diagnose`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Recordings are CSV or Parquet; the model file's [log] says which column is what. Files that share a name up to the last
-underscore (sine_1.csv, sine_2.csv) are repeats of one command: three of each, and another motion held out, make an
-answer that can be signed. Without, it is provisional, and says so. DIR gets the page, the figures as JSON, and the
-extended model where causes are named.
-
-Exit codes: 0 answered, whatever the answer; 2 bad input.
-
-Examples:
-  softdock diagnose model.toml training/*.csv --holdout validation/*.csv --out results/joint
-  softdock diagnose model.toml recording.csv --hold-out-from 6.21
-  softdock diagnose --signals")]
-pub(crate) struct DiagnoseArgs {
-    /// Model file of the rig: what is known of it, and how well.
-    #[arg(required_unless_present = "signals")]
-    pub(crate) model: Option<PathBuf>,
-    /// Recordings to learn from.
-    #[arg(value_name = "LOG", required_unless_present = "signals")]
-    pub(crate) logs: Vec<PathBuf>,
-    /// Recordings of another motion, to judge by.
-    #[arg(long, value_name = "LOG", num_args = 1..)]
-    pub(crate) holdout: Vec<PathBuf>,
-    /// Judge by what each recording has from this time on, in seconds of its own clock.
-    #[arg(long, value_name = "SECONDS", conflicts_with = "holdout")]
-    pub(crate) hold_out_from: Option<f64>,
-    /// Leave a cause of the catalogue out of the library.
-    #[arg(long, value_name = "ID")]
-    pub(crate) without: Vec<String>,
-    /// Results folder; `results/diagnose_ID` if not given.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Answer in JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Print the kinds of plants with the names of their signals, and judge nothing.
-    #[arg(long, exclusive = true)]
-    pub(crate) signals: bool,
 }
 
 /// Arguments of `kernel`.
@@ -400,6 +243,9 @@ Example:
 pub(crate) struct CheckArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
+    /// Scenario in the place of the campaign's: the model that a diagnosis has extended.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) model: Option<PathBuf>,
     /// Number of runs to draw for the histograms.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) runs: u64,
@@ -451,6 +297,9 @@ pub(crate) struct RunArgs {
     /// Make only the I-th of N parts of the campaign; `merge` joins them.
     #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
+    /// Scenario in the place of the campaign's: the model that a diagnosis has extended.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) model: Option<PathBuf>,
     /// Only this variant of the campaign.
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
@@ -564,11 +413,21 @@ pub(crate) struct Part {
 impl RunArgs {
     /// The engine to open: the command line before the campaign.
     pub(crate) fn choice(&self, campaign: &Campaign) -> Choice {
-        match (self.backend, campaign.execution.backend) {
-            (Some(BackendArg::Auto), _) | (None, Backend::Auto) => Choice::Auto,
-            (Some(BackendArg::Gpu), _) | (None, Backend::Gpu) => Choice::Gpu,
-            (Some(BackendArg::Cpu), _) | (None, Backend::Cpu) => Choice::Cpu,
+        match self.backend {
+            Some(BackendArg::Auto) => Choice::Auto,
+            Some(BackendArg::Gpu) => Choice::Gpu,
+            Some(BackendArg::Cpu) => Choice::Cpu,
+            None => choice(campaign.execution.backend),
         }
+    }
+}
+
+/// The engine that a campaign asks for.
+pub(crate) fn choice(backend: Backend) -> Choice {
+    match backend {
+        Backend::Auto => Choice::Auto,
+        Backend::Gpu => Choice::Gpu,
+        Backend::Cpu => Choice::Cpu,
     }
 }
 

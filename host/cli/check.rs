@@ -19,7 +19,7 @@ const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"r
 
 /// Checks a campaign.
 pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
-    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
+    let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
     match args.json {
         true => say(json(&as_json(&campaign, args.runs))),
         false => say(as_text(&campaign, args.runs)),

@@ -1,12 +1,14 @@
 //! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
 
 use crate::args::{DiagnoseArgs, default_results};
+use crate::compare_models::Comparison;
 use crate::found::{file_name, file_names, listed, paths, told, write};
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
-use softdock_campaign::Rig;
 use softdock_campaign::rig::{BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
-use softdock_diagnosis::diagnosis::{Options, prepare};
+use softdock_campaign::{Campaign, FileKind, Rig, Scenario};
+use softdock_diagnosis::block::facility::FacilityModel;
+use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
 use std::path::Path;
 
@@ -16,32 +18,77 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(signals());
         return Ok(Exit::Done);
     };
-    let rig = Rig::load(model).map_err(explain)?;
-    let (title, id) = (rig.title.clone(), rig.id.clone());
     let options = Options { hold_out_from: args.hold_out_from, without: args.without.clone() };
-    let prepared = prepare(rig, &paths(&args.logs), &paths(&args.holdout), &options).map_err(told)?;
+    let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
+    let mut whole = None;
+    let (title, id, prepared) = match facility(model)? {
+        Some(facility) => {
+            let scenario = whole.insert(facility.scenario().clone());
+            (scenario.title.clone(), scenario.id.clone(), prepare_facility(facility, &logs, &holdout, &options))
+        }
+        None => {
+            let rig = Rig::load(model).map_err(explain)?;
+            (rig.title.clone(), rig.id.clone(), prepare(rig, &logs, &holdout, &options))
+        }
+    };
+    let prepared = prepared.map_err(told)?;
     // Before any number: what these channels can show at all.
     warn(isolability::text(&prepared.isolability));
     let (diagnosis, judged) = prepared.diagnose().map_err(told)?;
     let command = command(args, model);
-    let text = std::fs::read_to_string(model).into_diagnostic()?;
-    let figures = serde_json::to_value(&diagnosis).into_diagnostic()?;
+    let (text, beside) = match &whole {
+        Some(scenario) => scenario.gathered(),
+        None => (std::fs::read_to_string(model).into_diagnostic()?, Vec::new()),
+    };
+    let mut figures = serde_json::to_value(&diagnosis).into_diagnostic()?;
     let mut files = vec![
         ("diagnosis.html", diagnosis_page::page(&title, &diagnosis, &judged, &command).map_err(told)?),
         ("diagnosis.json", json(&figures) + "\n"),
     ];
-    files.extend(extend::extended(&text, &diagnosis).map(|text| ("extended.toml", text)));
+    if let Some(text) = extend::extended(&text, &diagnosis, whole.is_some()) {
+        files.push((EXTENDED, text));
+        files.extend(beside.iter().map(|(name, text)| (name.as_str(), text.clone())));
+    }
     files.extend(diagnosis.proposed.as_ref().map(|experiment| ("experiment.csv", experiment.csv())));
     let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
     files.extend(outside::table(outside).map(|text| ("missing_torque.csv", text)));
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{id}")));
     write(&folder, &files)?;
+    let comparison = compared(args, &folder, files.iter().any(|file| file.0 == EXTENDED))?;
+    if let (Some(comparison), true) = (&comparison, args.json) {
+        figures["comparison"] = comparison.json();
+    }
     if args.json {
         say(json(&figures));
     } else {
-        say(format!("{}\n\n{}", words::text(&diagnosis), listed(&folder, &files)));
+        let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");
+        say(format!("{}\n\n{comparison}{}", words::text(&diagnosis), listed(&folder, &files)));
     }
     Ok(Exit::Done)
+}
+
+/// The extended model in the results folder.
+const EXTENDED: &str = "extended.toml";
+
+/// How the verdicts of a campaign change with what was found, if that was asked for and there is anything.
+fn compared(args: &DiagnoseArgs, folder: &Path, found: bool) -> miette::Result<Option<Comparison>> {
+    match &args.compare {
+        Some(campaign) if found => Comparison::of(campaign, &folder.join(EXTENDED), args.compare_runs).map(Some),
+        Some(_) => {
+            warn("nothing was found that would change a verdict: no comparison".to_owned());
+            Ok(None)
+        }
+        None => Ok(None),
+    }
+}
+
+/// The facility that a scenario or campaign file describes; `None` for a rig's model file.
+fn facility(model: &Path) -> miette::Result<Option<FacilityModel>> {
+    Ok(match softdock_campaign::kind(model).map_err(explain)? {
+        FileKind::Campaign => Some(FacilityModel::Campaign(Box::new(Campaign::load(model).map_err(explain)?))),
+        FileKind::Scenario => Some(FacilityModel::Scenario(Box::new(Scenario::load(model).map_err(explain)?))),
+        FileKind::Other => None,
+    })
 }
 
 /// Plant kinds and their signals, one a line.

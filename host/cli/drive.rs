@@ -5,10 +5,12 @@ use crate::args::DriveArgs;
 use crate::band::{self, Line};
 use crate::links::{self, Addresses};
 use crate::realtime::{apply, own};
+use crate::secret::with_secret;
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::number::{percent, with_unit};
 use softdock_campaign::{Campaign, Station};
+use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
@@ -42,6 +44,8 @@ struct Plan {
     facility_file: PathBuf,
     campaign: Campaign,
     task: Task,
+    /// The facility that stands in for a real one.
+    emulated: (Arc<Plant>, Params<f64>),
     addresses: Addresses,
     out: PathBuf,
     in_virtual_time: bool,
@@ -96,7 +100,7 @@ fn write_rsi_configurations(plan: &Plan, folder: &Path) -> miette::Result<Exit> 
 }
 
 fn plan(args: &DriveArgs) -> miette::Result<Plan> {
-    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
+    let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
     let station = Station::load(&args.facility).map_err(explain)?;
     if args.run >= campaign.runs {
         let message = format!("run {} of a campaign of {} runs", args.run, campaign.runs);
@@ -119,6 +123,10 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         // Emulated robots need nobody's leave to move to the start.
         to_start: args.to_start || emulated || !args.arm,
     };
+    if args.effects.is_some() && addresses.any_real() {
+        return Err(refuse("secret effects are for emulated facilities alone", "give them to `softdock emulate`"));
+    }
+    let (model, params) = with_secret(&campaign.scenario, args.effects.as_deref(), task.params)?;
     let name = format!("drive_{}_{}", campaign.id, args.run);
     let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
     if args.rsi_config.is_none() && out.join("log.mcap").exists() {
@@ -129,6 +137,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         campaign_file: args.campaign.clone(),
         facility_file: args.facility.clone(),
         campaign,
+        emulated: (Arc::new(Plant::new(model)), params),
         task,
         addresses,
         out,
@@ -245,7 +254,7 @@ fn cycle_thread(
     let task = &plan.task;
     let key = philox::key(plan.campaign.seed);
     let world = || {
-        World::new(&task.plant, &task.station, key, task.run, &task.params, Wrench::zero())
+        World::new(&plan.emulated.0, &task.station, key, task.run, &plan.emulated.1, Wrench::zero())
             .map_err(|(robot, why)| refuse(format!("robot {robot} cannot stand there: {why:?}"), "move its base"))
     };
     if !plan.in_virtual_time {

@@ -5,10 +5,10 @@ use crate::args::EmulateArgs;
 use crate::band::parameters;
 use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map};
 use crate::realtime::apply;
+use crate::secret::with_secret;
 use crate::words::{Exit, explain, json, refuse, say};
 use miette::IntoDiagnostic;
 use softdock_campaign::{Scenario, Station};
-use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
@@ -108,7 +108,7 @@ fn truth_of(truth: &Truth, watch: &softdock_kernels::monitor::Watch<f64>) -> ser
 /// The scenario, its draw and its secret effects.
 fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
     let station = Station::load(&args.facility).map_err(explain)?;
-    let (scenario, mut params, seed) = match args.run {
+    let (scenario, params, seed) = match args.run {
         Some(run) => {
             let campaign = softdock_campaign::load(&args.scenario).map_err(explain)?;
             let params = campaign.draw(run).params;
@@ -120,24 +120,10 @@ fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
             (scenario, params, 1)
         }
     };
-    let mut model = scenario.model.clone();
-    if let Some(effects) = &args.effects {
-        let other = scenario.with_effects(effects).map_err(explain)?;
-        params = replaced(&params, &scenario.model.nominal, &other.model.nominal);
-        model = other.model;
-    }
+    let (model, params) = with_secret(&scenario, args.effects.as_deref(), params)?;
     let bias = Wrench { force: vec3(3.0, -2.0, 8.0), moment: vec3(0.1, 0.05, -0.08) };
     let plant = Arc::new(Plant::new(model));
     Ok(Truth { plant, station, params, key: philox::key(seed ^ 0x5EC2E7), run: args.run.unwrap_or(0), bias })
-}
-
-/// The draw, with what the effects change in the scenario changed in it too.
-fn replaced(draw: &Params<f64>, before: &Params<f64>, after: &Params<f64>) -> Params<f64> {
-    let (before, after) = (to_vec(before), to_vec(after));
-    let changed = before.iter().zip(&after).zip(to_vec(draw));
-    let values: Vec<f64> =
-        changed.map(|((before, after), drawn)| if before == after { drawn } else { *after }).collect();
-    from_slice(&values)
 }
 
 /// A controller that nobody hears: the robot stands.

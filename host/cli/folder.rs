@@ -27,6 +27,8 @@ pub(crate) struct Folder {
     pub(crate) campaign: Campaign,
     /// The campaign's file below `campaign/`.
     pub(crate) file: String,
+    /// Likewise the scenario in the place of the campaign's own.
+    pub(crate) model: Option<String>,
 }
 
 impl Folder {
@@ -37,7 +39,8 @@ impl Folder {
         let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
         let root = common_root(&files);
         let within = |file: &Path| slashed(file.strip_prefix(&root).unwrap_or(file));
-        let folder = Self { path: path.to_owned(), file: within(&files[0]), campaign };
+        let model = campaign.model.as_ref().map(|model| within(&normal(model)));
+        let folder = Self { path: path.to_owned(), file: within(&files[0]), model, campaign };
         match read_manifest(path)? {
             Some(found) if found == folder.manifest() => drop(remove_abandoned(path).into_diagnostic()?),
             Some(found) => return Err(folder.other(path, &found)),
@@ -60,12 +63,14 @@ impl Folder {
         let nothing = || refuse(format!("`{}` is no results folder", path.display()), remedy);
         let manifest = read_manifest(path)?.ok_or_else(nothing)?;
         let file = manifest["campaign"].as_str().ok_or_else(nothing)?.to_owned();
-        let whole = softdock_campaign::load(&path.join("campaign").join(&file)).map_err(explain)?;
+        let model = manifest["model"].as_str().map(str::to_owned);
+        let inside = |file: &String| path.join("campaign").join(file);
+        let whole = Campaign::load_with(&inside(&file), model.as_ref().map(inside).as_deref()).map_err(explain)?;
         let variant = whole.variants.iter().find(|variant| manifest["id"] == variant.campaign.id.as_str());
         let campaign = variant.map_or_else(|| whole.clone(), |variant| variant.campaign.clone());
         let number = |key: &str| manifest[key].as_u64().ok_or_else(nothing);
         let campaign = campaign.with_sample(number("runs")?, number("seed")?);
-        let folder = Self { path: path.to_owned(), campaign, file };
+        let folder = Self { path: path.to_owned(), campaign, file, model };
         if folder.manifest() == manifest {
             return Ok(folder);
         }
@@ -77,6 +82,7 @@ impl Folder {
     pub(crate) fn claim_alike(&self, path: &Path) -> miette::Result<Self> {
         let mut folder = Self::claim(path, self.campaign.clone())?;
         folder.file.clone_from(&self.file);
+        folder.model.clone_from(&self.model);
         Ok(folder)
     }
 
@@ -118,7 +124,13 @@ impl Folder {
 
     fn manifest(&self) -> Value {
         let c = &self.campaign;
-        json!({ "schema": SCHEMA, "id": c.id, "campaign": self.file, "hash": c.hash, "seed": c.seed, "runs": c.runs })
+        let (id, file, hash) = (&c.id, &self.file, &c.hash);
+        let mut all =
+            json!({ "schema": SCHEMA, "id": id, "campaign": file, "hash": hash, "seed": c.seed, "runs": c.runs });
+        if let Some(model) = &self.model {
+            all["model"] = json!(model);
+        }
+        all
     }
 
     /// What to say of a folder that belongs to another campaign.

@@ -6,6 +6,7 @@ mod band;
 mod bench;
 mod bench_diagnosis;
 mod check;
+mod compare_models;
 mod devices;
 mod diagnose;
 mod drive;
@@ -31,6 +32,7 @@ mod report;
 mod rows;
 mod run;
 mod schema;
+mod secret;
 mod status;
 #[cfg(test)]
 mod tests;

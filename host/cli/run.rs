@@ -46,7 +46,7 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
 
 /// The campaign with what the command line says otherwise.
 fn campaign(args: &RunArgs) -> miette::Result<Campaign> {
-    let campaign = softdock_campaign::load(&args.campaign).map_err(explain)?;
+    let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
     let (runs, seed) = (args.runs.unwrap_or(campaign.runs), args.seed.unwrap_or(campaign.seed));
     let campaign = match &args.variant {
         Some(name) => variants::of_name(campaign, name)?,

@@ -62,6 +62,7 @@ fn folders(whole: &Folder) -> impl Iterator<Item = Folder> {
         path: whole.path.join(&variant.name),
         campaign: variant.campaign.clone(),
         file: whole.file.clone(),
+        model: whole.model.clone(),
     })
 }
 

@@ -1,7 +1,8 @@
 //! One run is one run: instruction set, order, batch and lane change no bit of it.
 
 use super::bench::{at, closing, inertia, job, numbered, two_bodies};
-use softdock_engine::cpu::{CpuEngine, InstructionSet};
+use softdock_engine::cpu::CpuEngine;
+use softdock_engine::instructions::InstructionSet;
 use softdock_engine::{Engine, Job, RunInput};
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::{ArmControl, Link, MAX_JOINTS, Model};

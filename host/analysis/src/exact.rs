@@ -54,6 +54,30 @@ pub fn clopper_pearson(count: u64, cases: u64, confidence: f64) -> Interval {
     Interval { lo, hi: upper_bound(count, cases, one_sided), confidence }
 }
 
+/// Share of runs over several draws of what is uncertain, each with its count and its cases; with the two-sided interval
+/// that the chance of the runs (Clopper-Pearson) and the spread of the draws make together.
+pub fn pooled(draws: &[(u64, u64)], confidence: f64) -> (f64, Interval) {
+    let (count, cases) = draws.iter().fold((0, 0), |(k, n), draw| (k + draw.0, n + draw.1));
+    let chance = clopper_pearson(count, cases, confidence);
+    if cases == 0 {
+        return (0.0, chance);
+    }
+    let share = count as f64 / cases as f64;
+    let filled: Vec<(f64, f64)> =
+        draws.iter().filter(|d| d.1 > 0).map(|d| (d.0 as f64 / d.1 as f64, d.1 as f64)).collect();
+    let own = |n: f64| share * (1.0 - share) / n;
+    let spread = filled.iter().map(|(p, n)| (p - share).powi(2) - own(*n)).sum::<f64>() / filled.len() as f64;
+    let normal = Normal::standard().inverse_cdf(0.5 + 0.5 * confidence);
+    // What the draws differ by beyond the chance of their own runs.
+    let draws = normal * spread.max(0.0).sqrt();
+    let interval = Interval {
+        lo: (share - (share - chance.lo).hypot(draws)).max(0.0),
+        hi: (share + (chance.hi - share).hypot(draws)).min(1.0),
+        confidence,
+    };
+    (share, interval)
+}
+
 /// Two-sided Wilson interval: on average right, but not in every case; for reading only.
 pub fn wilson(count: u64, cases: u64, confidence: f64) -> Interval {
     if cases == 0 {

@@ -5,6 +5,7 @@ use crate::compare::{self, Comparison};
 use crate::derived::{self, Derived};
 use crate::dispersion::{Class, Correlation, Dispersion, DispersionReader};
 use crate::expression::Bounds;
+use crate::found::FoundEffect;
 use crate::problem::{Problem, Problems};
 use crate::ranges::Range;
 use crate::requirement::{self, Requirement};
@@ -125,6 +126,8 @@ pub struct Campaign {
     pub runs: u64,
     /// The task and the facility.
     pub scenario: Scenario,
+    /// The file that stands in the place of the scenario which the campaign names.
+    pub model: Option<PathBuf>,
     /// How the runs are executed.
     pub execution: Execution,
     /// How the samples are drawn.
@@ -157,11 +160,22 @@ pub struct Campaign {
 impl Campaign {
     /// Reads a campaign file and everything that it names.
     pub fn load(path: &Path) -> Result<Self, Problems> {
+        Self::load_with(path, None)
+    }
+
+    /// The same with another scenario in the place of the one that the file names: an extended model.
+    ///
+    /// # Errors
+    /// See [`load`](Self::load).
+    pub fn load_with(path: &Path, model: Option<&Path>) -> Result<Self, Problems> {
         let source = Source::read(path, None)?;
         let file: CampaignFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
-        let scenario = scenario(&mut c, &file.scenario);
+        let scenario = match model {
+            Some(model) => Scenario::load(model),
+            None => scenario(&mut c, &file.scenario),
+        };
         let scenario = match scenario {
             Ok(scenario) => scenario,
             Err(problems) => {
@@ -169,7 +183,7 @@ impl Campaign {
                 return Err(Problems::check(c.problems).expect_err("at least the scenario's problems"));
             }
         };
-        let campaign = check(&mut c, &file, scenario);
+        let campaign = Campaign { model: model.map(Path::to_owned), ..check(&mut c, &file, scenario) };
         Problems::check(std::mem::take(&mut c.problems))?;
         if file.variant.is_empty() {
             campaign.check_steps(&c.source)?;
@@ -220,6 +234,13 @@ impl Campaign {
         for variant in &mut self.variants {
             (variant.campaign.runs, variant.campaign.seed) = (runs, seed);
         }
+        self
+    }
+
+    /// The same campaign over the posterior of what a diagnosis found: so many draws of it, each for its share of the runs.
+    #[must_use]
+    pub fn over_posterior(mut self, draws: u32) -> Self {
+        self.outer_draws.get_or_insert(draws);
         self
     }
 
@@ -302,7 +323,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         runs,
         execution: execution(c, &file.execution),
         method: method(c, file),
-        outer_draws: outer(c, file, runs, &dispersions),
+        outer_draws: outer(c, file, runs, &dispersions, &scenario),
         requirements: requirement::read(c, &file.requirement),
         traces: traces(c, &file.traces, &scenario.model.timing),
         text: c.source.text().to_owned(),
@@ -313,6 +334,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
             .map(|s| s.path().to_owned())
             .collect(),
         scenario,
+        model: None,
         dispersions,
         correlations,
         derived,
@@ -355,15 +377,24 @@ fn method(c: &mut Checker, file: &CampaignFile) -> Method {
     method
 }
 
-fn outer(c: &mut Checker, file: &CampaignFile, runs: u64, dispersions: &[Dispersion]) -> Option<u32> {
+fn outer(
+    c: &mut Checker,
+    file: &CampaignFile,
+    runs: u64,
+    dispersions: &[Dispersion],
+    scenario: &Scenario,
+) -> Option<u32> {
     let epistemic = dispersions.iter().find(|dispersion| dispersion.class == Class::Epistemic);
+    let uncertain = scenario.found.iter().any(FoundEffect::is_uncertain);
     match (&file.outer, epistemic) {
-        (Some(outer), Some(_)) => Some(c.count(&outer.value.draws, 1, runs.min(u64::from(u32::MAX / 2))) as u32),
-        (Some(outer), None) => {
+        (Some(outer), other) if other.is_some() || uncertain => {
+            Some(c.count(&outer.value.draws, 1, runs.min(u64::from(u32::MAX / 2))) as u32)
+        }
+        (Some(outer), _) => {
             c.refuse(
                 &outer.span,
-                "no dispersion is epistemic",
-                "remove [outer], or mark one with class = \"epistemic\"",
+                "no dispersion is epistemic, and no effect of the scenario is uncertain",
+                "remove [outer], or mark a dispersion with class = \"epistemic\"",
             );
             None
         }

@@ -10,6 +10,7 @@ pub mod dispersion;
 pub mod distribution;
 mod effects;
 mod expression;
+mod found;
 mod histogram;
 mod idle;
 mod inertia;
@@ -35,8 +36,10 @@ mod written;
 
 pub use campaign::Campaign;
 pub use compare::Comparison;
+pub use found::FoundEffect;
 pub use histogram::histograms;
 pub use problem::{Problem, Problems};
+pub use ranges::legal_range;
 pub use rig::Rig;
 pub use robot::Robot;
 pub use sampling::Draw;
@@ -54,6 +57,32 @@ pub fn load(path: &Path) -> Result<Campaign, Problems> {
 /// Reads a scenario file and the arm that it names.
 pub fn load_scenario(path: &Path) -> Result<Scenario, Problems> {
     Scenario::load(path)
+}
+
+/// What a file of this project is, by its `schema`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A campaign.
+    Campaign,
+    /// A scenario.
+    Scenario,
+    /// Anything else: whoever reads it as something says what is wrong with it.
+    Other,
+}
+
+/// Tells what a file is.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn kind(path: &Path) -> Result<FileKind, Problems> {
+    let source = source::Source::read(path, None)?;
+    let table: Option<toml::Table> = source.text().parse().ok();
+    let schema = table.as_ref().and_then(|table| table.get("schema")).and_then(toml::Value::as_str);
+    Ok(match schema.and_then(|schema| schema.split('/').next()) {
+        Some("campaign") => FileKind::Campaign,
+        Some("scenario") => FileKind::Scenario,
+        _ => FileKind::Other,
+    })
 }
 
 /// JSON Schema of campaign files, for editors.

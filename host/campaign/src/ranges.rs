@@ -199,6 +199,15 @@ pub(crate) fn legal(field: &str) -> Range {
         .expect("every field of Params has a row: see the test")
 }
 
+/// Least and greatest legal value of a field of `Params`, in its unit.
+///
+/// # Panics
+/// If there is no such field.
+pub fn legal_range(field: &str) -> (f64, f64) {
+    let range = legal(field);
+    (range.min, range.max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,17 +2,20 @@
 
 use crate::check::Checker;
 use crate::columns::Column;
+pub use crate::found::sliding;
+use crate::found::{is_known, with_parameters};
 use crate::problem::Problems;
 use crate::ranges::{ANGLE, DAMPING, FORCE, INERTIA, LENGTH, RATE, Range, STIFFNESS};
 use crate::read;
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::written::Quantity;
-use crate::written::rig::{ControllerTable, DriveTable, EffectTable, FeedforwardTable, RigFile, ToleranceTable};
+use crate::written::effect::EffectTable;
+use crate::written::rig::{ControllerTable, DriveTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
-use softdock_kernels::effects::{DICTIONARY, EFFECTS};
-use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
+use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::fields::Bundle;
 use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -342,57 +345,6 @@ fn with_effects<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, file: &RigFile
 
 /// The group of effects without a mean.
 const RANDOM: &str = "G9";
-
-/// Whether an effect is in the table; refused if it is not.
-fn is_known(c: &mut Checker, written: &EffectTable) -> bool {
-    let (id, known): (_, Vec<&str>) =
-        (&written.id, EFFECTS.iter().chain([&DICTIONARY]).map(|effect| effect.id).collect());
-    let is_known = known.contains(&id.value.as_str());
-    if !is_known {
-        c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));
-    }
-    is_known
-}
-
-/// A block's values with those that an effect names.
-fn with_parameters<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, written: &EffectTable, values: &B) -> B {
-    let (table, mut all) = (fields::<f64, B>(), to_vec(values));
-    let names: Vec<&str> = table.iter().map(|field| field.name.as_str()).collect();
-    for (name, value) in &written.parameters {
-        let Some(place) = names.iter().position(|field| field == name) else {
-            let message = format!("`{}` has no parameter `{name}`", written.id.value);
-            c.refuse(&value.span, message, suggestion(name, &names));
-            continue;
-        };
-        let unit = if prismatic { sliding(table[place].unit) } else { table[place].unit };
-        all[place] = c.number(value, unit, Range::size(LARGEST));
-    }
-    from_slice(&all)
-}
-
-/// Largest size of an effect's parameter, whatever its unit.
-const LARGEST: f64 = 1e12;
-
-/// A unit of a turning joint on a sliding one.
-pub fn sliding(unit: &'static str) -> &'static str {
-    match unit {
-        "rad" => "m",
-        "rad/s" => "m/s",
-        "1/rad" => "1/m",
-        "N m" => "N",
-        "N m/rad" => "N/m",
-        "N m s/rad" => "N s/m",
-        "rad/(N m)" => "m/N",
-        "kg m^2" => "kg",
-        "N m s^2/rad^2" => "N s^2/m^2",
-        "N m s^3/rad^3" => "N s^3/m^3",
-        "N m s/rad^2" => "N s/m^2",
-        "N m/rad^2" => "N/m^2",
-        "N m/rad^3" => "N/m^3",
-        "1/(N m)" => "1/N",
-        other => other,
-    }
-}
 
 fn drive_values(c: &mut Checker, u: Units, t: &DriveTable) -> DriveValues<f64> {
     let size = Range::within(0.0, FORCE);

@@ -44,6 +44,9 @@ impl Campaign {
         for (dispersion, share) in self.dispersions.iter().zip(&shares) {
             values[dispersion.field] = dispersion.distribution.quantile(*share);
         }
+        let nominal = to_vec(&self.scenario.model.nominal);
+        let posterior = self.outer_draws.map(|_| (self.seed, outer));
+        self.scenario.found.iter().for_each(|effect| effect.put(&nominal, posterior, &mut values));
         Draw { outer, params: with_derived(values, &self.derived) }
     }
 

@@ -9,6 +9,7 @@ mod impedance;
 mod joint_level;
 
 use crate::check::Checker;
+use crate::found::{FoundEffect, found};
 use crate::placement::{base_from_tool, end_frame};
 use crate::problem::{Problem, Problems};
 use crate::ranges::{ANGLE, FORCE, LENGTH, Range, SPEED};
@@ -43,6 +44,8 @@ pub struct Scenario {
     pub model: Model,
     /// Names of the arm's joints, from the base outwards.
     pub joints: Vec<String>,
+    /// What a diagnosis found.
+    pub found: Vec<FoundEffect>,
     /// The file.
     source: Source,
     /// The URDF, if there is an arm.
@@ -72,6 +75,20 @@ impl Scenario {
         self.robot.as_ref().map(Source::text)
     }
 
+    /// The file's text with every file that it names beside it: the text, and name and text of the others.
+    pub fn gathered(&self) -> (String, Vec<(String, String)>) {
+        let mut text = self.text().to_owned();
+        let mut beside = Vec::new();
+        let named = [("arm.urdf", &self.urdf), ("facility.joint_level.robot", &self.robot)];
+        for (key, file) in named.into_iter().filter_map(|(key, file)| Some((key, file.as_ref()?))) {
+            let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            let written = self.text()[self.source.span_of(key)].to_owned();
+            text = text.replacen(&written, &format!("\"{name}\""), 1);
+            beside.push((name, file.text().to_owned()));
+        }
+        (text, beside)
+    }
+
     pub(crate) fn source(&self) -> &Source {
         &self.source
     }
@@ -95,6 +112,7 @@ impl Scenario {
             title: file.title.value.clone(),
             model,
             joints: bodies.joints,
+            found: Vec::new(),
             source: c.source.clone(),
             urdf: bodies.urdf,
             robot,
@@ -103,6 +121,7 @@ impl Scenario {
         if let Some(level) = &file.facility.joint_level {
             joint_level::check_places(&mut c, &level.value, &mut scenario.model);
         }
+        scenario.found = found(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;
         let nominal = scenario.model.nominal;
         scenario.check_steps(&Extremes { least: nominal, greatest: nominal }, |_| None)?;

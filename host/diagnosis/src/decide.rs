@@ -3,7 +3,7 @@
 use crate::block::MeasuredBlock;
 use crate::inference::adequacy::Adequacy;
 use crate::inference::evidence::{Interval, interval};
-use crate::inference::unknown::Role;
+use crate::inference::unknown::{Role, Unknown};
 use crate::judge::{Candidate, Judgement, PULLED};
 use crate::library::Hypothesis;
 use crate::outside::Form;
@@ -42,6 +42,9 @@ pub struct EffectFound {
     pub p: f64,
     /// Its numbers.
     pub parameters: BTreeMap<String, Estimate>,
+    /// Their covariance in the order of their names, SI units; empty where there is none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub covariance: Vec<Vec<f64>>,
 }
 
 /// A number with its 95 % interval.
@@ -271,6 +274,7 @@ impl BlockAnswer {
                 .into_iter()
                 .map(|(name, estimate)| (name.to_owned(), estimate))
                 .collect(),
+            covariance: Vec::new(),
         });
         self.log_odds = self.log_odds.max(noise.log_odds);
         if self.answer < Verdict::Named {
@@ -353,8 +357,8 @@ impl Context<'_> {
                 let with = ranking.iter().zip(&scores).filter(|(other, _)| other.hypotheses.contains(number));
                 let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
                 let parameters = parameters(candidate, hypothesis, self.prismatic);
-                let (id, name) = (hypothesis.effect.id, hypothesis.name);
-                found.push(EffectFound { id, name, block: self.block.name, p, parameters });
+                let (id, name, covariance) = (hypothesis.effect.id, hypothesis.name, covariance(candidate, hypothesis));
+                found.push(EffectFound { id, name, block: self.block.name, p, parameters, covariance });
             }
         }
         found
@@ -416,6 +420,20 @@ fn parameters(candidate: &Candidate, hypothesis: &Hypothesis, prismatic: bool) -
         }
     }
     all
+}
+
+/// Covariance of an effect's numbers in a fit, in the order of their names.
+fn covariance(candidate: &Candidate, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
+    let Candidate { fitted, evidence, .. } = candidate;
+    let own = |unknown: &Unknown| unknown.role != Role::Nuisance;
+    let of_effect = |unknown: &Unknown| hypothesis.unknowns.iter().any(|one| one.field == unknown.field);
+    let mut places: Vec<usize> = (0..fitted.unknowns.len())
+        .filter(|place| own(&fitted.unknowns[*place]) && of_effect(&fitted.unknowns[*place]))
+        .collect();
+    places.sort_by(|a, b| fitted.unknowns[*a].name.cmp(&fitted.unknowns[*b].name));
+    let slope = |place: usize| fitted.unknowns[place].prior.slope(fitted.z[place]);
+    let cell = |a: usize, b: usize| slope(a) * evidence.covariance[(a, b)] * slope(b);
+    places.iter().map(|a| places.iter().map(|b| cell(*a, *b)).collect()).collect()
 }
 
 /// The best explanation and those that are almost as probable.

@@ -6,6 +6,7 @@ use crate::block::command::{self, command_block};
 use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
 use crate::block::drive::{drive_block, followed};
+use crate::block::facility::FacilityModel;
 use crate::block::sensor::{self, sensor_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
 use crate::experiment::{self, Envelope, Experiment};
@@ -14,6 +15,7 @@ use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
 use crate::outside::Outside;
 use crate::packets;
+use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::{Finding, Piece, read};
 use crate::recording::smooth::motion;
 use crate::suspects::suspects;
@@ -28,6 +30,10 @@ use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+mod facility;
+
+pub use facility::prepare_facility;
+
 /// How a diagnosis is made.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -37,10 +43,15 @@ pub struct Options {
     pub without: Vec<String>,
 }
 
+/// What is diagnosed, with its recordings.
+enum Subject {
+    Rig(Box<Rig>, Vec<Piece>),
+    Facility(Box<FacilityModel>, Vec<DriveLog>),
+}
+
 /// Recordings, ready to be judged.
 pub struct Prepared {
-    rig: Rig,
-    pieces: Vec<Piece>,
+    subject: Subject,
     held_out: BTreeSet<String>,
     without: Vec<String>,
     /// Reasons why the answer can be provisional only.
@@ -136,7 +147,8 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         provisional.push(timing::reason(&learn));
         let (held_out, without) = (BTreeSet::new(), options.without.clone());
         let isolability = timing::views(&learn);
-        return Ok(Prepared { rig, pieces: learn, held_out, without, provisional, findings, isolability });
+        let subject = Subject::Rig(Box::new(rig), learn);
+        return Ok(Prepared { subject, held_out, without, provisional, findings, isolability });
     }
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -160,17 +172,9 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     }
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
-    let mut prepared = Prepared {
-        rig,
-        pieces,
-        held_out,
-        without: options.without.clone(),
-        provisional,
-        findings,
-        isolability: Vec::new(),
-    };
-    prepared.isolability = prepared.views()?;
-    Ok(prepared)
+    let subject = Subject::Rig(Box::new(rig), pieces);
+    let (without, isolability) = (options.without.clone(), Vec::new());
+    Prepared { subject, held_out, without, provisional, findings, isolability }.seen()
 }
 
 /// A channel of a drive that never changes was not measured.
@@ -205,33 +209,59 @@ fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
 }
 
 impl Prepared {
+    /// The same with what its channels can tell apart.
+    fn seen(mut self) -> Result<Self> {
+        self.isolability = self.views()?;
+        Ok(self)
+    }
+
+    /// What a rig is; a facility is none.
+    fn plant(&self) -> Option<&Plant> {
+        match &self.subject {
+            Subject::Rig(rig, _) => Some(&rig.plant),
+            Subject::Facility(..) => None,
+        }
+    }
+
+    /// Recordings of a rig.
+    fn pieces(&self) -> &[Piece] {
+        match &self.subject {
+            Subject::Rig(_, pieces) => pieces,
+            Subject::Facility(..) => &[],
+        }
+    }
+
     fn has(&self, signal: &str) -> bool {
-        self.pieces.iter().all(|piece| piece.signals.contains_key(signal))
+        self.pieces().iter().all(|piece| piece.signals.contains_key(signal))
     }
 
     /// The blocks that these channels allow with their libraries, simulated in steps so many times finer than usual.
     pub fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let is_held = |experiment: &str| self.held_out.contains(experiment);
-        match &self.rig.plant {
+        let (rig, pieces) = match &self.subject {
+            Subject::Facility(model, logs) => return facility::sections(model, logs, &is_held, finer),
+            Subject::Rig(rig, pieces) => (rig, pieces),
+        };
+        match &rig.plant {
             Plant::Drive(rig) => self.drive_blocks(rig, finer),
             Plant::Sensor(rig) => {
-                let block = sensor_block(rig, &self.pieces, &is_held, finer);
+                let block = sensor_block(rig, pieces, &is_held, finer);
                 let library = library::sensor::effects(&block);
                 vec![(block, library)]
             }
             Plant::Contact(rig) => {
-                let block = contact_block(rig, &self.pieces, &is_held, finer);
+                let block = contact_block(rig, pieces, &is_held, finer);
                 let library = library::contact::effects(&block);
                 vec![(block, library)]
             }
             Plant::Command(rig) if rig.echoed => {
-                let block = command_block(rig, &self.pieces, &is_held, finer);
+                let block = command_block(rig, pieces, &is_held, finer);
                 let library = library::command::effects(&block);
                 vec![(block, library)]
             }
             Plant::Command(_) => Vec::new(),
             Plant::Body(rig) => {
-                let block = body_block(rig, &self.pieces, &is_held, finer);
+                let block = body_block(rig, pieces, &is_held, finer);
                 let library = library::body::effects(&block);
                 vec![(block, library)]
             }
@@ -242,23 +272,24 @@ impl Prepared {
         let is_held = |experiment: &str| self.held_out.contains(experiment);
         let mut blocks = Vec::new();
         if let Some(controller) = rig.controller.as_ref().filter(|_| self.has("ref")) {
-            let block = controller_block(rig, controller, &self.pieces, &is_held);
+            let block = controller_block(rig, controller, self.pieces(), &is_held);
             let library = library::controller::effects(&block);
             blocks.push((block, library));
         }
-        let block = drive_block(rig, &self.pieces, &is_held, finer);
+        let block = drive_block(rig, self.pieces(), &is_held, finer);
         let library = library::drive::effects(&block);
         blocks.push((block, library));
         blocks
     }
 
     fn views(&self) -> Result<Vec<BlockView>> {
-        let views = match &self.rig.plant {
-            Plant::Drive(_) => self.drive_views()?,
-            Plant::Sensor(_) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
-            Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
-            Plant::Command(rig) => self.command_views(rig),
-            Plant::Body(_) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
+        let views = match self.plant() {
+            None => facility::views(&self.blocks(1)),
+            Some(Plant::Drive(_)) => self.drive_views()?,
+            Some(Plant::Sensor(_)) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
+            Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+            Some(Plant::Command(rig)) => self.command_views(rig),
+            Some(Plant::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
         };
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
@@ -280,8 +311,8 @@ impl Prepared {
 
     fn command_views(&self, rig: &CommandRig) -> Vec<BlockView> {
         let mut views = self.only_view(&command::INPUTS, &command::OUTPUTS);
-        views[0].effects.extend(packets::visible(rig, &self.pieces));
-        views.extend(timing::views(&self.pieces));
+        views[0].effects.extend(packets::visible(rig, self.pieces()));
+        views.extend(timing::views(self.pieces()));
         views
     }
 
@@ -289,7 +320,7 @@ impl Prepared {
         for signal in ["q", "tau"] {
             if !self.has(signal) {
                 let what =
-                    format!("[log] of {} names no column for `{signal}`: no block could be judged", self.rig.file);
+                    format!("the [log] of the model file names no column for `{signal}`: no block could be judged");
                 return Err(Error::unfit(
                     what,
                     format!("add it: \"{signal}\" = {{ column = \"...\", unit = \"...\" }}"),
@@ -299,7 +330,7 @@ impl Prepared {
         let mut views: Vec<BlockView> = Vec::new();
         let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
         for (block, library) in self.blocks(1) {
-            let is_drive = block.kind == Kind::Drive;
+            let is_drive = block.section.is(Kind::Drive);
             let (inputs, outputs): (&[&str], &[&str]) =
                 if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
             views.push(BlockView::judged(&block, &library, inputs, outputs));
@@ -317,14 +348,15 @@ impl Prepared {
     /// A channel without any noise, a simulation that no step makes exact enough.
     pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
         let mut prismatic = false;
-        if let Plant::Drive(rig) = &self.rig.plant {
+        if let Some(Plant::Drive(rig)) = self.plant() {
             prismatic = rig.prismatic;
-            self.findings.extend(suspects(rig, &self.pieces));
+            let suspects = suspects(rig, self.pieces());
+            self.findings.extend(suspects);
         }
         let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
-        if let Plant::Command(rig) = &self.rig.plant {
+        if let Some(Plant::Command(rig)) = self.plant() {
             prismatic = rig.prismatic;
-            let (timed, findings) = timing::answers(rig, &self.pieces);
+            let (timed, findings) = timing::answers(rig, self.pieces());
             answers.extend(timed);
             self.findings.extend(findings);
         }
@@ -355,17 +387,17 @@ impl Prepared {
 
     /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
     fn proposed(&self, judged: &Judged) -> Option<Experiment> {
-        let Plant::Drive(rig) = &self.rig.plant else {
+        let Some(Plant::Drive(rig)) = self.plant() else {
             return None;
         };
         let Judged { block, library, judgement, .. } = judged;
         let rivals = rivals(block, library, judgement);
-        let first = self.pieces.first().filter(|_| rivals.len() > 1)?;
+        let first = self.pieces().first().filter(|_| rivals.len() > 1)?;
         let block_of = |path: &[f64]| {
             let mut piece = followed(rig, first.step, path);
             piece.signals.retain(|name, _| first.signals.contains_key(name));
             let own = match &rig.controller {
-                Some(controller) if block.kind == Kind::Controller => {
+                Some(controller) if block.section.is(Kind::Controller) => {
                     controller_block(rig, controller, &[piece], &|_| false)
                 }
                 _ => drive_block(rig, &[piece], &|_| false, 1),
@@ -377,7 +409,7 @@ impl Prepared {
 
     /// What the recordings show that the joint can do.
     fn envelope(&self, step: f64) -> Envelope {
-        let motions = self.pieces.iter().map(|piece| motion(&piece.signals["q"], piece.step, STEADY / piece.step, 1));
+        let motions = self.pieces().iter().map(|piece| motion(&piece.signals["q"], piece.step, STEADY / piece.step, 1));
         let mut envelope = Envelope { range: (f64::INFINITY, f64::NEG_INFINITY), rate: 0.0, acceleration: 0.0, step };
         for motion in motions {
             let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -396,9 +428,9 @@ impl Prepared {
 
     /// The answer with the effects that have no mean.
     fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
-        match &self.rig.plant {
-            Plant::Sensor(rig) => excess_noise(rig, block).iter().fold(answer, BlockAnswer::with_noise),
-            Plant::Command(rig) => packets::with_random(rig, &self.pieces, block, &self.without, answer),
+        match self.plant() {
+            Some(Plant::Sensor(rig)) => excess_noise(rig, block).iter().fold(answer, BlockAnswer::with_noise),
+            Some(Plant::Command(rig)) => packets::with_random(rig, self.pieces(), block, &self.without, answer),
             _ => answer,
         }
     }

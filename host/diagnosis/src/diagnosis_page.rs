@@ -242,7 +242,7 @@ fn against(
     let sampled = |list: &[f64], width: usize, place: usize| -> Vec<f64> {
         (0..compared.before.ncols()).filter_map(|i| list.get((first + i * every) * width + place).copied()).collect()
     };
-    let (inputs, late) = (block.kind.inputs(), block.kind.late_inputs());
+    let (inputs, late) = (block.section.inputs(), block.section.late_inputs());
     let mut all = Vec::new();
     for (fields, list) in [(&inputs, &trial.recorded.inputs), (&late, &trial.recorded.late)] {
         for (place, field) in fields.iter().enumerate() {

@@ -1,21 +1,38 @@
 //! The extended model: the model file as it is, with what a diagnosis found added at its end.
 
-use crate::decide::{Estimate, Verdict};
+use crate::decide::{EffectFound, Estimate, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::words::{estimated, headline};
 use std::collections::BTreeMap;
 
+/// An effect as it is written: its parameters, and their covariance.
+#[derive(Default)]
+struct Table<'a> {
+    parameters: BTreeMap<&'a String, &'a Estimate>,
+    covariance: &'a [Vec<f64>],
+}
+
 /// The text of the extended model file; `None` where the answer names nothing that could be added.
-pub fn extended(model: &str, diagnosis: &Diagnosis) -> Option<String> {
+///
+/// `uncertain` adds the covariances, for models whose readers draw from them.
+pub fn extended(model: &str, diagnosis: &Diagnosis, uncertain: bool) -> Option<String> {
     let tables = tables(diagnosis);
     if tables.is_empty() {
         return None;
     }
     let mut out = format!("{}\n\n# {}\n", model.trim_end(), headline(diagnosis));
     out += "# Written by softdock diagnose; intervals of 95 % stand beside the numbers.\n";
-    for (id, parameters) in tables {
-        out += &format!("\n[[effect]]\nid = \"{id}\"\n\n[effect.parameters]\n");
-        for (name, estimate) in parameters {
+    for (id, table) in tables {
+        out += &format!("\n[[effect]]\nid = \"{id}\"\n");
+        if uncertain && !table.covariance.is_empty() {
+            let row = |row: &Vec<f64>| {
+                format!("[{}]", row.iter().map(|cell| format!("{cell:e}")).collect::<Vec<_>>().join(", "))
+            };
+            let rows: Vec<String> = table.covariance.iter().map(row).collect();
+            out += &format!("# Of the parameters in their order, SI units.\ncovariance = [{}]\n", rows.join(", "));
+        }
+        out += "\n[effect.parameters]\n";
+        for (name, estimate) in table.parameters {
             let unit = if estimate.unit == "1" { String::new() } else { format!(" {}", estimate.unit) };
             out += &format!("{name} = \"{}{unit}\"  # {}\n", estimate.value, estimated(estimate));
         }
@@ -24,14 +41,21 @@ pub fn extended(model: &str, diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// Effects to add, each with its parameters: those that were named, or what something outside the library behaves like.
-fn tables(diagnosis: &Diagnosis) -> BTreeMap<&'static str, BTreeMap<&String, &Estimate>> {
-    let mut all: BTreeMap<&'static str, BTreeMap<&String, &Estimate>> = BTreeMap::new();
-    let named = diagnosis.effects.iter().filter(|_| diagnosis.answer == Verdict::Named);
+fn tables(diagnosis: &Diagnosis) -> BTreeMap<&'static str, Table<'_>> {
+    let mut all: BTreeMap<&'static str, Table> = BTreeMap::new();
+    let blocks = diagnosis.blocks.iter().filter(|block| block.answer == Verdict::Named);
+    let named: Vec<&EffectFound> = blocks.flat_map(|block| &block.effects).collect();
     let forms = diagnosis.blocks.iter().filter_map(|block| block.form.as_ref()).filter(|form| form.holds);
     let terms = forms.flat_map(|form| &form.terms).map(|term| (term.id, &term.parameters));
     // The terms of a form are one effect.
-    for (id, parameters) in named.map(|effect| (effect.id, &effect.parameters)).chain(terms) {
-        all.entry(id).or_default().extend(parameters);
+    for (id, parameters) in named.iter().map(|effect| (effect.id, &effect.parameters)).chain(terms) {
+        all.entry(id).or_default().parameters.extend(parameters);
+    }
+    for effect in named {
+        let table = all.entry(effect.id).or_default();
+        if table.parameters.len() == effect.covariance.len() {
+            table.covariance = &effect.covariance;
+        }
     }
     all
 }

@@ -83,7 +83,7 @@ const APART: f64 = 0.05;
 ///
 /// It is added to the measured torque: positive where the motion shows more of it than was told.
 fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
-    if block.kind != Kind::Drive {
+    if !block.section.is(Kind::Drive) {
         return Vec::new();
     }
     let told = block.trials.iter().flat_map(|trial| &trial.recorded.late).fold(0.0_f64, |most, t| most.max(t.abs()));

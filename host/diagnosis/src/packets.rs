@@ -139,6 +139,7 @@ fn named(mut answer: BlockAnswer, id: &'static str, name: &'static str, found: &
         block: answer.block,
         p: 1.0 / (1.0 + (-found.log_odds).exp()),
         parameters: BTreeMap::from([(found.field.to_owned(), estimate)]),
+        covariance: Vec::new(),
     });
     answer.log_odds = answer.log_odds.max(found.log_odds);
     answer.answer = answer.answer.max(Verdict::Named);

@@ -183,6 +183,7 @@ fn answer(
         block,
         p: 1.0 / (1.0 + (-log_odds).exp()),
         parameters: BTreeMap::from([(field.to_owned(), estimate)]),
+        covariance: Vec::new(),
     };
     let before = (found.value / noise).abs();
     BlockAnswer {

@@ -30,7 +30,7 @@ impl TorqueError {
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
         let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
         let step = block.judged_step(first);
-        if block.kind != Kind::Drive || CUTOFF > 0.5 / step {
+        if !block.section.is(Kind::Drive) || CUTOFF > 0.5 / step {
             return None;
         }
         let told = told(block, held_out)?;

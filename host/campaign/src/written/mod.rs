@@ -2,6 +2,7 @@
 
 pub(crate) mod campaign;
 pub(crate) mod compare;
+pub(crate) mod effect;
 pub(crate) mod facility;
 pub(crate) mod joint_level;
 pub(crate) mod rig;

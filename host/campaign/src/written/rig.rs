@@ -1,5 +1,6 @@
 //! The model file of a bench rig as written: what is measured on it, what is known of it, and how well.
 
+use super::effect::EffectTable;
 use super::robot::LogTable;
 use super::{At, Quantity};
 use schemars::JsonSchema;
@@ -50,16 +51,6 @@ pub(crate) struct RigFile {
     /// Columns of a recording by signal: `"q" = { column = "...", unit = "deg" }`.
     #[serde(default)]
     pub(crate) log: BTreeMap<String, At<LogTable>>,
-}
-
-/// An effect of the catalogue.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct EffectTable {
-    /// Its id, as `softdock diagnose` tells it (`J3_stribeck`).
-    pub(crate) id: At<String>,
-    /// Its numbers by name.
-    pub(crate) parameters: BTreeMap<String, Quantity>,
 }
 
 /// One joint with its drive, all at the joint's side of the gear; a prismatic joint has m, N and kg.

@@ -1,5 +1,6 @@
 //! The scenario file as written.
 
+use super::effect::EffectTable;
 use super::facility::FacilityTable;
 use super::{At, Quantities, Quantity};
 use schemars::JsonSchema;
@@ -46,6 +47,9 @@ pub(crate) struct ScenarioFile {
     pub(crate) facility: FacilityTable,
     /// Success and end of a run.
     pub(crate) task: TaskTable,
+    /// Effects that a diagnosis found, and that the facility has from now on.
+    #[serde(default)]
+    pub(crate) effect: Vec<EffectTable>,
 }
 
 /// Rates of the loop.

@@ -39,9 +39,9 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
     let clock = rig.tolerance.iter().find(|row| row.0 == "clock_offset").map_or(0.0, |row| row.1);
     MeasuredBlock {
-        kind: Kind::Body,
+        section: Kind::Body.into(),
         name: "R6 wrench to motion",
-        nuisances: nuisances(Kind::Body, &base, &rig.tolerance),
+        nuisances: nuisances(&Kind::Body.into(), &base, &rig.tolerance),
         base,
         channels: MOTION.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),

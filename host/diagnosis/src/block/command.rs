@@ -54,9 +54,9 @@ pub fn command_block(
         trial(rig, piece, &missed.rows, slowest, held_out(&piece.experiment), finer)
     };
     MeasuredBlock {
-        kind: Kind::Command,
+        section: Kind::Command.into(),
         name: "R1 command sent to command received",
-        nuisances: nuisances(Kind::Command, &base, &tolerance),
+        nuisances: nuisances(&Kind::Command.into(), &base, &tolerance),
         base,
         channels: vec![Channel { name: "received", output: 0, unit: "s" }],
         trials: pieces.iter().zip(&missed).map(trial).collect(),

@@ -34,9 +34,9 @@ pub fn contact_block(
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
     let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
     MeasuredBlock {
-        kind: Kind::Contact,
+        section: Kind::Contact.into(),
         name: "R5 motion to force",
-        nuisances: nuisances(Kind::Contact, &base, &rig.tolerance),
+        nuisances: nuisances(&Kind::Contact.into(), &base, &rig.tolerance),
         base,
         channels: FORCES.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),

@@ -19,9 +19,9 @@ pub fn controller_block(
     let base = to_vec(&controller.values);
     let clock: Vec<_> = rig.tolerance.iter().copied().filter(|(name, _)| *name == "clock_offset").collect();
     MeasuredBlock {
-        kind: Kind::Controller,
+        section: Kind::Controller.into(),
         name: "R2 reference to torque",
-        nuisances: nuisances(Kind::Controller, &base, &clock),
+        nuisances: nuisances(&Kind::Controller.into(), &base, &clock),
         base,
         channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
         trials: pieces.iter().map(trial).collect(),

@@ -26,9 +26,9 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
     }
     let base = to_vec(&rig.values);
     MeasuredBlock {
-        kind: Kind::Drive,
+        section: Kind::Drive.into(),
         name: "R3 torque to motion",
-        nuisances: nuisances(Kind::Drive, &base, &rig.tolerance),
+        nuisances: nuisances(&Kind::Drive.into(), &base, &rig.tolerance),
         base,
         channels,
         trials: pieces.iter().map(trial).collect(),

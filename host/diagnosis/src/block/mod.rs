@@ -5,6 +5,7 @@ pub mod command;
 pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod facility;
 pub mod response;
 pub mod sensor;
 mod trend;
@@ -15,7 +16,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -47,8 +48,8 @@ pub struct Trial {
 /// A block, its recordings and what is known of it.
 #[derive(Clone, Debug)]
 pub struct MeasuredBlock {
-    /// Which block of the loop.
-    pub kind: Kind,
+    /// Which section of the loop.
+    pub section: Section,
     /// Its name in answers (`R3 drive`).
     pub name: &'static str,
     /// Nominal parameters, in the order of the block's field table.
@@ -98,7 +99,7 @@ impl MeasuredBlock {
 
     /// The place of a parameter in the field table.
     pub fn field(&self, name: &str) -> usize {
-        self.kind.parameters().iter().position(|field| field.name == name).expect("the name of a block's parameter")
+        self.section.parameters().iter().position(|field| field.name == name).expect("the name of a block's parameter")
     }
 }
 
@@ -122,7 +123,7 @@ impl<'a> Part<'a> {
     /// The same, for the inputs of some recordings and what was measured in trials.
     fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
-            let outputs = simulate(self.block.kind, recordings, sets);
+            let outputs = self.block.section.simulate(recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
                 residual -= self.passed(&outputs[place][set]);
@@ -136,7 +137,7 @@ impl<'a> Part<'a> {
 
     /// Outputs as the channels have them, low-passed: one row a channel.
     fn passed(&self, outputs: &[f64]) -> DMatrix<f64> {
-        let stride = self.block.kind.outputs().len();
+        let stride = self.block.section.outputs().len();
         let pass = |channel: &Channel| self.block.decimator.pass(outputs, channel.output, stride);
         table(self.block.channels.iter().map(pass).collect())
     }
@@ -158,7 +159,7 @@ impl<'a> Part<'a> {
 
     /// When each repeat began \[s\], from the mean of its experiment on, in the order of [`Part::deviations`].
     fn ages(&self, clock: &str) -> Vec<f64> {
-        let field = self.block.kind.inputs().iter().position(|field| field.name == clock).expect("an input's name");
+        let field = self.block.section.inputs().iter().position(|field| field.name == clock).expect("an input's name");
         let of = |(_, members): &(&str, Vec<usize>)| -> Vec<f64> {
             let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
             let mean = starts.iter().sum::<f64>() / starts.len() as f64;
@@ -208,7 +209,7 @@ impl<'a> Part<'a> {
         let Some(clock) = self.block.clock else {
             return firsts.collect();
         };
-        let fields = self.block.kind.inputs();
+        let fields = self.block.section.inputs();
         let field = fields.iter().position(|field| field.name == clock).expect("an input's name");
         let start = |trial: &usize| self.recordings[*trial].inputs[field];
         let later = |(mut first, (_, members)): (Cow<'a, Recorded>, &(&str, Vec<usize>))| {
@@ -256,9 +257,9 @@ impl Shortcut<'_> {
 const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
 
 /// What may differ unnoticed: normal about the nominal values, with the standard deviations of a rig's tolerance.
-fn nuisances(kind: Kind, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
+fn nuisances(section: &Section, base: &[f64], tolerance: &[(&'static str, f64)]) -> Vec<Unknown> {
     let of = |(name, sd): &(&'static str, f64)| {
-        let unknown = Unknown::of(kind, name, Prior::Normal { mean: 0.0, sd: *sd }, Role::Nuisance);
+        let unknown = Unknown::of(section, name, Prior::Normal { mean: 0.0, sd: *sd }, Role::Nuisance);
         let mean = base[unknown.field];
         let prior = match FACTORS.contains(name) {
             true => Prior::LogNormal { centre: mean, spread: sd / mean },

@@ -45,9 +45,9 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         unit: reading.1,
     };
     MeasuredBlock {
-        kind: Kind::Sensor,
+        section: Kind::Sensor.into(),
         name: "R5 force to reading",
-        nuisances: nuisances(Kind::Sensor, &base, &rig.tolerance),
+        nuisances: nuisances(&Kind::Sensor.into(), &base, &rig.tolerance),
         base,
         channels: READINGS.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(rig, piece, held_out(&piece.experiment), finer, band)).collect(),

@@ -1,6 +1,6 @@
 //! The free numbers of a hypothesis, each with what is plausible before the data are seen.
 
-use softdock_engine::blocks::Kind;
+use softdock_engine::section::Section;
 
 /// What is plausible of a number; `z` counts in its own spread and is standard normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +41,16 @@ impl Prior {
             Self::Positive { scale } => scale * z,
             Self::Below { top, share } => top * (-share * z).exp(),
             Self::LogNormal { centre, spread } => centre * (spread * z).exp(),
+        }
+    }
+
+    /// By how much the value grows with `z`.
+    pub fn slope(&self, z: f64) -> f64 {
+        match *self {
+            Self::Normal { sd, .. } => sd,
+            Self::Positive { scale } => scale,
+            Self::Below { share, .. } => -share * self.value(z),
+            Self::LogNormal { spread, .. } => spread * self.value(z),
         }
     }
 
@@ -96,8 +106,8 @@ impl Unknown {
     ///
     /// # Panics
     /// If the block has no such parameter.
-    pub(crate) fn of(kind: Kind, name: &str, prior: Prior, role: Role) -> Self {
-        let fields = kind.parameters();
+    pub(crate) fn of(section: &Section, name: &str, prior: Prior, role: Role) -> Self {
+        let fields = section.parameters();
         let field = fields.iter().position(|field| field.name == name).expect("the name of a block's parameter");
         Self { name: name.to_owned(), field, unit: fields[field].unit, prior, role }
     }

@@ -34,7 +34,7 @@ pub(super) struct Spans {
 
 impl Spans {
     pub(super) fn of(block: &MeasuredBlock) -> Self {
-        let width = block.kind.inputs().len();
+        let width = block.section.inputs().len();
         let column = |k: usize| {
             block.trials.iter().flat_map(move |trial| trial.recorded.inputs.iter().skip(k).step_by(width).copied())
         };

@@ -12,7 +12,7 @@ const SHARE: f64 = 0.3;
 /// The forms that a block may have; none for blocks without a dictionary.
 pub fn forms(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
-    if block.kind == Kind::Drive {
+    if block.section.is(Kind::Drive) {
         drive(&mut shelf, &Spans::of(block));
     }
     shelf.all

@@ -5,6 +5,7 @@ pub mod command;
 pub mod contact;
 pub mod controller;
 pub mod drive;
+pub mod facility;
 pub mod forms;
 pub mod sensor;
 
@@ -58,7 +59,7 @@ impl<'a> Shelf<'a> {
 
     /// Adds a form outside the catalogue.
     pub(crate) fn form(&mut self, name: &'static str, (field, prior, role): Entry) {
-        let unknowns = vec![Unknown::of(self.block.kind, field, prior, role)];
+        let unknowns = vec![Unknown::of(&self.block.section, field, prior, role)];
         let forms = vec![vec![1.0]];
         self.all.push(Hypothesis { effect: &DICTIONARY, name, unknowns, forms, sizes: vec![0], shaped: false });
     }
@@ -66,7 +67,7 @@ impl<'a> Shelf<'a> {
     /// Adds an effect of the table. Its forms: every combination of the given `z` of its form numbers, at the given
     /// sizes.
     pub(crate) fn add(&mut self, id: &str, name: &'static str, entries: &[Entry], sizes: &[f64], forms: &[Vec<f64>]) {
-        let unknown = |(name, prior, role): &Entry| Unknown::of(self.block.kind, name, *prior, *role);
+        let unknown = |(name, prior, role): &Entry| Unknown::of(&self.block.section, name, *prior, *role);
         let unknowns: Vec<Unknown> = entries.iter().map(unknown).collect();
         let shaped = |size: f64, form: &[f64]| -> Vec<f64> {
             let mut form = form.iter();

@@ -30,7 +30,7 @@ impl Spans {
 
 /// Greatest reading of a channel before the tool's share was taken off.
 fn raw_peak(block: &MeasuredBlock, channel: usize) -> f64 {
-    let width = block.kind.inputs().len();
+    let width = block.section.inputs().len();
     let of = |trial: &Trial| {
         let tool = trial.recorded.inputs.iter().skip(channel).step_by(width * trial.recorded.stride);
         let raw = trial.measured[channel].iter().zip(tool).map(|(reading, tool)| (reading + tool).abs());

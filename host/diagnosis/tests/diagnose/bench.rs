@@ -68,7 +68,7 @@ impl Bench {
     /// The bench with the model that a diagnosis extends.
     pub(crate) fn extended(self, diagnosis: &Diagnosis) -> Self {
         let text = std::fs::read_to_string(self.model()).expect("a model");
-        let extended = extend::extended(&text, diagnosis).expect("an answer that names something");
+        let extended = extend::extended(&text, diagnosis, false).expect("an answer that names something");
         std::fs::write(self.model(), extended).expect("room");
         self
     }

@@ -1,0 +1,52 @@
+//! Arguments of `diagnose`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `diagnose`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Recordings are CSV or Parquet; the model file's [log] says which column is what. Files that share a name up to the last
+underscore (sine_1.csv, sine_2.csv) are repeats of one command: three of each, and another motion held out, make an
+answer that can be signed. Without, it is provisional, and says so. DIR gets the page, the figures as JSON, and the
+extended model where causes are named.
+
+Exit codes: 0 answered, whatever the answer; 2 bad input.
+
+Examples:
+  softdock diagnose model.toml training/*.csv --holdout validation/*.csv --out results/joint
+  softdock diagnose model.toml recording.csv --hold-out-from 6.21
+  softdock diagnose --signals")]
+pub(crate) struct DiagnoseArgs {
+    /// Model file of the rig: what is known of it, and how well. Of a whole facility: the scenario that it follows, or
+    /// the campaign whose runs were driven.
+    #[arg(required_unless_present = "signals")]
+    pub(crate) model: Option<PathBuf>,
+    /// Recordings to learn from.
+    #[arg(value_name = "LOG", required_unless_present = "signals")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Recordings of another motion, to judge by.
+    #[arg(long, value_name = "LOG", num_args = 1..)]
+    pub(crate) holdout: Vec<PathBuf>,
+    /// Judge by what each recording has from this time on, in seconds of its own clock.
+    #[arg(long, value_name = "SECONDS", conflicts_with = "holdout")]
+    pub(crate) hold_out_from: Option<f64>,
+    /// Leave a cause of the catalogue out of the library.
+    #[arg(long, value_name = "ID")]
+    pub(crate) without: Vec<String>,
+    /// Campaign whose verdicts are compared: with the model as it is, and with what was found; for whole facilities.
+    #[arg(long, value_name = "CAMPAIGN")]
+    pub(crate) compare: Option<PathBuf>,
+    /// Runs of that comparison, instead of the campaign's.
+    #[arg(long, value_name = "N", requires = "compare", value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
+    pub(crate) compare_runs: Option<u64>,
+    /// Results folder; `results/diagnose_ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the kinds of plants with the names of their signals, and judge nothing.
+    #[arg(long, exclusive = true)]
+    pub(crate) signals: bool,
+}

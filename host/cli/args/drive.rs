@@ -1,0 +1,133 @@
+//! Arguments of the commands that move robots, real or emulated.
+
+use super::positive;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `drive`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Addresses:
+  rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
+  egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
+  fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
+  ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
+  netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
+  emulated://[?cycle_ms=1]                in process
+
+Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. A stop key,
+Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
+
+Examples:
+  softdock drive campaigns/probe_drogue.toml --run 1244 --virtual
+  softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
+    --ft netft://192.168.1.1 --to-start --arm")]
+pub(crate) struct DriveArgs {
+    /// Campaign file.
+    pub(crate) campaign: PathBuf,
+    /// Number of the run.
+    #[arg(long, value_name = "N")]
+    pub(crate) run: u64,
+    /// Scenario in the place of the campaign's: the model that a diagnosis has extended.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) model: Option<PathBuf>,
+    /// Secret effects of the emulated facility: keys of the scenario that differ.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) effects: Option<PathBuf>,
+    /// Facility file: robots, limits, sensor, when to stop.
+    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
+    pub(crate) facility: PathBuf,
+    /// Robot 1, which holds part A and gives the beat.
+    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
+    pub(crate) robot1: String,
+    /// Robot 2, which holds part B.
+    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
+    pub(crate) robot2: String,
+    /// Force/torque sensor.
+    #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
+    pub(crate) ft: String,
+    /// Ask the real robots for nothing, whatever comes; the default.
+    #[arg(long, conflicts_with = "arm")]
+    pub(crate) dry_run: bool,
+    /// Move the real robots.
+    #[arg(long)]
+    pub(crate) arm: bool,
+    /// Move the robots to the start of the run first, at a tenth of their limits.
+    #[arg(long)]
+    pub(crate) to_start: bool,
+    /// In virtual time, as fast as it goes; for emulated robots alone.
+    #[arg(long = "virtual")]
+    pub(crate) virtual_time: bool,
+    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
+    pub(crate) priority: u8,
+    /// Processor core that the cycle keeps to.
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
+    /// Results folder; `results/drive_ID_RUN` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Predictions behind the 95 % band.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(20..=100_000))]
+    pub(crate) band_runs: u64,
+    /// Write the `rsi_ethernet.xml` that the KUKA controllers need for these addresses into a folder, and drive nothing.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) rsi_config: Option<PathBuf>,
+    /// Leave the prediction away.
+    #[arg(long)]
+    pub(crate) no_band: bool,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `emulate`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Addresses:
+  rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
+  egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
+  fanuc://BIND[:PORT][?rmi=16001]  listens there
+  netft://BIND[:PORT][?http=80&rate_hz=1000]   listens there
+
+An effects file holds a table [set] whose keys replace keys of the scenario: \"facility.loop_delay\" = \"9 ms\".
+
+Example, in two terminals:
+  softdock emulate campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
+    --ft 'netft://127.0.0.1?http=8080'
+  softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
+    --ft 'netft://127.0.0.1?http=8080' --to-start --arm")]
+pub(crate) struct EmulateArgs {
+    /// Scenario file; or a campaign file, with the draw of --run.
+    pub(crate) scenario: PathBuf,
+    /// Draw of the campaign; without it the scenario's own values.
+    #[arg(long, value_name = "N")]
+    pub(crate) run: Option<u64>,
+    /// Facility file.
+    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
+    pub(crate) facility: PathBuf,
+    /// Robot 1.
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) robot1: Option<String>,
+    /// Robot 2.
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) robot2: Option<String>,
+    /// Force/torque sensor.
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) ft: Option<String>,
+    /// Secret effects: keys of the scenario that differ.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) effects: Option<PathBuf>,
+    /// File that gets the truth at the end: parameters and what really happened.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Real-time priority (SCHED_FIFO) of the cycle, 1 to 99; 0 asks for none.
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u8).range(0..=99))]
+    pub(crate) priority: u8,
+    /// Processor core that the cycle keeps to.
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
+    /// Ends by itself after so many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub(crate) seconds: Option<f64>,
+}

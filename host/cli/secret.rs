@@ -1,0 +1,31 @@
+//! An emulated facility that is otherwise than its scenario says, unknown to those who drive it.
+
+use crate::words::explain;
+use softdock_campaign::Scenario;
+use softdock_kernels::fields::{from_slice, to_vec};
+use softdock_kernels::model::Model;
+use softdock_kernels::params::Params;
+use std::path::Path;
+
+/// The model and the draw of a facility with the effects of a file, if there is one.
+pub(crate) fn with_secret(
+    scenario: &Scenario,
+    effects: Option<&Path>,
+    draw: Params<f64>,
+) -> miette::Result<(Model, Params<f64>)> {
+    let Some(effects) = effects else {
+        return Ok((scenario.model.clone(), draw));
+    };
+    let other = scenario.with_effects(effects).map_err(explain)?;
+    let params = replaced(&draw, &scenario.model.nominal, &other.model.nominal);
+    Ok((other.model, params))
+}
+
+/// The draw, with what the effects change in the scenario changed in it too.
+fn replaced(draw: &Params<f64>, before: &Params<f64>, after: &Params<f64>) -> Params<f64> {
+    let (before, after) = (to_vec(before), to_vec(after));
+    let changed = before.iter().zip(&after).zip(to_vec(draw));
+    let values: Vec<f64> =
+        changed.map(|((before, after), drawn)| if before == after { drawn } else { *after }).collect();
+    from_slice(&values)
+}

@@ -1,0 +1,297 @@
+//! The sections of a whole facility, from the logs of drives: what it was told to the motion of the parts, and that
+//! motion to the measured wrench.
+
+use super::{Channel, MeasuredBlock, Trial, nuisances};
+use crate::recording::drive_log::{Cycle, DriveLog};
+use crate::recording::smooth::Decimator;
+use softdock_campaign::{Campaign, Scenario};
+use softdock_engine::section::Section;
+use softdock_kernels::block::Recorded;
+use softdock_kernels::fields::to_vec;
+use softdock_kernels::frame::facility::readings;
+use softdock_kernels::model::Model;
+use softdock_kernels::params::{Params, UNLIMITED};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::command;
+use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::vector::{Pose, Quat, Vec3};
+use std::sync::Arc;
+
+/// What a facility is compared with.
+#[derive(Clone, Debug)]
+pub enum FacilityModel {
+    /// A scenario: the facility is what its file says.
+    Scenario(Box<Scenario>),
+    /// A campaign: each drive was on a facility as its run draws it.
+    Campaign(Box<Campaign>),
+}
+
+impl FacilityModel {
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        match self {
+            Self::Scenario(scenario) => scenario,
+            Self::Campaign(campaign) => &campaign.scenario,
+        }
+    }
+
+    /// Parameters of the facility of a drive.
+    fn params(&self, log: &DriveLog) -> Params<f64> {
+        match (self, log.run) {
+            (Self::Campaign(campaign), Some(run)) if run < campaign.runs => campaign.draw(run).params,
+            _ => self.scenario().model.nominal,
+        }
+    }
+}
+
+/// Samples of the motion per second that are judged, about: robots do not follow faster.
+const MOTION_RATE: f64 = 250.0;
+/// Likewise of the wrench: a touch is over in some hundredths of a second.
+const WRENCH_RATE: f64 = 500.0;
+/// Standard deviation of what the time stamps of command and measurement may be off \[s\].
+const STAMPS: f64 = 1e-4;
+/// Standard deviations of what a tare leaves \[N\], \[N m\]: noise of a sample over the root of a hundred samples.
+const TARE: [(&str, f64); 6] = [
+    ("sensor_bias_force_x", 0.1),
+    ("sensor_bias_force_y", 0.1),
+    ("sensor_bias_force_z", 0.1),
+    ("sensor_bias_moment_x", 0.01),
+    ("sensor_bias_moment_y", 0.01),
+    ("sensor_bias_moment_z", 0.01),
+];
+
+/// Channels of the motion, in the order of the facility's outputs.
+pub const MOTION: [&str; 12] = [
+    "part_a.x",
+    "part_a.y",
+    "part_a.z",
+    "part_a.turn_x",
+    "part_a.turn_y",
+    "part_a.turn_z",
+    "part_b.x",
+    "part_b.y",
+    "part_b.z",
+    "part_b.turn_x",
+    "part_b.turn_y",
+    "part_b.turn_z",
+];
+/// Channels of the wrench, which follow.
+pub const WRENCH: [&str; 6] = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
+
+/// From what the robots were told to the motion of the parts; `held_out` of a drive's name.
+pub(crate) fn motion_section(
+    model: &FacilityModel,
+    logs: &[DriveLog],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+) -> MeasuredBlock {
+    let plant = plant(&model.scenario().model, finer);
+    let nominal = model.scenario().model.nominal;
+    let trial = |log: &DriveLog| {
+        let rows = told_rows(&plant, log);
+        trial(&plant, log, rows, [&nominal, &model.params(log)], 0..MOTION.len(), held_out(&log.name))
+    };
+    let unit = |name: &str| if name.contains("turn") { "rad" } else { "m" };
+    let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: unit(name) };
+    let section = Section::Facility(Arc::clone(&plant));
+    let base = to_vec(&nominal);
+    MeasuredBlock {
+        name: "R2 command to motion",
+        nuisances: nuisances(&section, &base, &[("loop_delay", STAMPS)]),
+        base,
+        channels: MOTION.iter().enumerate().map(channel).collect(),
+        trials: logs.iter().map(trial).collect(),
+        decimator: decimator(logs, MOTION_RATE),
+        clock: None,
+        section,
+    }
+}
+
+/// From the motion of the parts to the measured wrench: robots are where they were measured.
+pub(crate) fn wrench_section(
+    model: &FacilityModel,
+    logs: &[DriveLog],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+) -> MeasuredBlock {
+    let mut ideal = model.scenario().model.clone();
+    ideal.facility.joint_level = None;
+    let plant = plant(&ideal, finer);
+    let followed = |p: Params<f64>| exactly_followed(p, &plant);
+    let nominal = followed(ideal.nominal);
+    let trial = |log: &DriveLog| {
+        let rows = held_rows(&plant, log);
+        let own = followed(model.params(log));
+        trial(&plant, log, rows, [&nominal, &own], MOTION.len()..MOTION.len() + WRENCH.len(), held_out(&log.name))
+    };
+    let unit = |name: &str| if name.starts_with("force") { "N" } else { "N m" };
+    let channel = |(k, name): (usize, &&'static str)| Channel { name, output: MOTION.len() + k, unit: unit(name) };
+    let section = Section::Facility(Arc::clone(&plant));
+    let base = to_vec(&nominal);
+    MeasuredBlock {
+        name: "R5 motion to wrench",
+        nuisances: nuisances(&section, &base, &TARE),
+        base,
+        channels: WRENCH.iter().enumerate().map(channel).collect(),
+        trials: logs.iter().map(trial).collect(),
+        decimator: decimator(logs, WRENCH_RATE),
+        clock: None,
+        section,
+    }
+}
+
+/// The scenario's plant in steps so many times finer; what the simulation computer does is in the log already.
+fn plant(model: &Model, finer: usize) -> Arc<Plant> {
+    let mut model = model.clone();
+    model.timing.substep /= finer as f64;
+    model.timing.substeps *= finer as u32;
+    model.facility.sensor_substeps *= finer as u32;
+    (model.facility.impedance, model.facility.test_motion) = (None, None);
+    Arc::new(Plant::new(model))
+}
+
+/// Parameters with robots that are where they are told, without delay.
+fn exactly_followed(p: Params<f64>, plant: &Plant) -> Params<f64> {
+    Params {
+        loop_delay: plant.timing.own_delay() + p.sensor_delay,
+        clock_skew: 0.0,
+        command_hold: 0.0,
+        tool_speed_limit: UNLIMITED,
+        tool_rotation_limit: UNLIMITED,
+        robot1_lag: 0.0,
+        robot1_lag_zero: 0.0,
+        robot2_lag: 0.0,
+        robot2_lag_zero: 0.0,
+        rail_lag: 0.0,
+        place_error: Vec3::zero(),
+        ..p
+    }
+}
+
+fn decimator(logs: &[DriveLog], rate: f64) -> Decimator {
+    let every = logs.first().map_or(1.0, |log| (1.0 / (rate * log.cycle)).round());
+    Decimator::new(every.max(1.0) as usize)
+}
+
+/// A drive as a trial: rows of motions, the parameters of the section and of this drive, and the channels of the outputs.
+fn trial(
+    plant: &Plant,
+    log: &DriveLog,
+    rows: Vec<Parts<f64>>,
+    [nominal, own]: [&Params<f64>; 2],
+    channels: std::ops::Range<usize>,
+    held_out: bool,
+) -> Trial {
+    let start = plant.start();
+    let measured: Vec<Vec<f64>> = held(plant, log)
+        .iter()
+        .zip(&log.cycles[1..])
+        .map(|(parts, cycle)| to_vec(&readings(&start, parts, cycle.wrench)))
+        .collect();
+    let offsets = to_vec(own).iter().zip(to_vec(nominal)).map(|(own, nominal)| own - nominal).collect();
+    Trial {
+        experiment: log.name.clone(),
+        held_out,
+        recorded: Recorded {
+            step: plant.timing.tick(),
+            instants: rows.len(),
+            stride: log.ticks,
+            inputs: rows.iter().flat_map(to_vec::<f64, _>).collect(),
+            late: Vec::new(),
+            offsets,
+        },
+        measured: channels.map(|channel| measured.iter().map(|row| row[channel]).collect()).collect(),
+    }
+}
+
+/// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.
+///
+/// What is told in a cycle is to be reached by its end. Wires carry positions alone: rates are those of the path, by the
+/// three-point backward difference.
+fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let told: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
+    let path = by_ticks(&told[..told.len() - 1], log.ticks);
+    let tick = log.cycle / log.ticks as f64;
+    let held = held(plant, log);
+    let mut rows = vec![moving(&held[0], &[(&held[1], 1.0), (&held[0], -1.0)], 1.0 / log.cycle)];
+    rows.extend((1..path.len()).map(|i| {
+        let older = &path[i.saturating_sub(2)];
+        moving(&path[i], &[(&path[i], 3.0), (&path[i - 1], -4.0), (older, 1.0)], 0.5 / tick)
+    }));
+    rows
+}
+
+/// Laboratory motions of the parts as the robots held them, tick by tick; rates by central differences.
+fn held_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let path = by_ticks(&held(plant, log), log.ticks);
+    let last = path.len() - 1;
+    let tick = log.cycle / log.ticks as f64;
+    let row = |i: usize| {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+        moving(&path[i], &[(&path[after], 1.0), (&path[before], -1.0)], 1.0 / (tick * (after - before) as f64))
+    };
+    (0..path.len()).map(row).collect()
+}
+
+/// Where the parts were held when each cycle of the run began, laboratory, at rest.
+fn held(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let of = |pair: &[Cycle]| {
+        // The log lays the share that each robot makes back onto the parts.
+        let (simulated, told) = (pair[0].simulated, shared(plant, &pair[0]));
+        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, told: &Motion<f64>| {
+            at_rest(pose.position - (simulated.position - told.position), pose.attitude)
+        };
+        Parts {
+            a: carried(&pair[1].held[0], &simulated[0], &told.a),
+            b: carried(&pair[1].held[1], &simulated[1], &told.b),
+        }
+    };
+    log.cycles.windows(2).map(of).collect()
+}
+
+/// Laboratory motions that a simulated pair of parts asks for.
+fn shared(plant: &Plant, cycle: &Cycle) -> Parts<f64> {
+    let [a, b] = cycle.simulated;
+    command(plant, &Parts { a, b })
+}
+
+fn at_rest(position: Vec3<f64>, attitude: Quat<f64>) -> Motion<f64> {
+    Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() }
+}
+
+/// A path of one pose a cycle as one pose a tick, on straight lines.
+fn by_ticks(path: &[Parts<f64>], ticks: usize) -> Vec<Parts<f64>> {
+    let between = |from: &Motion<f64>, to: &Motion<f64>, share: f64| {
+        let position = from.position + (to.position - from.position) * share;
+        at_rest(position, from.attitude.turned(turn(from.attitude, to.attitude) * share))
+    };
+    let mut out = vec![path[0]];
+    for pair in path.windows(2) {
+        out.extend((1..=ticks).map(|tick| {
+            let share = tick as f64 / ticks as f64;
+            Parts { a: between(&pair[0].a, &pair[1].a, share), b: between(&pair[0].b, &pair[1].b, share) }
+        }));
+    }
+    out
+}
+
+/// Parts where they are, moving as weighted neighbours on the path say.
+fn moving(at: &Parts<f64>, neighbours: &[(&Parts<f64>, f64)], scale: f64) -> Parts<f64> {
+    let part = |of: fn(&Parts<f64>) -> Motion<f64>| {
+        let own = of(at);
+        let mut motion = at_rest(own.position, own.attitude);
+        for (parts, weight) in neighbours {
+            let other = of(parts);
+            motion.velocity = motion.velocity + (other.position - own.position) * (weight * scale);
+            motion.omega = motion.omega + turn(own.attitude, other.attitude) * (weight * scale);
+        }
+        motion
+    };
+    Parts { a: part(|parts| parts.a), b: part(|parts| parts.b) }
+}
+
+/// Rotation vector from one attitude to another nearby, inertial axes.
+fn turn(from: Quat<f64>, to: Quat<f64>) -> Vec3<f64> {
+    let way = to.compose(from.conjugate());
+    way.v * (2.0 * way.w.signum())
+}

@@ -1,0 +1,99 @@
+//! A whole facility from the logs of its drives: told to motion, and motion to wrench.
+
+use super::{Options, Prepared, Subject};
+use crate::block::MeasuredBlock;
+use crate::block::facility::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
+use crate::isolability::BlockView;
+use crate::library::{self, Hypothesis};
+use crate::recording::drive_log::DriveLog;
+use crate::recording::grid::Finding;
+use crate::{Error, Result};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Reads the logs of drives on a facility; without held-out drives the last third of them is held out.
+///
+/// # Errors
+/// Logs that cannot be used, a scenario whose commands the logs do not hold, an id that is in no library.
+pub fn prepare_facility(
+    model: FacilityModel,
+    logs: &[&Path],
+    holdout: &[&Path],
+    options: &Options,
+) -> Result<Prepared> {
+    if model.scenario().model.facility.impedance.is_some() {
+        let what = "the scenario has impedance control: what the robots were told is not in the log";
+        return Err(Error::unfit(what, "diagnose a drive of the same facility without [facility.impedance]"));
+    }
+    let mut findings = Vec::new();
+    let mut read = |paths: &[&Path]| -> Result<Vec<DriveLog>> {
+        paths.iter().map(|path| DriveLog::read(path, &mut findings)).collect()
+    };
+    let (mut learn, mut test) = (read(logs)?, read(holdout)?);
+    if test.is_empty() && learn.len() > 1 {
+        test = learn.split_off(learn.len() - learn.len().div_ceil(3).min(learn.len() - 1));
+    }
+    if learn.is_empty() || test.is_empty() {
+        let what = "one drive alone cannot be learnt from and judged by";
+        return Err(Error::unfit(what, "drive another run of the campaign and give its log too"));
+    }
+    findings.extend(strangers(&model, learn.iter().chain(&test)));
+    named_apart(learn.iter_mut().chain(&mut test));
+    let held_out: BTreeSet<String> = test.iter().map(|log| log.name.clone()).collect();
+    let provisional =
+        vec!["the noise is what the richest explanation leaves: no drive repeats another's commands".to_owned()];
+    let logs = learn.into_iter().chain(test).collect();
+    let (without, isolability) = (options.without.clone(), Vec::new());
+    let subject = Subject::Facility(Box::new(model), logs);
+    Prepared { subject, held_out, without, provisional, findings, isolability }.seen()
+}
+
+/// Drives of another campaign than the one they are compared with.
+fn strangers<'a>(model: &FacilityModel, logs: impl Iterator<Item = &'a DriveLog>) -> Vec<Finding> {
+    let FacilityModel::Campaign(campaign) = model else {
+        return Vec::new();
+    };
+    let is_strange = |log: &&DriveLog| log.campaign_hash.as_ref().is_some_and(|hash| *hash != campaign.hash);
+    let told = |log: &DriveLog| Finding {
+        recording: log.name.clone(),
+        what: format!("driven for another state of the campaign than {}: its draw may be another", campaign.id),
+    };
+    logs.filter(is_strange).map(told).collect()
+}
+
+/// Drives of the same name get numbers: each is an experiment of its own.
+fn named_apart<'a>(logs: impl Iterator<Item = &'a mut DriveLog>) {
+    let mut seen: BTreeSet<String> = BTreeSet::new();
+    for log in logs {
+        let name = log.name.clone();
+        let mut number = 1;
+        while !seen.insert(log.name.clone()) {
+            number += 1;
+            log.name = format!("{name} ({number})");
+        }
+    }
+}
+
+/// The sections with their libraries.
+pub(super) fn sections(
+    model: &FacilityModel,
+    logs: &[DriveLog],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+    let scenario = &model.scenario().model;
+    let motion = motion_section(model, logs, held_out, finer);
+    let wrench = wrench_section(model, logs, held_out, finer);
+    let of_motion = library::facility::of_motion(&motion, scenario);
+    let of_wrench = library::facility::of_wrench(&wrench, scenario);
+    vec![(motion, of_motion), (wrench, of_wrench)]
+}
+
+/// What the sections can show.
+pub(super) fn views(sections: &[(MeasuredBlock, Vec<Hypothesis>)]) -> Vec<BlockView> {
+    let view = |place: usize, inputs: &[&'static str], outputs: &[&'static str]| {
+        let (block, library) = &sections[place];
+        BlockView::judged(block, library, inputs, outputs)
+    };
+    vec![view(0, &["commands"], &MOTION), view(1, &["motion of the parts"], &WRENCH)]
+}

@@ -1,0 +1,91 @@
+//! Effects of a whole facility: every row of the effect table that a section of it can show.
+
+use super::{Entry, Hypothesis, Shelf};
+use crate::block::MeasuredBlock;
+use crate::inference::unknown::{Prior, Role};
+use softdock_campaign::legal_range;
+use softdock_kernels::effects::{Block, EFFECTS, Effect, EffectParameter, Null};
+use softdock_kernels::fields::fields;
+use softdock_kernels::model::Model;
+use softdock_kernels::space::Motion;
+
+/// Effects without a mean: repeats and packets show them, a simulation cannot.
+const RANDOM: [&str; 3] = ["C3_jitter", "C4_drops", "S7_noise"];
+/// Stairs of a noisy reading are noise, and what a tare leaves is a tolerance of every diagnosis.
+const TOLERATED: [&str; 2] = ["S6_quantisation", "S9_tare"];
+
+/// The effects between what a facility is told and the motion of its parts.
+pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
+    let jointed = model.facility.joint_level.is_some();
+    let acts = |effect: &Effect| match effect.block {
+        Block::Command => true,
+        Block::Robot => jointed != (effect.id == "C2_lag"),
+        // The reading of a robot's axes holds what its mount does.
+        Block::Contact => effect.id == "K7_surface_offset",
+        _ => false,
+    };
+    of(block, model, &acts)
+}
+
+/// The effects between the motion of the parts and the measured wrench.
+pub fn of_wrench(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
+    let carries = model.facility.load.is_some();
+    let acts = |effect: &Effect| match effect.block {
+        Block::Sensor => effect.id != "S8_load" || carries,
+        Block::Contact => true,
+        _ => false,
+    };
+    of(block, model, &acts)
+}
+
+fn of(block: &MeasuredBlock, model: &Model, acts: &dyn Fn(&Effect) -> bool) -> Vec<Hypothesis> {
+    let mut shelf = Shelf::of(block);
+    let rail = model.facility.rail.is_some_and(|rail| rail.share > 0.0);
+    for effect in EFFECTS.iter().filter(|effect| acts(effect)) {
+        if RANDOM.contains(&effect.id) || TOLERATED.contains(&effect.id) {
+            continue;
+        }
+        let there = |parameter: &&EffectParameter| rail || parameter.field != "rail_lag";
+        let entries: Vec<Entry> =
+            effect.parameters.iter().filter(there).map(|parameter| entry(&shelf, block, parameter)).collect();
+        let forms = entries.iter().filter(|entry| entry.2 == Role::Form).count();
+        shelf.add(effect.id, effect.name, &entries, &[1.0], &grid(forms));
+    }
+    shelf.all
+}
+
+/// Forms that are tried: each number at its most plausible value and a factor of e to either side.
+fn grid(numbers: usize) -> Vec<Vec<f64>> {
+    match numbers {
+        0 => Vec::new(),
+        1 => [-1.0, 0.0, 1.0].map(|z| vec![z]).into(),
+        _ => [-1.0, -0.5, 0.0, 0.5, 1.0].map(|z| (0..numbers).map(|k| if k == 0 { z } else { 0.0 }).collect()).into(),
+    }
+}
+
+/// A parameter of an effect as a free number about what the model says.
+fn entry(shelf: &Shelf, block: &MeasuredBlock, parameter: &EffectParameter) -> Entry {
+    let EffectParameter { field, null, scale } = *parameter;
+    let (nominal, (least, _)) = (shelf.base(field), legal_range(field));
+    if null == Null::Any {
+        return (field, Prior::LogNormal { centre: scale, spread: 1.0 }, Role::Form);
+    }
+    if field.ends_with("_limit") {
+        // It shows only where the commands are faster.
+        return (field, Prior::Below { top: nominal.min(fastest(block, field)), share: 0.5 }, Role::Size);
+    }
+    let prior = match (least >= 0.0, nominal > 0.0) {
+        (true, true) => Prior::LogNormal { centre: nominal, spread: (1.0 + scale / nominal).ln() },
+        (true, false) => Prior::Positive { scale },
+        (false, _) => Prior::Normal { mean: nominal, sd: scale },
+    };
+    (field, prior, Role::Size)
+}
+
+/// Greatest commanded speed along an axis \[m/s\], or about one \[rad/s\], whichever the field limits.
+fn fastest(block: &MeasuredBlock, field: &str) -> f64 {
+    let half = fields::<f64, Motion<f64>>().len();
+    let from = if field.contains("rotation") { half - 3 } else { half - 6 };
+    let rows = block.trials.iter().flat_map(|trial| trial.recorded.inputs.chunks(half));
+    rows.flat_map(|motion| &motion[from..from + 3]).fold(1e-6, |most, rate| most.max(rate.abs()))
+}
