@@ -6,6 +6,7 @@ mod cli;
 mod diagnose;
 mod drive;
 mod engine_loss;
+mod facility;
 mod gpu;
 mod house;
 mod identify;

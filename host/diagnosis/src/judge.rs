@@ -91,10 +91,10 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     if learn.has_repeats() {
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
-        return Some(Bench { block, library, learn, test, noise: Noise::fit(&deviations)? }.judged(true));
+        return Some(Bench { block, library, learn, test, noise: Noise::above(&deviations, &block.floor)? }.judged(true));
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
-    let rough = Noise::rough(&learn.means(&block.base))?;
+    let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
     let bench = Bench { block, library, learn, test, noise: rough };
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
@@ -102,7 +102,7 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     let values = richest.values(&block.base);
     let mut rest = bench.learn.means(&values);
     rest.extend(bench.test.means(&values));
-    Some(Bench { noise: Noise::fit(&rest)?, ..bench }.judged(false))
+    Some(Bench { noise: Noise::above(&rest, &block.floor)?, ..bench }.judged(false))
 }
 
 /// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
@@ -234,7 +234,7 @@ impl<'a> Bench<'a> {
     fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
         let mut deviations = self.learn.deviations(set);
         deviations.extend(self.test.deviations(set));
-        let noise = Noise::fit(&deviations)?;
+        let noise = Noise::above(&deviations, &self.block.floor)?;
         Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
     }
 }

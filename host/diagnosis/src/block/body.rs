@@ -46,6 +46,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         channels: MOTION.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),
         decimator: Decimator::new(steps.min(MOST_STEPS)),
+        floor: Vec::new(),
         clock: None,
     }
 }

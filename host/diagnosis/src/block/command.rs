@@ -61,6 +61,7 @@ pub fn command_block(
         channels: vec![Channel { name: "received", output: 0, unit: "s" }],
         trials: pieces.iter().zip(&missed).map(trial).collect(),
         decimator: Decimator::new(STEPS),
+        floor: Vec::new(),
         clock: None,
     }
 }

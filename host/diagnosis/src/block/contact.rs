@@ -41,6 +41,7 @@ pub fn contact_block(
         channels: FORCES.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
         decimator: Decimator::new(STEPS),
+        floor: Vec::new(),
         clock: None,
     }
 }

@@ -26,6 +26,7 @@ pub fn controller_block(
         channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
+        floor: Vec::new(),
         clock: None,
     }
 }

@@ -33,6 +33,7 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
         channels,
         trials: pieces.iter().map(trial).collect(),
         decimator,
+        floor: Vec::new(),
         clock: None,
     }
 }

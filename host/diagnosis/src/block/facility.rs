@@ -48,6 +48,8 @@ impl FacilityModel {
 const MOTION_RATE: f64 = 250.0;
 /// Likewise of the wrench: a touch is over in some hundredths of a second.
 const WRENCH_RATE: f64 = 500.0;
+/// What a robot's axes tell of its tool at best \[m\], \[rad\].
+const RESOLUTION: f64 = 2e-6;
 /// Standard deviation of what the time stamps of command and measurement may be off \[s\].
 const STAMPS: f64 = 1e-4;
 /// Standard deviations of what a tare leaves \[N\], \[N m\]: noise of a sample over the root of a hundred samples.
@@ -102,6 +104,7 @@ pub(crate) fn motion_section(
         channels: MOTION.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, MOTION_RATE),
+        floor: vec![RESOLUTION; MOTION.len()],
         clock: None,
         section,
     }
@@ -135,6 +138,7 @@ pub(crate) fn wrench_section(
         channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, WRENCH_RATE),
+        floor: Vec::new(),
         clock: None,
         section,
     }

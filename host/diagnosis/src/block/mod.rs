@@ -62,6 +62,8 @@ pub struct MeasuredBlock {
     pub trials: Vec<Trial>,
     /// Which samples of the residuals are judged.
     pub decimator: Decimator,
+    /// Standard deviation of what each channel cannot resolve, in its unit; empty where the noise hides it.
+    pub floor: Vec<f64>,
     /// The input that is the session's clock, where what grows with it must not count as noise.
     pub clock: Option<&'static str>,
 }
@@ -178,8 +180,8 @@ impl<'a> Part<'a> {
     /// cannot be told.
     pub fn noise(&self, set: &[f64]) -> Option<Noise> {
         match self.has_repeats() {
-            true => Noise::fit(&self.deviations(set)),
-            false => Noise::rough(&self.means(set)),
+            true => Noise::above(&self.deviations(set), &self.block.floor),
+            false => Noise::rough(&self.means(set), &self.block.floor),
         }
     }
 

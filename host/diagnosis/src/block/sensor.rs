@@ -52,6 +52,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         channels: READINGS.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(rig, piece, held_out(&piece.experiment), finer, band)).collect(),
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
+        floor: Vec::new(),
         clock: Some("time"),
     }
 }

@@ -23,16 +23,22 @@ impl Noise {
     ///
     /// Returns `None` if there are too few samples, or a channel without any noise.
     pub fn fit(series: &[DMatrix<f64>]) -> Option<Self> {
+        Self::above(series, &[])
+    }
+
+    /// The same with white noise of these standard deviations, channel by channel, besides: what a channel cannot
+    /// resolve. None for an empty list.
+    pub fn above(series: &[DMatrix<f64>], floor: &[f64]) -> Option<Self> {
         let channels = series.first()?.nrows();
         let samples: usize = series.iter().map(DMatrix::ncols).sum();
         let most = MOST_LAGS.min(samples / (20 * channels));
-        let moments = Moments::of(series, most);
+        let moments = Moments::of(series, most).above(floor);
         (0..=most).filter_map(|order| Self::of_order(&moments, order)).min_by(|a, b| a.1.total_cmp(&b.1)).map(|x| x.0)
     }
 
     /// Noise of no colour, as large as what the second differences of residuals hold: all that can be said before
     /// anything is known of what is systematic in them.
-    pub fn rough(residuals: &[DMatrix<f64>]) -> Option<Self> {
+    pub fn rough(residuals: &[DMatrix<f64>], floor: &[f64]) -> Option<Self> {
         let channels = residuals.first()?.nrows();
         let variance = |channel: usize| {
             let difference =
@@ -42,7 +48,7 @@ impl Noise {
                 sum += (2..x.ncols()).map(|t| difference(x, t - 2).powi(2)).sum::<f64>();
                 count += x.ncols().saturating_sub(2);
             }
-            sum / (6 * count) as f64
+            sum / (6 * count) as f64 + floor.get(channel).map_or(0.0, |sd| sd * sd)
         };
         let whitener =
             DMatrix::from_fn(channels, channels, |i, j| if i == j { variance(i).sqrt().recip() } else { 0.0 });
@@ -123,6 +129,17 @@ impl Moments {
         let power = block(0, 0, channels, channels);
         let (gram, cross) = (block(channels, channels, width, width), block(channels, 0, width, channels));
         Self { gram, cross, power, count }
+    }
+
+    /// Of the series with independent white noise besides.
+    fn above(mut self, floor: &[f64]) -> Self {
+        let channels = self.power.nrows();
+        for (channel, sd) in floor.iter().enumerate() {
+            let power = self.count as f64 * sd * sd;
+            self.power[(channel, channel)] += power;
+            (channel..self.gram.nrows()).step_by(channels).for_each(|k| self.gram[(k, k)] += power);
+        }
+        self
     }
 }
 
