@@ -480,11 +480,13 @@ fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64
     let found = |block: &&BlockAnswer| block.answer >= Verdict::NoPracticalEffect;
     let main = blocks.iter().filter(found).max_by(|a, b| a.residual.before.total_cmp(&b.residual.before));
     let main = main.or(blocks.last());
-    let gather = |of: fn(&BlockAnswer) -> Vec<EffectFound>| blocks.iter().flat_map(of).collect::<Vec<_>>();
+    // What is hardly worth knowing is no cause beside one that is.
+    let worth =
+        |block: &&BlockAnswer| block.answer > Verdict::NoPracticalEffect || answer <= Verdict::NoPracticalEffect;
     Diagnosis {
         answer,
         provisional: !prepared.provisional.is_empty(),
-        effects: gather(|block| block.effects.clone()),
+        effects: blocks.iter().filter(|block| worth(block)).flat_map(|block| block.effects.clone()).collect(),
         ruled_out: blocks.iter().flat_map(|block| block.ruled_out.clone()).collect(),
         gain: main.and_then(|block| block.gain),
         residual: main.map_or(Residual { before: 1.0, after: 1.0 }, |block| block.residual),

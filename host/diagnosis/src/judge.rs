@@ -91,7 +91,9 @@ pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement>
     if learn.has_repeats() {
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
-        return Some(Bench { block, library, learn, test, noise: Noise::above(&deviations, &block.floor)? }.judged(true));
+        return Some(
+            Bench { block, library, learn, test, noise: Noise::above(&deviations, &block.floor)? }.judged(true),
+        );
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;

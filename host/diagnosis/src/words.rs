@@ -11,17 +11,28 @@ const MOST_TOLD: usize = 5;
 
 /// The answer in one sentence.
 pub fn headline(diagnosis: &Diagnosis) -> String {
-    let names = |joint: &str| diagnosis.effects.iter().map(named).collect::<Vec<_>>().join(joint);
+    let of = |verdict: Verdict, joint: &str| {
+        let blocks = diagnosis.blocks.iter().filter(|block| block.answer == verdict);
+        blocks.flat_map(|block| &block.effects).map(named).collect::<Vec<_>>().join(joint)
+    };
+    let names = |joint: &str| of(diagnosis.answer, joint);
+    // What another block lacks for certain stands beside what one block leaves open.
+    let beside = match (diagnosis.answer, of(Verdict::Named, " and ")) {
+        (Verdict::Ambiguous | Verdict::NotInLibrary, named) if !named.is_empty() => {
+            format!(" It lacks {named} besides.")
+        }
+        _ => String::new(),
+    };
     let answer = match diagnosis.answer {
         Verdict::NoEffect => "Nothing is wrong with the model that these recordings could show.".to_owned(),
         Verdict::NoPracticalEffect => {
             format!("Statistically there, but hardly worth an extension of the model: {}.", names(" and "))
         }
         Verdict::Named => format!("The model lacks {}.", names(" and ")),
-        Verdict::Ambiguous => format!("The model lacks {}: these recordings cannot tell which.", names(" or ")),
+        Verdict::Ambiguous => format!("The model lacks {}: these recordings cannot tell which.{beside}", names(" or ")),
         Verdict::NotInLibrary => {
             let blocks = blocks(diagnosis, Verdict::NotInLibrary).join(" and ");
-            format!("Something is wrong in {blocks} that no known cause explains{}.", likeness(diagnosis))
+            format!("Something is wrong in {blocks} that no known cause explains{}.{beside}", likeness(diagnosis))
         }
     };
     match diagnosis.provisional {

@@ -13,7 +13,7 @@ use softdock_kernels::model::Model;
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::command;
-use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::{Pose, Quat, Vec3};
 use std::sync::Arc;
 
@@ -52,15 +52,10 @@ const WRENCH_RATE: f64 = 500.0;
 const RESOLUTION: f64 = 2e-6;
 /// Standard deviation of what the time stamps of command and measurement may be off \[s\].
 const STAMPS: f64 = 1e-4;
-/// Standard deviations of what a tare leaves \[N\], \[N m\]: noise of a sample over the root of a hundred samples.
-const TARE: [(&str, f64); 6] = [
-    ("sensor_bias_force_x", 0.1),
-    ("sensor_bias_force_y", 0.1),
-    ("sensor_bias_force_z", 0.1),
-    ("sensor_bias_moment_x", 0.01),
-    ("sensor_bias_moment_y", 0.01),
-    ("sensor_bias_moment_z", 0.01),
-];
+/// Force that tells a touch, in standard deviations of a sample before it.
+const TOUCH: f64 = 8.0;
+/// Share of the time before the first touch over which a drive's tare is checked: its end may hold what nobody saw.
+const FREE: f64 = 0.8;
 
 /// Channels of the motion, in the order of the facility's outputs.
 pub const MOTION: [&str; 12] = [
@@ -87,7 +82,7 @@ pub(crate) fn motion_section(
     held_out: &dyn Fn(&str) -> bool,
     finer: usize,
 ) -> MeasuredBlock {
-    let plant = plant(&model.scenario().model, finer);
+    let plant = plant(&untouched(&model.scenario().model), finer);
     let nominal = model.scenario().model.nominal;
     let trial = |log: &DriveLog| {
         let rows = told_rows(&plant, log);
@@ -133,7 +128,7 @@ pub(crate) fn wrench_section(
     let base = to_vec(&nominal);
     MeasuredBlock {
         name: "R5 motion to wrench",
-        nuisances: nuisances(&section, &base, &TARE),
+        nuisances: Vec::new(),
         base,
         channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
@@ -152,6 +147,16 @@ fn plant(model: &Model, finer: usize) -> Arc<Plant> {
     model.facility.sensor_substeps *= finer as u32;
     (model.facility.impedance, model.facility.test_motion) = (None, None);
     Arc::new(Plant::new(model))
+}
+
+/// The model without what pushes its parts, where its robots do not feel it.
+fn untouched(model: &Model) -> Model {
+    let mut model = model.clone();
+    if model.facility.joint_level.is_none() {
+        model.contact.points.clear();
+        model.contact.latch = None;
+    }
+    model
 }
 
 /// Parameters with robots that are where they are told, without delay.
@@ -186,11 +191,11 @@ fn trial(
     channels: std::ops::Range<usize>,
     held_out: bool,
 ) -> Trial {
-    let start = plant.start();
+    let (start, tare) = (plant.start(), left_by_tare(&log.cycles[1..]));
     let measured: Vec<Vec<f64>> = held(plant, log)
         .iter()
         .zip(&log.cycles[1..])
-        .map(|(parts, cycle)| to_vec(&readings(&start, parts, cycle.wrench)))
+        .map(|(parts, cycle)| to_vec(&readings(&start, parts, cycle.wrench - tare)))
         .collect();
     let offsets = to_vec(own).iter().zip(to_vec(nominal)).map(|(own, nominal)| own - nominal).collect();
     Trial {
@@ -206,6 +211,22 @@ fn trial(
         },
         measured: channels.map(|channel| measured.iter().map(|row| row[channel]).collect()).collect(),
     }
+}
+
+/// What a drive's tare has left: the mean wrench before the parts touched, nothing where they touched at once.
+///
+/// Each drive is tared on its own, so that this is no property of the facility.
+fn left_by_tare(cycles: &[Cycle]) -> Wrench<f64> {
+    let mut steps: Vec<f64> =
+        cycles.windows(2).map(|pair| (pair[1].wrench.force - pair[0].wrench.force).norm()).collect();
+    steps.sort_by(f64::total_cmp);
+    let touch = TOUCH * steps[steps.len() / 2];
+    let first = cycles[0].wrench.force;
+    let free = cycles.iter().take_while(|cycle| (cycle.wrench.force - first).norm() < touch).count();
+    let free = (FREE * free as f64) as usize;
+    let sum = cycles[..free].iter().fold(Wrench::zero(), |sum, cycle| sum + cycle.wrench);
+    let scale = 1.0 / free.max(1) as f64;
+    Wrench { force: sum.force * scale, moment: sum.moment * scale }
 }
 
 /// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.

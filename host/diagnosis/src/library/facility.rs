@@ -11,8 +11,8 @@ use softdock_kernels::space::Motion;
 
 /// Effects without a mean: repeats and packets show them, a simulation cannot.
 const RANDOM: [&str; 3] = ["C3_jitter", "C4_drops", "S7_noise"];
-/// Stairs of a noisy reading are noise, and what a tare leaves is a tolerance of every diagnosis.
-const TOLERATED: [&str; 2] = ["S6_quantisation", "S9_tare"];
+/// Stairs of a noisy reading are noise, and what a tare leaves of a bias is taken off every drive.
+const TOLERATED: [&str; 3] = ["S6_quantisation", "S1_bias", "S9_tare"];
 
 /// The effects between what a facility is told and the motion of its parts.
 pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
