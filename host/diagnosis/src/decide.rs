@@ -11,6 +11,7 @@ use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
+use softdock_kernels::effects::Effect;
 use std::collections::BTreeMap;
 
 /// What a diagnosis can answer.
@@ -321,10 +322,20 @@ impl Context<'_> {
     fn rivals<'c>(&self, best: &'c Candidate, ranking: &[&'c Candidate]) -> Vec<&'c Candidate> {
         let score = |candidate: &Candidate| self.score(candidate);
         let near = |other: &&&Candidate| {
-            let within = best.hypotheses.iter().all(|number| other.hypotheses.contains(number));
+            let within = best.hypotheses.iter().all(|number| self.has(other, self.id(*number)));
             !within && score(other) > score(best) - GAP
         };
         std::iter::once(best).chain(ranking.iter().filter(near).copied()).collect()
+    }
+
+    /// The effect of a hypothesis; several may be forms of one.
+    fn id(&self, number: usize) -> &'static str {
+        self.library[number].effect.id
+    }
+
+    /// Whether a candidate has an effect, in any form.
+    fn has(&self, candidate: &Candidate, id: &str) -> bool {
+        candidate.hypotheses.iter().any(|number| self.id(*number) == id)
     }
 
     /// Log-odds with the price of every further effect.
@@ -345,16 +356,20 @@ impl Context<'_> {
         let all: f64 = (-top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
         let mut found: Vec<EffectFound> = Vec::new();
         for candidate in shown {
+            let known = found.len();
             for number in &candidate.hypotheses {
-                let hypothesis = &self.library[*number];
-                if found.iter().any(|effect| effect.id == hypothesis.effect.id) {
-                    continue;
+                let Hypothesis { effect: Effect { id, .. }, name, .. } = &self.library[*number];
+                let parameters = parameters(candidate, &self.library[*number], self.prismatic);
+                match found.iter_mut().position(|effect| effect.id == *id) {
+                    // Of two forms of one effect the candidate's own go together.
+                    Some(place) if place >= known => found[place].parameters.extend(parameters),
+                    Some(_) => {}
+                    None => {
+                        let with = ranking.iter().zip(&scores).filter(|(other, _)| self.has(other, id));
+                        let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
+                        found.push(EffectFound { id, name, block: self.block.name, p, parameters });
+                    }
                 }
-                let with = ranking.iter().zip(&scores).filter(|(other, _)| other.hypotheses.contains(number));
-                let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
-                let parameters = parameters(candidate, hypothesis, self.prismatic);
-                let (id, name) = (hypothesis.effect.id, hypothesis.name);
-                found.push(EffectFound { id, name, block: self.block.name, p, parameters });
             }
         }
         found
@@ -365,10 +380,10 @@ impl Context<'_> {
         let Some(best) = shown.first() else {
             return Vec::new();
         };
-        let is_shown = |number: &usize| shown.iter().any(|own| own.hypotheses.contains(number));
+        let is_shown = |number: &usize| shown.iter().any(|own| self.has(own, self.id(*number)));
         let out = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && !is_shown(&candidate.hypotheses[0]);
         let told = |candidate: &Candidate| RuledOut {
-            id: self.library[candidate.hypotheses[0]].effect.id,
+            id: self.id(candidate.hypotheses[0]),
             block: self.block.name,
             log_odds: self.score(best) - self.score(candidate),
             residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
@@ -391,8 +406,8 @@ impl Context<'_> {
     fn alike(&self) -> Vec<[&'static str; 2]> {
         let count = self.library.len();
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
-        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE);
-        alike.map(|(a, b)| [self.library[a].effect.id, self.library[b].effect.id]).collect()
+        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
+        alike.map(|(a, b)| [self.id(a), self.id(b)]).collect()
     }
 
     fn strained(&self) -> Vec<(String, f64)> {
@@ -408,8 +423,7 @@ fn parameters(candidate: &Candidate, hypothesis: &Hypothesis, prismatic: bool) -
     for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
         let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
         if own && unknown.role != Role::Nuisance {
-            let sd = candidate.evidence.covariance[(place, place)].sqrt();
-            let interval = interval(&unknown.prior, candidate.fitted.z[place], sd);
+            let interval = interval(&unknown.prior, candidate.fitted.z[place], candidate.deviations[place]);
             let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
             let estimate = Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
             all.insert(unknown.name.clone(), estimate);

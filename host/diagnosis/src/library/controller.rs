@@ -7,7 +7,7 @@ use crate::inference::unknown::{Prior, Role};
 /// The effects of a controller that has been measured.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
-    let references = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(4));
+    let references = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(5));
     let fastest = references().fold(0.0_f64, |peak, r| peak.max(r[1].abs()));
     let late = Prior::Positive { scale: 5e-3 };
     shelf.add("C1_transport_delay", "transport delay of the command", &[("delay", late, Role::Size)], &[0.5], &[]);
