@@ -8,7 +8,7 @@
 use super::Block;
 use crate::bundle;
 use crate::fields::filled;
-use crate::math::{lagged, lagged_along};
+use crate::math::{exp, lagged, lagged_along};
 use crate::params::UNLIMITED;
 use crate::real::Real;
 
@@ -21,6 +21,8 @@ bundle! {
         derivative_lag: R, "s", "time constant of the low-pass on the measured rate";
         inertia: R, "kg m^2", "feedforward of the reference's acceleration";
         viscous: R, "N m s/rad", "feedforward of the reference's rate";
+        coulomb: R, "N m", "feedforward of dry friction";
+        coulomb_speed: R, "rad/s", "rate over which that changes its sign";
         torque_limit: R, "N m", "greatest torque that is asked for";
         delay: R, "s", "transport delay of the reference";
         clock_offset: R, "s", "how much later the torque was asked for than its time stamp says";
@@ -35,7 +37,7 @@ bundle! {
 impl ControllerValues<f64> {
     /// A controller without gains and period, and a reference that comes at once.
     pub fn null() -> Self {
-        Self { torque_limit: UNLIMITED, rate_limit: UNLIMITED, ..filled(0.0) }
+        Self { coulomb_speed: 1.0, torque_limit: UNLIMITED, rate_limit: UNLIMITED, ..filled(0.0) }
     }
 }
 
@@ -67,7 +69,7 @@ bundle! {
         angle: R, "rad", "angle";
         rate: R, "rad/s", "rate";
         acceleration: R, "rad/s^2", "acceleration";
-        feedforward: R, "N m", "feedforward of friction and weight";
+        weight: R, "N m", "feedforward of the weight";
         stiffness: R, "N m/rad", "what the angle changes in it";
     }
 }
@@ -145,7 +147,7 @@ impl Block for Controller {
             angle: lagged_along(step, p.lag, at.angle, was.angle, late.angle),
             rate: lagged_along(step, p.lag, at.rate, was.rate, late.rate),
             acceleration: lagged_along(step, p.lag, at.acceleration, was.acceleration, late.acceleration),
-            feedforward: lagged_along(step, p.lag, at.feedforward, was.feedforward, late.feedforward),
+            weight: lagged_along(step, p.lag, at.weight, was.weight, late.weight),
             stiffness: late.stiffness,
         };
         let reference = limited(step, p, s.angle, &lagging);
@@ -188,16 +190,25 @@ fn limited<R: Real>(step: f64, p: &ControllerValues<R>, at: R, came: &Reference<
         angle,
         rate: R::select(behind, rate, came.rate),
         acceleration: R::select(behind, zero, came.acceleration),
-        feedforward: came.stiffness.mul_add(angle - came.angle, came.feedforward),
+        weight: came.stiffness.mul_add(angle - came.angle, came.weight),
         stiffness: came.stiffness,
     }
+}
+
+/// Hyperbolic tangent.
+#[inline(always)]
+fn tanh<R: Real>(x: R) -> R {
+    let (one, fall) = (R::lit(1.0), exp(-(x.abs() * R::lit(2.0))));
+    let size = (one - fall) / (one + fall);
+    R::select(x.lt(R::lit(0.0)), -size, size)
 }
 
 /// Torque that is asked for.
 #[inline(always)]
 fn asked<R: Real>(p: &ControllerValues<R>, r: &Reference<R>, measured: R, rate: R) -> R {
     let back = (r.angle - measured).mul_add(p.position_gain, (r.rate - rate) * p.velocity_gain);
-    let ahead = r.acceleration.mul_add(p.inertia, r.rate.mul_add(p.viscous, r.feedforward));
+    let dry = p.coulomb * tanh(r.rate / p.coulomb_speed);
+    let ahead = r.acceleration.mul_add(p.inertia, r.rate.mul_add(p.viscous, dry + r.weight));
     let asked = back + ahead + p.offset;
     asked.min(p.torque_limit).max(-p.torque_limit)
 }

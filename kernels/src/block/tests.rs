@@ -245,6 +245,8 @@ fn a_reference_may_be_late_held_lagging_or_limited() {
     assert!((asked(limited) - 100.0 - 7.0 * (1.0 - 2.0)).abs() < 0.2, "half the way, and the weight of that place");
     let ahead = ControllerValues { position_gain: 0.0, inertia: 2.0, viscous: 4.0, ..limited };
     assert!((asked(ahead) - 4.0 * 0.5 - 7.0 * (1.0 - 2.0)).abs() < 0.01, "at a constant rate of its own");
+    let dry = ControllerValues { coulomb: 20.0, coulomb_speed: 0.4, ..p };
+    assert!((asked(dry) - 200.0 - 20.0 * 2.5_f64.tanh()).abs() < 1e-9);
     assert!((asked(ControllerValues { torque_limit: 50.0, ..p }) - 50.0).abs() < 1e-9);
 }
 

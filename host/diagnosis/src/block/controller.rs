@@ -65,9 +65,8 @@ fn trial(controller: &ControllerRig, piece: &Piece, held_out: bool) -> Trial {
     let f = controller.feedforward;
     let mut late = Vec::with_capacity(r.value.len() * 5);
     for i in 0..r.value.len() {
-        let dry = f.coulomb * (r.rate[i] / f.coulomb_speed).tanh();
         let (sin, cos) = (r.value[i] - f.gravity_angle).sin_cos();
-        late.extend([r.value[i], r.rate[i], r.acceleration[i], dry + f.gravity_torque * cos, -f.gravity_torque * sin]);
+        late.extend([r.value[i], r.rate[i], r.acceleration[i], f.gravity_torque * cos, -f.gravity_torque * sin]);
     }
     let instants = q.value.len();
     // The controller runs a period ahead of its log.

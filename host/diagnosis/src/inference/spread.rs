@@ -1,11 +1,12 @@
 //! How far the free numbers of a fit may be off: by noise, by the step of the simulation, and by what the model lacks.
 //!
-//! What a model lacks pulls each experiment its own way, so that fits without one of them differ by more than noise
-//! explains (the jackknife: Efron, The jackknife, the bootstrap and other resampling plans, 1982, ch. 3).
+//! What a model lacks pulls each experiment its own way, so that their pulls scatter by more than noise explains (the
+//! sandwich by clusters: Liang and Zeger, Biometrika 73 (1986) 13). They are to first order what leaving an experiment out
+//! would shift, but an experiment that alone shows an effect says nothing of that effect's scatter.
 
 use super::evidence::Evidence;
 use super::fit::Fitted;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::ops::Range;
 
 /// Standard deviation of each free number's `z`; `dispersion` as in the evidence, `experiments` the rows of each
@@ -28,24 +29,23 @@ pub fn deviations(
     variance.iter().map(|variance| variance.sqrt()).collect()
 }
 
-/// Variance of the fits that leave one experiment out, beyond what noise explains of it.
+/// Variance by what each experiment pulls, beyond what noise explains of it.
 fn gap(fitted: &Fitted, evidence: &Evidence, dispersion: f64, experiments: &[Range<usize>]) -> DVector<f64> {
-    let size = fitted.z.len();
-    let mut sum = DVector::zeros(size);
+    let covariance = &evidence.covariance;
+    let mut sum = DVector::zeros(fitted.z.len());
     if experiments.len() < 2 {
         return sum;
     }
-    let precision = fitted.jacobian.transpose() * &fitted.jacobian / dispersion + DMatrix::identity(size, size);
     for rows in experiments {
         let own = fitted.jacobian.rows(rows.start, rows.len());
-        let Some(rest) = (&precision - own.transpose() * own / dispersion).cholesky() else {
-            continue;
-        };
-        let shift = rest.solve(&(own.tr_mul(&fitted.residual.rows(rows.start, rows.len())) / dispersion));
-        sum += shift.component_mul(&shift) - (rest.inverse() - &evidence.covariance).diagonal();
+        let pull = covariance * (own.tr_mul(&fitted.residual.rows(rows.start, rows.len())) / dispersion);
+        // Of noise that the fit follows: cov (G - G cov G) cov, G the experiment's own precision.
+        let weight = covariance * (own.transpose() * own / dispersion);
+        let noise = &weight * covariance - &weight * &weight * covariance;
+        sum += pull.component_mul(&pull) - noise.diagonal();
     }
     let count = experiments.len() as f64;
-    sum.map(|excess| (excess * (count - 1.0) / count).max(0.0))
+    sum.map(|excess| (excess * count / (count - 1.0)).max(0.0))
 }
 
 #[cfg(test)]
@@ -53,6 +53,7 @@ mod tests {
     use super::super::evidence::evidence;
     use super::super::unknown::{Prior, Role, Unknown};
     use super::*;
+    use nalgebra::DMatrix;
     use softdock_kernels::philox;
 
     const ROWS: usize = 400;
@@ -90,6 +91,15 @@ mod tests {
         // The mean of three that scatter by 0.5.
         let apart = deviation([-0.5, 0.0, 0.5], None);
         assert!((apart / (0.5 / 3_f64.sqrt()) - 1.0).abs() < 0.2, "{apart}");
+    }
+
+    #[test]
+    fn an_experiment_that_alone_shows_an_effect_says_nothing_of_its_scatter() {
+        let mut fitted = fitted([0.0; 3]);
+        fitted.jacobian.rows_mut(ROWS, 2 * ROWS).fill(0.0);
+        let experiments = [0..ROWS, ROWS..2 * ROWS, 2 * ROWS..3 * ROWS];
+        let own = deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &experiments, None)[0];
+        assert!((own * (ROWS as f64).sqrt() - 1.0).abs() < 0.5, "{own}");
     }
 
     #[test]
