@@ -356,7 +356,7 @@ impl Prepared {
             let own = Judged { block, library, judgement, outside };
             answer.torque_error = own.torque_error(&answer);
             if let Some(found) = own.found(&answer).filter(|_| own.block.kind == Kind::Controller) {
-                self.torque = torque_between(&own.block, &found.fitted.values(&own.block.base));
+                self.torque = torque_between(&own.block, found);
             }
             answers.push(self.with_random(&own.block, answer));
             judged.push(own);

@@ -1,6 +1,8 @@
 //! The block from reference to torque of a joint's controller, from a rig's recordings.
 
 use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use crate::inference::unknown::applied;
+use crate::judge::Candidate;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::{ControllerRig, DriveRig};
@@ -32,24 +34,42 @@ pub fn controller_block(
     }
 }
 
-/// The torque of each recording at every period of the controller: what the controller asked for by a parameter set, with
-/// what was measured beyond that at the log's samples; between those that is band-limited.
+/// The torque of each recording at every period of the controller: what the controller asked for by a fit, with what was
+/// measured beyond that at the log's samples; between those that is band-limited.
 ///
 /// A reference that is held or limited makes torque jump between two samples of the log, which no interpolation of
-/// these shows.
-pub fn torque_between(block: &MeasuredBlock, set: &[f64]) -> Vec<Vec<f64>> {
+/// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself.
+pub fn torque_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>> {
+    let sets = nearby(block, found);
     let each = |trial: &Trial| {
-        let recorded = Recorded { stride: 1, ..trial.recorded.clone() };
-        let mut asked = simulate(Kind::Controller, &[&recorded], &[set.to_vec()]).remove(0).remove(0);
         let stride = trial.recorded.stride;
-        let beyond: Vec<f64> =
-            trial.measured[0].iter().zip(asked.iter().step_by(stride)).map(|(tau, asked)| tau - asked).collect();
+        let recorded = Recorded { stride: 1, ..trial.recorded.clone() };
+        let beyond = |asked: &[f64]| -> Vec<f64> {
+            trial.measured[0].iter().zip(asked.iter().step_by(stride)).map(|(tau, asked)| tau - asked).collect()
+        };
+        let left = |asked: &[f64]| beyond(asked).iter().map(|tau| tau * tau).sum::<f64>();
+        let tried = simulate(Kind::Controller, &[&recorded], &sets).remove(0).into_iter();
+        let best = tried.map(|asked| (left(&asked), asked)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let mut asked = best.expect("the fit itself at least").1;
         let step = trial.recorded.step * stride as f64;
-        let beyond = motion(&beyond, step, 0.5 / step, stride).value;
+        let beyond = motion(&beyond(&asked), step, 0.5 / step, stride).value;
         asked.iter_mut().zip(beyond).for_each(|(asked, beyond)| *asked += beyond);
         asked
     };
     block.trials.iter().map(each).collect()
+}
+
+/// Parameters of a fit, and with each number moved within what it may be off by.
+fn nearby(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>> {
+    let Candidate { fitted, deviations, .. } = found;
+    let moved = |place: usize, share: f64| {
+        let mut z = fitted.z.clone();
+        z[place] = fitted.unknowns[place].prior.allowed(z[place] + share * deviations[place]);
+        applied(&block.base, &fitted.unknowns, &z)
+    };
+    let steps = (-20..=20).map(|k| 0.2 * f64::from(k));
+    let moves = (0..fitted.z.len()).flat_map(|place| steps.clone().map(move |share| (place, share)));
+    std::iter::once(fitted.values(&block.base)).chain(moves.map(|(place, share)| moved(place, share))).collect()
 }
 
 /// Periods of the controller in one of the log.

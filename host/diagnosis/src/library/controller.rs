@@ -88,7 +88,8 @@ impl Lacking {
         let field = |name: &str| block.base[block.field(name)];
         let (gain, rate_gain) = (field("position_gain"), field("velocity_gain") + field("viscous"));
         let (inertia, coulomb, speed) = (field("inertia"), field("coulomb"), field("coulomb_speed"));
-        let asked = |r: &[f64]| gain * r[0] + rate_gain * r[1] + inertia * r[2] + coulomb * (r[1] / speed).tanh() + r[3];
+        let asked =
+            |r: &[f64]| gain * r[0] + rate_gain * r[1] + inertia * r[2] + coulomb * (r[1] / speed).tanh() + r[3];
         Self {
             period: trial.recorded.step,
             stride: trial.recorded.stride,
