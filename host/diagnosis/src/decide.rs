@@ -199,7 +199,7 @@ pub fn decide(
     let context = Context { block, library, judgement, prismatic };
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
-    let present = best.filter(|best| best.log_odds >= judgement.threshold);
+    let present = best.filter(|best| best.log_odds >= judgement.threshold && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
     let answer = context.verdict(present, rivals.len() > 1 || relatives);
@@ -300,6 +300,21 @@ impl Context<'_> {
             _ if several => Verdict::Ambiguous,
             _ => Verdict::Named,
         }
+    }
+
+    /// Whether an effect counts as present only because it spares a nuisance a pull that is rare, but not impossible: then
+    /// the nuisance is the finding. One whose value is the effect's own size is the effect.
+    fn rests_on_a_pull(&self, best: &Candidate) -> bool {
+        let null = &self.judgement.null;
+        let pulls = null.unknowns.iter().zip(&null.z);
+        let Some((nuisance, z)) = pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
+            return false;
+        };
+        let of_best = best.fitted.unknowns.iter().position(|own| own.field == nuisance.field);
+        let spared = of_best.filter(|place| best.fitted.unknowns[*place].role == Role::Nuisance);
+        let rare = (STRAINED..PULLED).contains(&z.abs());
+        let pull = spared.map_or(0.0, |place| 0.5 * (z * z - best.fitted.z[place].powi(2)));
+        rare && best.log_odds - pull < self.judgement.threshold
     }
 
     /// Mean square that the model leaves as it is, on held-out motion if there is any.
