@@ -396,7 +396,10 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
     for (number, hypothesis) in library.iter().enumerate() {
         let unknowns = unknowns(block, &[hypothesis]);
         for (entry, multiples) in best_entries(bank, scores, number).into_iter().take(STARTS) {
-            let mut z = carried(&unknowns[..unknowns.len() - hypothesis.unknowns.len()], null);
+            let nuisances = &unknowns[..unknowns.len() - hypothesis.unknowns.len()];
+            // Where they made up for an effect they tell nothing of where they are beside it.
+            let strained = greatest_pull(null).is_some_and(|pull| pull.1.abs() > PULLED);
+            let mut z = if strained { vec![0.0; nuisances.len()] } else { carried(nuisances, null) };
             z.extend(sized(hypothesis, entry, &multiples));
             starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
         }

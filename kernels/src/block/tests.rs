@@ -117,12 +117,12 @@ fn friction_acts_against_the_motion_and_falls_as_the_drive_warms_up() {
 #[test]
 fn friction_grows_with_the_load_and_with_as_much_of_the_acceleration_as_counts() {
     // Dry friction turns with its direction, at once but for a step.
-    let p = DriveValues { coulomb: 1.0, load_coefficient: 0.05, presliding_travel: 1e-7, ..drive() };
-    let friction = |share: f64, [_, v, a]: [f64; 3]| (1.0 + 0.05 * (60.0 + share * LINK * a).abs()) * v.signum();
+    let p = DriveValues { coulomb: 1.0, load_coefficient: 0.01, presliding_travel: 1e-7, ..drive() };
+    let friction = |share: f64, [_, v, a]: [f64; 3]| (1.0 + 0.01 * (60.0 + share * LINK * a).abs()) * v.signum();
     for share in [0.0, 1.0] {
         let p = DriveValues { load_inertial: share, ..p };
-        assert!(departure(p, |_, m| rigid(m) + friction(share, m)) < 0.05 * ONE, "{share}");
-        assert!(departure(p, |_, m| rigid(m) + friction(1.0 - share, m)) > 0.5 * ONE, "{share}");
+        assert!(departure(p, |_, m| rigid(m) + friction(share, m)) < 0.2 * ONE, "{share}");
+        assert!(departure(p, |_, m| rigid(m) + friction(1.0 - share, m)) > 0.6 * ONE, "{share}");
     }
 }
 

@@ -18,16 +18,14 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let skew = Prior::Normal { mean: 0.0, sd: 2e-4 };
     shelf.add("C5_clock_skew", "skew of the clocks", &[("clock_skew", skew, Role::Size)], &[1.0], &[]);
     let hold = [("hold", late, Role::Size)];
-    let sizes: Vec<f64> = seen_hold(block).map(|seen| late.place(seen)).into_iter().chain([0.8]).collect();
+    let lacking = Lacking::all(block);
+    let sizes: Vec<f64> = seen_hold(&lacking).map(|seen| late.place(seen)).into_iter().chain([0.8]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &sizes, &[]);
     let limit = Prior::Below { top: fastest, share: 0.2 };
-    shelf.add(
-        "C7_rate_limit",
-        "limit of the command's rate",
-        &[("rate_limit", limit, Role::Size)],
-        &[0.3, 1.0, 3.0],
-        &[],
-    );
+    let sizes: Vec<f64> =
+        seen_limit(&lacking, fastest).map(|seen| limit.place(seen)).into_iter().chain([1.0]).collect();
+    let rate = [("rate_limit", limit, Role::Size)];
+    shelf.add("C7_rate_limit", "limit of the command's rate", &rate, &sizes, &[]);
     shelf.all
 }
 
@@ -49,11 +47,8 @@ const SEEN: f64 = 0.1;
 ///
 /// The edges of a hold move by their number times what its period moves by, so that a fit finds the period from
 /// nearby only. What the reference asks for has no memory: what it would ask for with a hold is looked up.
-fn seen_hold(block: &MeasuredBlock) -> Option<f64> {
-    let mut seen = BTreeSet::new();
-    let firsts = block.trials.iter().filter(|trial| !trial.held_out && seen.insert(&trial.experiment));
-    let lacking: Vec<Lacking> = firsts.map(|trial| Lacking::of(block, trial)).collect();
-    let period = block.base[block.field("period")];
+fn seen_hold(lacking: &[Lacking]) -> Option<f64> {
+    let period = lacking.first()?.period;
     let count = (LONGEST_HOLD / period).ln() / RATIO;
     let tried = (0..count.max(0.0) as i32).into_par_iter().map(|k| period * (RATIO * f64::from(k)).exp());
     let left = |hold: f64, until: f64| lacking.iter().map(|own| own.left(hold, until)).sum::<f64>();
@@ -70,6 +65,18 @@ fn seen_hold(block: &MeasuredBlock) -> Option<f64> {
     Some(best)
 }
 
+/// The rate to which a reference is limited that explains most of what the torque lacks; `None` where none explains much.
+fn seen_limit(lacking: &[Lacking], fastest: f64) -> Option<f64> {
+    let left = |limit: f64| lacking.iter().map(|own| own.left_by_limit(limit)).sum::<f64>();
+    let tried = (1..=LIMITS).into_par_iter().map(|k| fastest * (-LIMIT_RATIO * f64::from(k)).exp());
+    let (least, best) = tried.map(|limit| (left(limit), limit)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (least < (1.0 - SEEN) * left(fastest)).then_some(best)
+}
+
+/// Limits that are tried, and logarithm of the ratio of neighbours: down to a fifth of the fastest rate.
+const LIMITS: i32 = 160;
+const LIMIT_RATIO: f64 = 0.01;
+
 /// What the torque of a recording lacks, and what its reference asks for by itself.
 struct Lacking {
     /// Period of the controller \[s\], and periods in one of the log.
@@ -79,9 +86,19 @@ struct Lacking {
     torque: Vec<f64>,
     /// What the reference asks for at every period of the controller.
     asked: Vec<f64>,
+    /// The reference's angle there, and what the controller makes of angle and rate.
+    angle: Vec<f64>,
+    gains: [f64; 2],
 }
 
 impl Lacking {
+    /// Of the first recording of each experiment that is learnt from.
+    fn all(block: &MeasuredBlock) -> Vec<Self> {
+        let mut seen = BTreeSet::new();
+        let firsts = block.trials.iter().filter(|trial| !trial.held_out && seen.insert(&trial.experiment));
+        firsts.map(|trial| Self::of(block, trial)).collect()
+    }
+
     fn of(block: &MeasuredBlock, trial: &Trial) -> Self {
         let sets = [block.base.clone()];
         let simulated = simulate(block.kind, &[&trial.recorded], &sets).remove(0).remove(0);
@@ -95,7 +112,28 @@ impl Lacking {
             stride: trial.recorded.stride,
             torque: trial.measured[0].iter().zip(simulated).map(|(tau, asked)| tau - asked).collect(),
             asked: trial.recorded.late.chunks(LATE).map(asked).collect(),
+            angle: trial.recorded.late.iter().step_by(LATE).copied().collect(),
+            gains: [gain, rate_gain],
         }
+    }
+
+    /// Sum of squares that a limit of the rate leaves of it: while the reference runs after what was sent, the
+    /// controller sees it behind, and slower.
+    fn left_by_limit(&self, limit: f64) -> f64 {
+        let (mut at, mut sum) = (self.angle[0], 0.0);
+        for (tick, sent) in self.angle.iter().enumerate() {
+            let way = sent - at;
+            let reach = limit * self.period;
+            at += way.clamp(-reach, reach);
+            if tick % self.stride == 0 {
+                let faster = (self.angle[(tick + 1).min(self.angle.len() - 1)] - sent) / self.period;
+                let behind = way.abs() > reach;
+                let slower = if behind { limit.copysign(way) - faster } else { 0.0 };
+                let change = self.gains[0] * (at - sent) + self.gains[1] * slower;
+                sum += (self.torque[tick / self.stride] - change).powi(2);
+            }
+        }
+        sum
     }
 
     /// Sum of squares that a hold leaves of it until a time \[s\].
