@@ -397,14 +397,24 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
         let unknowns = unknowns(block, &[hypothesis]);
         for (entry, multiples) in best_entries(bank, scores, number).into_iter().take(STARTS) {
             let nuisances = &unknowns[..unknowns.len() - hypothesis.unknowns.len()];
-            // Where they made up for an effect they tell nothing of where they are beside it.
-            let strained = greatest_pull(null).is_some_and(|pull| pull.1.abs() > PULLED);
-            let mut z = if strained { vec![0.0; nuisances.len()] } else { carried(nuisances, null) };
-            z.extend(sized(hypothesis, entry, &multiples));
-            starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
+            for mut z in first_nuisances(nuisances, null) {
+                z.extend(sized(hypothesis, entry, &multiples));
+                starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
+            }
         }
     }
     starts
+}
+
+/// Where nuisances start beside an effect: where the null hypothesis has them, unless it is strained. What makes up for
+/// an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
+/// clock that is early sees the other neighbour of each stamp than one that is late.
+fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
+    let Some((strained, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > PULLED) else {
+        return vec![carried(nuisances, null)];
+    };
+    let beside = |side: f64| nuisances.iter().map(|own| if own.name == strained { side } else { 0.0 }).collect();
+    vec![beside(-1.0), beside(1.0)]
 }
 
 /// Entries of a hypothesis with the best multiples of their sizes, the most promising first.
