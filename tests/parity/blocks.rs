@@ -61,9 +61,10 @@ fn drives() -> (Recorded, Vec<Vec<f64>>) {
 }
 
 fn controllers() -> (Recorded, Vec<Vec<f64>>) {
-    let recorded = recorded(|_, [q, v, _]| vec![q, v], |_, [q, v, a]| vec![q, v, a, 20.0 * v.signum()]);
+    let recorded = recorded(|_, [q, v, _]| vec![q, v], |_, [q, v, a]| vec![q, v, a, 20.0 * v.signum(), 30.0 * q]);
     let set = |i: u64| {
         to_vec(&ControllerValues {
+            period: 5e-4,
             position_gain: 3e4,
             velocity_gain: 1e3,
             derivative_lag: 1.6e-3,

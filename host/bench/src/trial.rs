@@ -186,8 +186,9 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) 
 /// The numbers of a cause with what the curvature of the likelihood says of them.
 fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, Estimate> {
     let Judged { block, library, judgement, .. } = judged;
-    let number = library.iter().position(|hypothesis| hypothesis.effect.id == found.id);
-    let with = judgement.ranking.iter().find(|c| c.sound && number.is_some_and(|n| c.hypotheses.contains(&n)));
+    // Several hypotheses may be forms of one effect.
+    let is_own = |number: &usize| library[*number].effect.id == found.id;
+    let with = judgement.ranking.iter().find(|c| c.sound && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
     let of = |(name, told): (&String, &softdock_diagnosis::decide::Estimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {

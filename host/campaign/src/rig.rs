@@ -93,17 +93,13 @@ pub struct ControllerRig {
     pub period: f64,
     /// Gains and filters.
     pub values: ControllerValues<f64>,
-    /// Feedforward of friction and weight.
+    /// Feedforward of the weight.
     pub feedforward: Feedforward,
 }
 
-/// Feedforward of a reference's direction and place.
+/// Feedforward of a reference's place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedforward {
-    /// Torque against Coulomb friction \[N m\].
-    pub coulomb: f64,
-    /// Speed over which it changes its sign \[rad/s\].
-    pub coulomb_speed: f64,
     /// Torque against the weight \[N m\].
     pub gravity_torque: f64,
     /// Angle at which that is greatest \[rad\].
@@ -376,6 +372,8 @@ fn controller(c: &mut Checker, u: Units, t: &ControllerTable) -> ControllerRig {
         derivative_lag: 1.0 / (std::f64::consts::TAU * filter),
         inertia: c.number_or(&f.inertia, 0.0, u.inertia, Range::within(0.0, INERTIA)),
         viscous: c.number_or(&f.viscous, 0.0, u.viscous, Range::within(0.0, DAMPING)),
+        coulomb: c.number_or(&f.coulomb, 0.0, u.torque, Range::within(0.0, FORCE)),
+        coulomb_speed: c.number_or(&f.coulomb_speed, 1e-9, u.rate, Range::above(0.0, RATE)),
         torque_limit: c.number_or(&t.torque_limit, UNLIMITED, u.torque, Range::above(0.0, FORCE)),
         ..ControllerValues::null()
     };
@@ -383,8 +381,6 @@ fn controller(c: &mut Checker, u: Units, t: &ControllerTable) -> ControllerRig {
         period: c.number(&t.period, "s", Range::above(0.0, 1.0)),
         values,
         feedforward: Feedforward {
-            coulomb: c.number_or(&f.coulomb, 0.0, u.torque, Range::within(0.0, FORCE)),
-            coulomb_speed: c.number_or(&f.coulomb_speed, 1e-9, u.rate, Range::above(0.0, RATE)),
             gravity_torque: c.number_or(&f.gravity_torque, 0.0, u.torque, Range::size(FORCE)),
             gravity_angle: c.number_or(&f.gravity_angle, 0.0, u.angle, Range::size(ANGLE)),
         },

@@ -11,6 +11,7 @@ use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
+use softdock_kernels::effects::Effect;
 use std::collections::BTreeMap;
 
 /// What a diagnosis can answer.
@@ -201,7 +202,7 @@ pub fn decide(
     let context = Context { block, library, judgement, prismatic };
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
-    let present = best.filter(|best| best.log_odds >= judgement.threshold);
+    let present = best.filter(|best| best.log_odds >= judgement.threshold && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
     let answer = context.verdict(present, rivals.len() > 1 || relatives);
@@ -305,6 +306,21 @@ impl Context<'_> {
         }
     }
 
+    /// Whether an effect counts as present only because it spares a nuisance a pull that is rare, but not impossible: then
+    /// the nuisance is the finding. One whose value is the effect's own size is the effect.
+    fn rests_on_a_pull(&self, best: &Candidate) -> bool {
+        let null = &self.judgement.null;
+        let pulls = null.unknowns.iter().zip(&null.z);
+        let Some((nuisance, z)) = pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
+            return false;
+        };
+        let of_best = best.fitted.unknowns.iter().position(|own| own.field == nuisance.field);
+        let spared = of_best.filter(|place| best.fitted.unknowns[*place].role == Role::Nuisance);
+        let rare = (STRAINED..PULLED).contains(&z.abs());
+        let pull = spared.map_or(0.0, |place| 0.5 * (z * z - best.fitted.z[place].powi(2)));
+        rare && best.log_odds - pull < self.judgement.threshold
+    }
+
     /// Mean square that the model leaves as it is, on held-out motion if there is any.
     fn without(&self) -> f64 {
         let held_out = self.judgement.ranking.iter().find_map(|candidate| candidate.adequacy);
@@ -325,10 +341,20 @@ impl Context<'_> {
     fn rivals<'c>(&self, best: &'c Candidate, ranking: &[&'c Candidate]) -> Vec<&'c Candidate> {
         let score = |candidate: &Candidate| self.score(candidate);
         let near = |other: &&&Candidate| {
-            let within = best.hypotheses.iter().all(|number| other.hypotheses.contains(number));
+            let within = best.hypotheses.iter().all(|number| self.has(other, self.id(*number)));
             !within && score(other) > score(best) - GAP
         };
         std::iter::once(best).chain(ranking.iter().filter(near).copied()).collect()
+    }
+
+    /// The effect of a hypothesis; several may be forms of one.
+    fn id(&self, number: usize) -> &'static str {
+        self.library[number].effect.id
+    }
+
+    /// Whether a candidate has an effect, in any form.
+    fn has(&self, candidate: &Candidate, id: &str) -> bool {
+        candidate.hypotheses.iter().any(|number| self.id(*number) == id)
     }
 
     /// Log-odds with the price of every further effect.
@@ -349,16 +375,25 @@ impl Context<'_> {
         let all: f64 = (-top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
         let mut found: Vec<EffectFound> = Vec::new();
         for candidate in shown {
+            let known = found.len();
             for number in &candidate.hypotheses {
-                let hypothesis = &self.library[*number];
-                if found.iter().any(|effect| effect.id == hypothesis.effect.id) {
-                    continue;
+                let Hypothesis { effect: Effect { id, .. }, name, .. } = &self.library[*number];
+                let parameters = parameters(candidate, &self.library[*number], self.prismatic);
+                let covariance = covariance(candidate, &self.library[*number]);
+                match found.iter_mut().position(|effect| effect.id == *id) {
+                    // Of two forms of one effect the candidate's own go together.
+                    Some(place) if place >= known => {
+                        found[place].parameters.extend(parameters);
+                        // What its forms have in common is not told.
+                        found[place].covariance.clear();
+                    }
+                    Some(_) => {}
+                    None => {
+                        let with = ranking.iter().zip(&scores).filter(|(other, _)| self.has(other, id));
+                        let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
+                        found.push(EffectFound { id, name, block: self.block.name, p, parameters, covariance });
+                    }
                 }
-                let with = ranking.iter().zip(&scores).filter(|(other, _)| other.hypotheses.contains(number));
-                let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
-                let parameters = parameters(candidate, hypothesis, self.prismatic);
-                let (id, name, covariance) = (hypothesis.effect.id, hypothesis.name, covariance(candidate, hypothesis));
-                found.push(EffectFound { id, name, block: self.block.name, p, parameters, covariance });
             }
         }
         found
@@ -369,10 +404,10 @@ impl Context<'_> {
         let Some(best) = shown.first() else {
             return Vec::new();
         };
-        let is_shown = |number: &usize| shown.iter().any(|own| own.hypotheses.contains(number));
+        let is_shown = |number: &usize| shown.iter().any(|own| self.has(own, self.id(*number)));
         let out = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && !is_shown(&candidate.hypotheses[0]);
         let told = |candidate: &Candidate| RuledOut {
-            id: self.library[candidate.hypotheses[0]].effect.id,
+            id: self.id(candidate.hypotheses[0]),
             block: self.block.name,
             log_odds: self.score(best) - self.score(candidate),
             residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
@@ -395,8 +430,8 @@ impl Context<'_> {
     fn alike(&self) -> Vec<[&'static str; 2]> {
         let count = self.library.len();
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
-        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE);
-        alike.map(|(a, b)| [self.library[a].effect.id, self.library[b].effect.id]).collect()
+        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
+        alike.map(|(a, b)| [self.id(a), self.id(b)]).collect()
     }
 
     fn strained(&self) -> Vec<(String, f64)> {
@@ -412,8 +447,7 @@ fn parameters(candidate: &Candidate, hypothesis: &Hypothesis, prismatic: bool) -
     for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
         let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
         if own && unknown.role != Role::Nuisance {
-            let sd = candidate.evidence.covariance[(place, place)].sqrt();
-            let interval = interval(&unknown.prior, candidate.fitted.z[place], sd);
+            let interval = interval(&unknown.prior, candidate.fitted.z[place], candidate.deviations[place]);
             let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
             let estimate = Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
             all.insert(unknown.name.clone(), estimate);

@@ -4,7 +4,7 @@ use crate::block::MeasuredBlock;
 use crate::block::body::{self, body_block};
 use crate::block::command::{self, command_block};
 use crate::block::contact::{self, contact_block};
-use crate::block::controller::controller_block;
+use crate::block::controller::{controller_block, torque_between};
 use crate::block::drive::{drive_block, followed};
 use crate::block::facility::FacilityModel;
 use crate::block::sensor::{self, sensor_block};
@@ -54,6 +54,8 @@ pub struct Prepared {
     subject: Subject,
     held_out: BTreeSet<String>,
     without: Vec<String>,
+    /// The torque of each recording of a drive between the log's samples too, once its controller is understood.
+    torque: Vec<Vec<f64>>,
     /// Reasons why the answer can be provisional only.
     pub provisional: Vec<String>,
     /// What was found in the recordings.
@@ -147,8 +149,8 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         provisional.push(timing::reason(&learn));
         let (held_out, without) = (BTreeSet::new(), options.without.clone());
         let isolability = timing::views(&learn);
-        let subject = Subject::Rig(Box::new(rig), learn);
-        return Ok(Prepared { subject, held_out, without, provisional, findings, isolability });
+        let (subject, torque) = (Subject::Rig(Box::new(rig), learn), Vec::new());
+        return Ok(Prepared { subject, held_out, without, torque, provisional, findings, isolability });
     }
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -173,8 +175,8 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
     let subject = Subject::Rig(Box::new(rig), pieces);
-    let (without, isolability) = (options.without.clone(), Vec::new());
-    Prepared { subject, held_out, without, provisional, findings, isolability }.seen()
+    let (without, torque, isolability) = (options.without.clone(), Vec::new(), Vec::new());
+    Prepared { subject, held_out, without, torque, provisional, findings, isolability }.seen()
 }
 
 /// A channel of a drive that never changes was not measured.
@@ -276,7 +278,7 @@ impl Prepared {
             let library = library::controller::effects(&block);
             blocks.push((block, library));
         }
-        let block = drive_block(rig, self.pieces(), &is_held, finer);
+        let block = drive_block(rig, self.pieces(), &is_held, finer, &self.torque);
         let library = library::drive::effects(&block);
         blocks.push((block, library));
         blocks
@@ -360,13 +362,13 @@ impl Prepared {
             answers.extend(timed);
             self.findings.extend(findings);
         }
-        for (place, coarse) in self.blocks(1).into_iter().enumerate() {
-            let (block, library, error) = self.exact_enough(place, coarse)?;
+        for place in 0..self.blocks(1).len() {
+            let Exact { block, library, finer, error } = self.exact_enough(place)?;
             errors.push(error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
-            let judgement = judge(&block, &library).ok_or_else(|| silent(&block))?;
+            let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
             let is_outside = answer.answer == Verdict::NotInLibrary;
             let outside = is_outside.then(|| Outside::of(&block, &library, &judgement));
@@ -375,6 +377,9 @@ impl Prepared {
             }
             let own = Judged { block, library, judgement, outside };
             answer.torque_error = own.torque_error(&answer);
+            if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(Kind::Controller)) {
+                self.torque = torque_between(&own.block, found);
+            }
             answers.push(self.with_random(&own.block, answer));
             judged.push(own);
         }
@@ -400,7 +405,7 @@ impl Prepared {
                 Some(controller) if block.section.is(Kind::Controller) => {
                     controller_block(rig, controller, &[piece], &|_| false)
                 }
-                _ => drive_block(rig, &[piece], &|_| false, 1),
+                _ => drive_block(rig, &[piece], &|_| false, 1, &[]),
             };
             MeasuredBlock { decimator: block.decimator.clone(), ..own }
         };
@@ -436,17 +441,13 @@ impl Prepared {
     }
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
-    fn exact_enough(
-        &self,
-        place: usize,
-        mut coarse: (MeasuredBlock, Vec<Hypothesis>),
-    ) -> Result<(MeasuredBlock, Vec<Hypothesis>, f64)> {
-        let mut finer = 1;
+    fn exact_enough(&self, place: usize) -> Result<Exact> {
+        let (mut finer, mut coarse) = (1, self.blocks(1).swap_remove(place));
         loop {
             let fine = self.blocks(2 * finer).swap_remove(place);
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
-                return Ok((coarse.0, coarse.1, error));
+                return Ok(Exact { block: coarse.0, library: coarse.1, finer: fine.0, error });
             }
             finer *= 2;
             if finer > FINEST {
@@ -457,6 +458,16 @@ impl Prepared {
             coarse = fine;
         }
     }
+}
+
+/// A block in steps that are short enough.
+struct Exact {
+    block: MeasuredBlock,
+    library: Vec<Hypothesis>,
+    /// The same block in steps half as long.
+    finer: MeasuredBlock,
+    /// Mean square of what they change in the whitened residuals.
+    error: f64,
 }
 
 /// Cut-off of the motions by which the envelope is measured, in cycles a sample: noise is no acceleration.

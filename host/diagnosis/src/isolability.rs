@@ -28,7 +28,9 @@ impl BlockView {
         inputs: &[&'static str],
         outputs: &[&'static str],
     ) -> Self {
-        let effects = library.iter().map(|hypothesis| hypothesis.effect.id).collect();
+        let mut effects: Vec<&'static str> = library.iter().map(|hypothesis| hypothesis.effect.id).collect();
+        // Forms of one effect stand next to one another.
+        effects.dedup();
         Self { block: block.name, inputs: inputs.to_vec(), outputs: outputs.to_vec(), missing: Vec::new(), effects }
     }
 

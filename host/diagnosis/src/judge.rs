@@ -7,6 +7,7 @@ use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
+use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use nalgebra::{DMatrix, DVector};
@@ -19,6 +20,8 @@ const STARTS: usize = 3;
 const POLISHED: usize = 5;
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
 const OWN_NOISE: usize = 3;
+/// Best candidates that are simulated in steps half as long.
+const REFINED: usize = 3;
 /// Gain on held-out motion that one more effect must bring.
 const WORTH: f64 = 0.01;
 /// Mean square of whitened residuals that may be noise alone.
@@ -43,6 +46,8 @@ pub struct Candidate {
     pub fitted: Fitted,
     /// Its evidence.
     pub evidence: Evidence,
+    /// Standard deviations of its free numbers' `z`: by noise, by the simulation's step, by what the model lacks.
+    pub deviations: Vec<f64>,
     /// How much better than the null hypothesis it explains the data: difference of log evidence.
     pub log_odds: f64,
     /// Whether it is what its name says; see `is_sound`.
@@ -85,19 +90,19 @@ impl Judgement {
     }
 }
 
-/// Judges a block by its library; `None` if its noise cannot be told.
-pub fn judge(block: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
-    let (learn, test) = (block.part(false), block.part(true));
+/// Judges a block by its library; `finer` is the same block in steps half as long, which tells what the step changes.
+/// `None` if its noise cannot be told.
+pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
+    let (learn, test, finer) = (block.part(false), block.part(true), Some(finer.part(false)));
     if learn.has_repeats() {
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
-        return Some(
-            Bench { block, library, learn, test, noise: Noise::above(&deviations, &block.floor)? }.judged(true),
-        );
+        let noise = Noise::above(&deviations, &block.floor)?;
+        return Some(Bench { block, library, learn, test, finer, noise }.judged(true));
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
-    let bench = Bench { block, library, learn, test, noise: rough };
+    let bench = Bench { block, library, learn, test, finer, noise: rough };
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
@@ -130,6 +135,8 @@ pub(crate) struct Bench<'a> {
     /// What is learnt from.
     pub(crate) learn: Part<'a>,
     test: Part<'a>,
+    /// What is learnt from in steps half as long, if that was simulated.
+    finer: Option<Part<'a>>,
     pub(crate) noise: Noise,
 }
 
@@ -146,8 +153,9 @@ struct Found {
 impl<'a> Bench<'a> {
     /// A bench whose noise is known.
     pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
-        Self { block, library, learn: block.part(false), test: block.part(true), noise }
+        Self { block, library, learn: block.part(false), test: block.part(true), finer: None, noise }
     }
+
     /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.
     fn search(&self, strictly: bool) -> Found {
         let (block, library) = (self.block, self.library);
@@ -187,10 +195,11 @@ impl<'a> Bench<'a> {
                 let evidence = evidence(&fitted, dispersion);
                 let log_odds = evidence.log - none;
                 let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence);
-                Candidate { hypotheses, fitted, evidence, log_odds, sound, adequacy: None }
+                Candidate { hypotheses, fitted, evidence, deviations: Vec::new(), log_odds, sound, adequacy: None }
             })
             .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&clamped, &mut ranking);
         drop_worthless(&mut ranking);
         let visibility = bank.visibility(&scores, library.len());
@@ -211,6 +220,21 @@ impl<'a> Bench<'a> {
             visibility,
             likeness,
             ranking,
+        }
+    }
+
+    /// How far the numbers of each candidate may be off.
+    pub(crate) fn add_deviations(&self, dispersion: f64, ranking: &mut [Candidate]) {
+        let rows = self.learn.rows(&self.noise);
+        let best = ranking.iter().filter(|candidate| candidate.sound).take(REFINED);
+        let sets: Vec<Vec<f64>> = best.map(|candidate| candidate.fitted.values(&self.block.base)).collect();
+        let refined = self.finer.as_ref().map_or_else(Vec::new, |finer| finer.whitened(&self.noise, &sets));
+        let mut refined = refined.into_iter();
+        for candidate in ranking {
+            let refined = if candidate.sound { refined.next() } else { None };
+            let change = refined.map(|refined| refined - &candidate.fitted.residual);
+            let Candidate { fitted, evidence, .. } = &*candidate;
+            candidate.deviations = deviations(fitted, evidence, dispersion, &rows, change.as_ref());
         }
     }
 
@@ -373,12 +397,25 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
     for (number, hypothesis) in library.iter().enumerate() {
         let unknowns = unknowns(block, &[hypothesis]);
         for (entry, multiples) in best_entries(bank, scores, number).into_iter().take(STARTS) {
-            let mut z = carried(&unknowns[..unknowns.len() - hypothesis.unknowns.len()], null);
-            z.extend(sized(hypothesis, entry, &multiples));
-            starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
+            let nuisances = &unknowns[..unknowns.len() - hypothesis.unknowns.len()];
+            for mut z in first_nuisances(nuisances, null) {
+                z.extend(sized(hypothesis, entry, &multiples));
+                starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
+            }
         }
     }
     starts
+}
+
+/// Where nuisances start beside an effect: where the null hypothesis has them, unless it is strained. What makes up for
+/// an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
+/// clock that is early sees the other neighbour of each stamp than one that is late.
+fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
+    let Some((strained, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > PULLED) else {
+        return vec![carried(nuisances, null)];
+    };
+    let beside = |side: f64| nuisances.iter().map(|own| if own.name == strained { side } else { 0.0 }).collect();
+    vec![beside(-1.0), beside(1.0)]
 }
 
 /// Entries of a hypothesis with the best multiples of their sizes, the most promising first.

@@ -204,7 +204,9 @@ impl Search<'_> {
         let own = evidence_of(&fitted);
         let log_odds = own.log - evidence_of(&judgement.null).log;
         let hypotheses = members.to_vec();
-        let mut one = [Candidate { hypotheses, fitted, evidence: own, log_odds, sound: true, adequacy: None }];
+        let (evidence, deviations) = (own, Vec::new());
+        let mut one = [Candidate { hypotheses, fitted, evidence, deviations, log_odds, sound: true, adequacy: None }];
+        self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.clamped, &mut one);
         let [candidate] = one;
         candidate

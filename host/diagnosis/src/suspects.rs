@@ -44,7 +44,7 @@ pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
 
 /// Mean square of the whitened residual at the model's own parameters; `None` if the noise cannot be told.
 fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<f64> {
-    let block = drive_block(rig, pieces, &|_| false, 1);
+    let block = drive_block(rig, pieces, &|_| false, 1, &[]);
     let part = block.part(false);
     let noise = part.noise(&block.base)?;
     let residual = part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);

@@ -26,9 +26,10 @@ bundle! {
         viscous: R, "N m s/rad", "viscous friction";
         stribeck: R, "N m", "static friction beyond Coulomb's";
         stribeck_speed: R, "rad/s", "speed at which the static part has fallen to 1/e";
-        presliding_travel: R, "rad", "travel in which the presliding state comes 1/e closer to sliding";
-        load_coefficient: R, "1", "Coulomb friction per torque that the gear transmits";
-        cold_friction: R, "1", "share by which friction is higher at time zero than when warm";
+        presliding_travel: R, "rad", "travel in which Coulomb friction comes 1/e closer to sliding";
+        load_coefficient: R, "1", "Coulomb friction per torque that loads the gear";
+        load_inertial: R, "1", "share of the torque for the link's acceleration that counts as load";
+        warm_loss: R, "1", "natural logarithm of the factor by which viscous friction falls until the drive is warm";
         warm_up: R, "s", "time constant of the warming up";
         compliance: R, "rad/(N m)", "compliance of the gear";
         gear_damping: R, "1", "damping ratio of the link on its gear";
@@ -139,7 +140,9 @@ impl Block for Drive {
     fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
         let zero = R::lit(0.0);
         let inertia = Inertia::of(p, u);
-        let pull = u.acceleration.mul_add(inertia.link, load(p, u, inertia.link, zero));
+        let load = load(p, u, inertia.link, zero);
+        let pull = u.acceleration.mul_add(inertia.link, load);
+        let given = limited(p, late.torque);
         let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
         DriveHidden {
             centre: u.angle - inertia.share() * windup,
@@ -148,9 +151,9 @@ impl Block for Drive {
             windup,
             windup_rate: zero,
             pull,
-            told: limited(p, late.torque),
-            given: limited(p, late.torque),
-            bristles: level(p, u, direction(u.rate), u.rate, pull),
+            told: given,
+            given,
+            bristles: resting(p, u, given, load, inertia),
             cable: zero,
         }
     }
@@ -176,10 +179,11 @@ impl Block for Drive {
         let given = lagged_along(step, p.current_lag, s.given, s.told, told);
 
         let gear = gear_torque(p, s, inertia.reduced());
-        let level = level(p, u, direction(moved), motor_rate, gear);
-        let stuck = exp(-(moved.abs() / p.presliding_travel));
-        let bristles = (s.bristles - level).mul_add(stuck, level);
-        let drag = motor_rate * p.viscous * warmth(p, u.time) + p.form.resisting(u.angle, motor_rate);
+        let static_load = load(p, u, inertia.link, s.cable);
+        let bearing = (gear - static_load).mul_add(p.load_inertial, static_load);
+        let sliding = Sliding::of(p, u, direction(moved), motor_rate, bearing);
+        let bristles = sliding.approached(s.bristles, moved);
+        let drag = drag(p, u, motor_rate);
         let behind = u.angle - s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
@@ -270,22 +274,58 @@ fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
     net.mul_add(p.torque_constant_error, net + ripple)
 }
 
-/// Friction of steady sliding on the motor's side, with the sign of its `direction`; `gear` the torque that the gear
-/// transmits.
+/// Dry friction on the motor's side: where it settles when the drive slides on in a direction, and over which travel.
 ///
-/// The bristles come to it over the presliding travel, so that friction lags behind the speed (Canudas de Wit 1995).
-#[inline(always)]
-fn level<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, direction: R, rate: R, gear: R) -> R {
-    let weakening = exp(-(rate.abs() / p.stribeck_speed));
-    let dry = weakening.mul_add(p.stribeck, gear.abs().mul_add(p.load_coefficient, p.coulomb));
-    let dry = dry + p.form.dry(u.angle);
-    direction.mul_add(dry, direction * direction * p.coulomb_asymmetry) * warmth(p, u.time)
+/// The bristles come to their level over a travel, so that friction lags behind the speed (Canudas de Wit 1995). Their
+/// stiffness is what Coulomb friction and its presliding travel make it, whatever the level: the higher that is, the
+/// further they bend.
+#[derive(Clone, Copy)]
+struct Sliding<R> {
+    level: R,
+    travel: R,
 }
 
-/// Factor of friction at a time since the drive was switched on.
+/// Least and greatest travel, as shares of the nominal one.
+const TRAVELS: [f64; 2] = [0.05, 20.0];
+
+impl<R: Real> Sliding<R> {
+    /// Of a direction (1, -1, or 0 at rest), at a rate and under a torque that loads the gear.
+    #[inline(always)]
+    fn of(p: &DriveValues<R>, u: &DriveMotion<R>, direction: R, rate: R, bearing: R) -> Self {
+        let (zero, one) = (R::lit(0.0), R::lit(1.0));
+        let weakening = exp(-(rate.abs() / p.stribeck_speed));
+        let dry = weakening.mul_add(p.stribeck, bearing.abs().mul_add(p.load_coefficient, p.coulomb));
+        let dry = dry + p.form.dry(u.angle) + direction * p.coulomb_asymmetry;
+        // Without any Coulomb friction there is no stiffness to keep.
+        let known = zero.lt(p.coulomb);
+        let bent = dry / R::select(known, p.coulomb, one);
+        let bent = bent.max(R::lit(TRAVELS[0])).min(R::lit(TRAVELS[1]));
+        Self { level: direction * dry, travel: p.presliding_travel * R::select(known, bent, one) }
+    }
+
+    /// Friction after a displacement.
+    #[inline(always)]
+    fn approached(&self, friction: R, displacement: R) -> R {
+        let kept = exp(-(displacement.abs() / self.travel));
+        (friction - self.level).mul_add(kept, self.level)
+    }
+}
+
+/// Dry friction where a recording starts: what holds the torques in balance, within what friction can hold.
 #[inline(always)]
-fn warmth<R: Real>(p: &DriveValues<R>, time: R) -> R {
-    exp(-(time / p.warm_up)).mul_add(p.cold_friction, R::lit(1.0))
+fn resting<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R, load: R, inertia: Inertia<R>) -> R {
+    let bearing = (u.acceleration * inertia.link).mul_add(p.load_inertial, load);
+    let most = |way: f64| Sliding::of(p, u, R::lit(way), u.rate, bearing).level;
+    let rest = applied(p, u, given) - load - drag(p, u, u.rate) - u.acceleration * inertia.whole();
+    rest.min(most(1.0)).max(most(-1.0))
+}
+
+/// Friction that grows with the rate, and what forms outside the catalogue resist with.
+#[inline(always)]
+fn drag<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, rate: R) -> R {
+    // Lubricants thin as they warm up; dry friction hardly changes (Bittencourt et al. 2010).
+    let warmth = R::lit(1.0) - exp(-(u.time / p.warm_up));
+    (p.viscous * exp(-(p.warm_loss * warmth))).mul_add(rate, p.form.resisting(u.angle, rate))
 }
 
 /// The gear's transmission error and its second derivative.

@@ -104,13 +104,35 @@ fn every_form_of_the_dictionary_is_the_torque_that_it_says() {
 #[test]
 fn friction_acts_against_the_motion_and_falls_as_the_drive_warms_up() {
     let forwards = |t: f64| [t, 1.0, 0.0];
-    let p = DriveValues { coulomb: 20.0, coulomb_asymmetry: 4.0, cold_friction: 0.5, warm_up: 2.0, ..drive() };
-    let torque = |t: f64| 24.0 * (1.0 + 0.5 * (-t / 2.0).exp());
+    let p = DriveValues { coulomb: 20.0, coulomb_asymmetry: 4.0, viscous: 30.0, ..drive() };
+    let p = DriveValues { warm_loss: 0.5, warm_up: 2.0, ..p };
+    let torque = |t: f64| 24.0 + 30.0 * (-0.5 * (1.0 - (-t / 2.0).exp())).exp();
     let out = run(p, &driven(1.0, 2e-4, forwards, |_| 0.0, torque));
     assert!(out.iter().enumerate().all(|(i, out)| (out[0] - i as f64 * 2e-4).abs() < 0.05 * ONE));
     let p = DriveValues { coulomb: 20.0, stribeck: 10.0, stribeck_speed: 0.5, load_coefficient: 0.1, ..drive() };
     let out = run(p, &driven(1.0, 2e-4, forwards, |_| 60.0, |_| 60.0 + 26.0 + 10.0 * (-2.0_f64).exp()));
     assert!(out.iter().enumerate().all(|(i, out)| (out[0] - i as f64 * 2e-4).abs() < 0.05 * ONE));
+}
+
+#[test]
+fn friction_grows_with_the_load_and_with_as_much_of_the_acceleration_as_counts() {
+    // Dry friction turns with its direction, at once but for a step.
+    let p = DriveValues { coulomb: 1.0, load_coefficient: 0.01, presliding_travel: 1e-7, ..drive() };
+    let friction = |share: f64, [_, v, a]: [f64; 3]| (1.0 + 0.01 * (60.0 + share * LINK * a).abs()) * v.signum();
+    for share in [0.0, 1.0] {
+        let p = DriveValues { load_inertial: share, ..p };
+        assert!(departure(p, |_, m| rigid(m) + friction(share, m)) < 0.2 * ONE, "{share}");
+        assert!(departure(p, |_, m| rigid(m) + friction(1.0 - share, m)) > 0.6 * ONE, "{share}");
+    }
+}
+
+#[test]
+fn bristles_are_as_stiff_whatever_the_level() {
+    // 20 N m over 1 mrad: at first 20 kN m/rad, also where friction is twice as high.
+    let p = DriveValues { coulomb: 20.0, presliding_travel: 1e-3, coulomb_asymmetry: 20.0, ..drive() };
+    let (motion, level) = (|t: f64| [1e-3 * t, 1e-3, 0.0], |t: f64| 40.0 * (1.0 - (-t * 20.0 / 40.0).exp()));
+    let out = run(p, &driven(1.0, 2e-4, motion, |_| 0.0, level));
+    assert!(out.iter().enumerate().all(|(i, out)| (out[0] - i as f64 * 2e-7).abs() < 0.05 * ONE));
 }
 
 #[test]
@@ -198,23 +220,34 @@ fn a_transmission_error_moves_the_link_and_asks_for_torque() {
 
 #[test]
 fn a_reference_may_be_late_held_lagging_or_limited() {
-    let instants = 2001;
-    let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 0.0, 0.0]).collect();
+    let instants = 2002;
+    let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 3.0, 0.0, 7.0]).collect();
     let recorded =
         Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late, offsets: Vec::new() };
     let asked = |p: ControllerValues<f64>| replay::<f64, Controller>(&Controller, &recorded, &p)[2000];
-    let p = ControllerValues { position_gain: 100.0, ..ControllerValues::null() };
+    let p = ControllerValues { period: 1e-3, position_gain: 100.0, ..ControllerValues::null() };
     assert!((asked(p) - 200.0).abs() < 1e-9);
     assert!((asked(ControllerValues { delay: 0.0123, ..p }) - 100.0 * (2.0 - 0.0123)).abs() < 1e-9);
-    let early = ControllerValues { clock_offset: -0.01, ..p };
-    assert!((asked(early) - 100.0 * 1.99).abs() < 1e-9, "asked for before its stamp");
+    for offset in [-0.01, -3e-4, 3e-4] {
+        let stamped = ControllerValues { clock_offset: offset, ..p };
+        assert!((asked(stamped) - 100.0 * (2.0 + offset)).abs() < 1e-9, "asked for at another time than its stamp's");
+    }
     assert!((asked(ControllerValues { clock_skew: 0.01, ..p }) - 100.0 * (2.0 - 0.02)).abs() < 1e-9, "grows with time");
-    assert!((asked(ControllerValues { hold: 0.03, ..p }) - 100.0 * 1.98).abs() < 1e-6, "held since the 66th period");
+    let held = ControllerValues { hold: 0.03, ..p };
+    assert!((asked(held) - 100.0 * 1.98).abs() < 1e-6, "held since the 66th period");
+    assert!((asked(ControllerValues { clock_offset: 3e-4, ..held }) - 100.0 * 1.98).abs() < 1e-6, "held all the same");
+    let turning = ControllerValues { hold: 0.004, clock_offset: -3e-4, ..p };
+    assert!((asked(turning) - 100.0 * (2.0 - 0.3 * 0.004)).abs() < 1e-6, "0.7 of what is new, 0.3 of what was held");
     assert!(
         (asked(ControllerValues { lag: 0.05, ..p }) - 100.0 * (2.0 - 0.05)).abs() < 1e-9,
         "behind by rate times lag"
     );
-    assert!((asked(ControllerValues { rate_limit: 0.5, ..p }) - 100.0).abs() < 0.2, "half the way");
+    let limited = ControllerValues { rate_limit: 0.5, ..p };
+    assert!((asked(limited) - 100.0 - 7.0 * (1.0 - 2.0)).abs() < 0.2, "half the way, and the weight of that place");
+    let ahead = ControllerValues { position_gain: 0.0, inertia: 2.0, viscous: 4.0, ..limited };
+    assert!((asked(ahead) - 4.0 * 0.5 - 7.0 * (1.0 - 2.0)).abs() < 0.01, "at a constant rate of its own");
+    let dry = ControllerValues { coulomb: 20.0, coulomb_speed: 0.4, ..p };
+    assert!((asked(dry) - 200.0 - 20.0 * 2.5_f64.tanh()).abs() < 1e-9);
     assert!((asked(ControllerValues { torque_limit: 50.0, ..p }) - 50.0).abs() < 1e-9);
 }
 

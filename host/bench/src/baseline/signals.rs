@@ -100,7 +100,7 @@ fn asked(rig: &DriveRig, sample: &Sample) -> f64 {
         + p.velocity_gain * (r1 - v)
         + p.inertia * r2
         + p.viscous * r1
-        + f.coulomb * (r1 / f.coulomb_speed).tanh()
+        + p.coulomb * (r1 / p.coulomb_speed).tanh()
         + f.gravity_torque * (r - f.gravity_angle).cos()
 }
 

@@ -1,11 +1,14 @@
 //! The block from reference to torque of a joint's controller, from a rig's recordings.
 
 use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use crate::inference::unknown::applied;
+use crate::judge::Candidate;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::{ControllerRig, DriveRig};
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::{Kind, simulate};
 use softdock_kernels::block::Recorded;
+use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::fields::to_vec;
 
 /// The block of a controller's recordings, one step a period; `held_out` of an experiment's name.
@@ -16,7 +19,8 @@ pub fn controller_block(
     held_out: &dyn Fn(&str) -> bool,
 ) -> MeasuredBlock {
     let trial = |piece: &Piece| trial(controller, piece, held_out(&piece.experiment));
-    let base = to_vec(&controller.values);
+    let period = pieces.first().map_or(controller.period, |piece| piece.step / steps(controller, piece) as f64);
+    let base = to_vec(&ControllerValues { period, ..controller.values });
     let clock: Vec<_> = rig.tolerance.iter().copied().filter(|(name, _)| *name == "clock_offset").collect();
     MeasuredBlock {
         section: Kind::Controller.into(),
@@ -31,20 +35,64 @@ pub fn controller_block(
     }
 }
 
+/// The torque of each recording at every period of the controller: what the controller asked for by a fit, with what was
+/// measured beyond that at the log's samples; between those that is band-limited.
+///
+/// A reference that is held or limited makes torque jump between two samples of the log, which no interpolation of
+/// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself.
+pub fn torque_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>> {
+    let sets = nearby(block, found);
+    let each = |trial: &Trial| {
+        let stride = trial.recorded.stride;
+        let recorded = Recorded { stride: 1, ..trial.recorded.clone() };
+        let beyond = |asked: &[f64]| -> Vec<f64> {
+            trial.measured[0].iter().zip(asked.iter().step_by(stride)).map(|(tau, asked)| tau - asked).collect()
+        };
+        let left = |asked: &[f64]| beyond(asked).iter().map(|tau| tau * tau).sum::<f64>();
+        let tried = simulate(Kind::Controller, &[&recorded], &sets).remove(0).into_iter();
+        let best = tried.map(|asked| (left(&asked), asked)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let mut asked = best.expect("the fit itself at least").1;
+        let step = trial.recorded.step * stride as f64;
+        let beyond = motion(&beyond(&asked), step, 0.5 / step, stride).value;
+        asked.iter_mut().zip(beyond).for_each(|(asked, beyond)| *asked += beyond);
+        asked
+    };
+    block.trials.iter().map(each).collect()
+}
+
+/// Parameters of a fit, and with each number moved within what it may be off by.
+fn nearby(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>> {
+    let Candidate { fitted, deviations, .. } = found;
+    let moved = |place: usize, share: f64| {
+        let mut z = fitted.z.clone();
+        z[place] = fitted.unknowns[place].prior.allowed(z[place] + share * deviations[place]);
+        applied(&block.base, &fitted.unknowns, &z)
+    };
+    let steps = (-20..=20).map(|k| 0.2 * f64::from(k));
+    let moves = (0..fitted.z.len()).flat_map(|place| steps.clone().map(move |share| (place, share)));
+    std::iter::once(fitted.values(&block.base)).chain(moves.map(|(place, share)| moved(place, share))).collect()
+}
+
+/// Periods of the controller in one of the log.
+fn steps(controller: &ControllerRig, piece: &Piece) -> usize {
+    (piece.step / controller.period).round().max(1.0) as usize
+}
+
 fn trial(controller: &ControllerRig, piece: &Piece, held_out: bool) -> Trial {
-    let each = (piece.step / controller.period).round().max(1.0) as usize;
+    let each = steps(controller, piece);
     let nyquist = 0.5 / piece.step;
     let q = motion(&piece.signals["q"], piece.step, nyquist, each);
     let r = motion(&piece.signals["ref"], piece.step, nyquist, each);
     let f = controller.feedforward;
-    let mut late = Vec::with_capacity(r.value.len() * 4);
+    let mut late = Vec::with_capacity(r.value.len() * 5);
     for i in 0..r.value.len() {
-        let dry = f.coulomb * (r.rate[i] / f.coulomb_speed).tanh();
-        let weight = f.gravity_torque * (r.value[i] - f.gravity_angle).cos();
-        late.extend([r.value[i], r.rate[i], r.acceleration[i], dry + weight]);
+        let (sin, cos) = (r.value[i] - f.gravity_angle).sin_cos();
+        late.extend([r.value[i], r.rate[i], r.acceleration[i], f.gravity_torque * cos, -f.gravity_torque * sin]);
     }
     let instants = q.value.len();
-    let inputs = q.value.iter().zip(&q.rate).flat_map(|(angle, rate)| [*angle, *rate]).collect();
+    // The controller runs a period ahead of its log.
+    let next = (0..instants).map(|i| (i + 1).min(instants - 1));
+    let inputs = next.flat_map(|i| [q.value[i], q.rate[i]]).collect();
     Trial {
         experiment: piece.experiment.clone(),
         held_out,

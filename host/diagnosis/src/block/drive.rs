@@ -15,11 +15,21 @@ const LONGEST_STEP: f64 = 5e-4;
 /// around faster than any command.
 const BAND: f64 = 0.8;
 
-/// The block of a drive's recordings; `held_out` of an experiment's name.
-pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
+/// The block of a drive's recordings; `held_out` of an experiment's name, `torque` of each recording where it is known
+/// between the log's samples too.
+pub fn drive_block(
+    rig: &DriveRig,
+    pieces: &[Piece],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+    torque: &[Vec<f64>],
+) -> MeasuredBlock {
     let decimator = Decimator::new(judged_steps(pieces, "q"));
     let linked = pieces.iter().all(|piece| piece.signals.contains_key("q_link"));
-    let trial = |piece: &Piece| trial(rig, piece, held_out(&piece.experiment), finer, linked);
+    let trial = |(number, piece): (usize, &Piece)| {
+        let known = torque.get(number).map(Vec::as_slice);
+        trial(rig, piece, held_out(&piece.experiment), finer, linked, known)
+    };
     let mut channels = vec![Channel { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
     if linked {
         channels.push(Channel { name: "link", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
@@ -31,7 +41,7 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
         nuisances: nuisances(&Kind::Drive.into(), &base, &rig.tolerance),
         base,
         channels,
-        trials: pieces.iter().map(trial).collect(),
+        trials: pieces.iter().enumerate().map(trial).collect(),
         decimator,
         floor: Vec::new(),
         clock: None,
@@ -53,11 +63,25 @@ pub fn followed(rig: &DriveRig, step: f64, path: &[f64]) -> Piece {
     Piece { experiment: "proposed".to_owned(), repeat: 1, start: 0.0, step, signals }
 }
 
-fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool) -> Trial {
+/// Values at equal steps along the same time, straight between those given.
+fn resampled(values: &[f64], count: usize) -> Vec<f64> {
+    let last = values.len() - 1;
+    let at = |i: usize| {
+        let place = i as f64 * last as f64 / (count - 1) as f64;
+        let before = (place as usize).min(last - 1);
+        values[before] + (place - before as f64) * (values[before + 1] - values[before])
+    };
+    (0..count).map(at).collect()
+}
+
+fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool, torque: Option<&[f64]>) -> Trial {
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let nyquist = 0.5 / piece.step;
     let q = motion(&piece.signals["q"], piece.step, BAND * nyquist, each);
-    let torque = motion(&piece.signals["tau"], piece.step, nyquist, each).value;
+    let torque = match torque {
+        Some(known) => resampled(known, q.value.len()),
+        None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
+    };
     let step = piece.step / each as f64;
     let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
     let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };

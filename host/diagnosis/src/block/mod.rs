@@ -20,6 +20,7 @@ use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A measured signal that a block's model must give.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,6 +193,17 @@ impl<'a> Part<'a> {
             DVector::from_vec(self.experiments.iter().flat_map(of).collect())
         };
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// Which of the whitened residuals are each experiment's.
+    pub fn rows(&self, noise: &Noise) -> Vec<Range<usize>> {
+        let mut start = 0;
+        let of = |(_, members): &(&str, Vec<usize>)| {
+            let shortest = members.iter().map(|trial| self.measured[*trial].ncols()).min().unwrap_or(0);
+            let end = start + shortest.saturating_sub(noise.order()) * self.block.channels.len();
+            std::mem::replace(&mut start, end)..end
+        };
+        self.experiments.iter().map(of).collect()
     }
 
     /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.

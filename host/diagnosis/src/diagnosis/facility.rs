@@ -45,7 +45,7 @@ pub fn prepare_facility(
     let logs = learn.into_iter().chain(test).collect();
     let (without, isolability) = (options.without.clone(), Vec::new());
     let subject = Subject::Facility(Box::new(model), logs);
-    Prepared { subject, held_out, without, provisional, findings, isolability }.seen()
+    Prepared { subject, held_out, without, torque: Vec::new(), provisional, findings, isolability }.seen()
 }
 
 /// Drives of another campaign than the one they are compared with.

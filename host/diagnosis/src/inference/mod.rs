@@ -7,4 +7,5 @@ pub mod fit;
 pub mod latent;
 pub mod noise;
 pub mod selection;
+pub mod spread;
 pub mod unknown;

@@ -123,19 +123,22 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         &[0.4, 1.0, 2.0],
         &[],
     );
-    let load = Prior::Positive { scale: 0.03 };
+    // Harmonic drives lose a tenth of the torque that they carry, or two.
+    let load = Prior::Positive { scale: 0.1 };
+    // Of all of the link's torque, or of what it takes to hold the link: what deforms bearings and teeth is in between.
+    let inertial = either(0.5, 0.5);
     shelf.add(
         "J5_load_friction",
         "friction that grows with the load",
-        &[("load_coefficient", load, Role::Size)],
+        &[("load_coefficient", load, Role::Size), ("load_inertial", inertial, Role::Form)],
         &[1.0],
-        &[],
+        &grid([-1.0, 1.0]),
     );
     shelf.add(
         "J6_temperature",
         "friction that falls as the drive warms up",
         &[
-            ("cold_friction", Prior::Positive { scale: 0.3 }, Role::Size),
+            ("warm_loss", Prior::Positive { scale: 0.3 }, Role::Size),
             ("warm_up", Prior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
         ],
         &[0.5],
@@ -235,15 +238,22 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
         &[0.3, 1.0, 3.0],
         &[],
     );
-    let offset = either(shelf.base("offset"), 0.05 * spans.torque);
+    direction(shelf, spans);
+}
+
+/// What differs between the directions. Sliding tells the two forms apart as little as a constant from its sum with
+/// another: only where friction turns around do they differ, so that each is a hypothesis by itself.
+fn direction(shelf: &mut Shelf, spans: &Spans) {
     let asymmetry = either(shelf.base("coulomb_asymmetry"), 0.1 * spans.dry(shelf.base("coulomb")));
     shelf.add(
         "J18_drive_offset",
-        "offset of the drive's torque, and friction that depends on the direction",
-        &[("offset", offset, Role::Size), ("coulomb_asymmetry", asymmetry, Role::Size)],
+        "friction that depends on the direction",
+        &[("coulomb_asymmetry", asymmetry, Role::Size)],
         &[1.0],
         &[],
     );
+    let offset = either(shelf.base("offset"), 0.05 * spans.torque);
+    shelf.add("J18_drive_offset", "offset of the drive's torque", &[("offset", offset, Role::Size)], &[1.0], &[]);
 }
 
 fn load(shelf: &mut Shelf, spans: &Spans) {

@@ -100,7 +100,7 @@ fn said(bench: Bench, hidden: &[Hidden], seed: u64) -> Said {
     let recorded = Recorded::of(bench, hidden, seed);
     let block = &recorded.block();
     let library = &recorded.library(block);
-    let judgement = judge(block, library).expect("repeats");
+    let judgement = judge(block, block, library).expect("repeats");
     let first = &judgement.ranking[0];
     let ids: Vec<&str> = first.hypotheses.iter().map(|number| library[*number].effect.id).collect();
     let rival = judgement.ranking.iter().find(|c| c.hypotheses.iter().all(|h| !first.hypotheses.contains(h)));

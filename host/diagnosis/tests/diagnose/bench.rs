@@ -16,9 +16,14 @@ pub(crate) struct Bench {
 impl Bench {
     /// A drive with hidden effects.
     pub(crate) fn drive(hidden: &[(&'static str, f64)], seed: u64) -> Self {
+        Self::drive_in(NoiseColour::FirstOrder, hidden, seed)
+    }
+
+    /// The same in noise of a colour.
+    pub(crate) fn drive_in(noise: NoiseColour, hidden: &[(&'static str, f64)], seed: u64) -> Self {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
         let kind = Kind::Drive { link_encoder: false };
-        let set = generate(kind, &hidden, NoiseColour::FirstOrder, seed).expect("a legal size");
+        let set = generate(kind, &hidden, noise, seed).expect("a legal size");
         let folder = tempfile::tempdir().expect("a folder");
         set.write(folder.path()).expect("room");
         Self { folder }

@@ -33,8 +33,7 @@ fn emps_lacks_coulomb_friction_and_an_offset() {
     };
     let coulomb = of("J1_coulomb", "coulomb");
     assert!((coulomb / 20.3935 - 1.0).abs() < 0.03, "{coulomb}");
-    // Sliding tells only what the offset and the difference between the directions add up to.
-    let offset = of("J18_drive_offset", "offset") + of("J18_drive_offset", "coulomb_asymmetry");
+    let offset = of("J18_drive_offset", "offset");
     assert!((offset + 3.1648).abs() < 0.3, "{offset}");
     // The published model leaves 3.5 to 3.6 %, by the data's own description.
     let error = diagnosis.blocks.iter().find_map(|block| block.torque_error).expect("a drive");
