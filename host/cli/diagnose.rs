@@ -5,7 +5,9 @@ use crate::found::{file_name, file_names, listed, paths, told, write};
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
+use softdock_campaign::rig::{
+    BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS, TOSS_SIGNALS,
+};
 use softdock_diagnosis::diagnosis::{Options, prepare};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
 use std::path::Path;
@@ -18,7 +20,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     };
     let rig = Rig::load(model).map_err(explain)?;
     let (title, id) = (rig.title.clone(), rig.id.clone());
-    let options = Options { hold_out_from: args.hold_out_from, without: args.without.clone() };
+    let options = Options {
+        hold_out_from: args.hold_out_from,
+        hold_out_experiments: args.hold_out_experiments,
+        without: args.without.clone(),
+    };
     let prepared = prepare(rig, &paths(&args.logs), &paths(&args.holdout), &options).map_err(told)?;
     // Before any number: what these channels can show at all.
     warn(isolability::text(&prepared.isolability));
@@ -60,6 +66,8 @@ fn signals() -> String {
     COMMAND_SIGNALS.iter().for_each(|row| out += &either(row));
     out += "\nbody: a free body under known wrenches\n";
     BODY_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out += "\ntoss: a body tossed onto a plane\n";
+    TOSS_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out
 }
 
@@ -74,5 +82,6 @@ fn command(args: &DiagnoseArgs, model: &Path) -> String {
         text += &format!(" --holdout{}", file_names(&args.holdout));
     }
     text += &args.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
+    text += &args.hold_out_experiments.map_or_else(String::new, |every| format!(" --hold-out-experiments {every}"));
     text + &args.without.iter().map(|id| format!(" --without {id}")).collect::<String>()
 }

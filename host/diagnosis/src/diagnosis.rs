@@ -7,8 +7,11 @@ use crate::block::contact::{self, contact_block};
 use crate::block::controller::controller_block;
 use crate::block::drive::{drive_block, followed};
 use crate::block::sensor::{self, sensor_block};
+use crate::block::toss::{self, toss_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
 use crate::experiment::{self, Envelope, Experiment};
+use crate::free_run::FreeRun;
+use crate::hold_out::Every;
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
@@ -23,7 +26,7 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{CommandRig, DriveRig, Plant};
+use softdock_campaign::rig::{CommandRig, DriveRig, Plant, TossRig};
 use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -33,6 +36,8 @@ use std::path::Path;
 pub struct Options {
     /// Holds out what each recording has from this time on \[s\].
     pub hold_out_from: Option<f64>,
+    /// Holds out experiments by their numbers.
+    pub hold_out_experiments: Option<Every>,
     /// Catalogue ids that the library goes without.
     pub without: Vec<String>,
 }
@@ -131,6 +136,10 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let mut provisional = Vec::new();
+    if let Some(every) = options.hold_out_experiments.or_else(|| default_hold_out(&rig, options, &test)) {
+        let (held, rest) = every.split(learn)?;
+        (learn, test) = (rest, held);
+    }
     if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
         learn.extend(test);
         provisional.push(timing::reason(&learn));
@@ -152,7 +161,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
     }
     if !learn.iter().any(|piece| piece.repeat > 1) {
-        provisional.push("no repeats: the noise is what the richest explanation leaves".to_owned());
+        provisional.push(format!("no repeats: {}", noise_without(&rig)));
     }
     if learn.is_empty() || test.is_empty() {
         let what = "nothing is left to learn from or to judge by".to_owned();
@@ -171,6 +180,20 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     };
     prepared.isolability = prepared.views()?;
     Ok(prepared)
+}
+
+/// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
+fn default_hold_out(rig: &Rig, options: &Options, test: &[Piece]) -> Option<Every> {
+    let asked = options.hold_out_from.is_some() || !test.is_empty();
+    (matches!(rig.plant, Plant::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
+}
+
+/// What stands for the noise where nothing was repeated.
+fn noise_without(rig: &Rig) -> &'static str {
+    match rig.plant {
+        Plant::Toss(_) => "the noise is that of free flight, and what differs from blow to blow counts as unexplained",
+        _ => "the noise is what the richest explanation leaves",
+    }
 }
 
 /// A channel of a drive that never changes was not measured.
@@ -235,6 +258,11 @@ impl Prepared {
                 let library = library::body::effects(&block);
                 vec![(block, library)]
             }
+            Plant::Toss(rig) => {
+                let block = toss_block(rig, &self.pieces, &is_held, finer);
+                let library = library::toss::effects(&block);
+                vec![(block, library)]
+            }
         }
     }
 
@@ -259,6 +287,7 @@ impl Prepared {
             Plant::Contact(_) => self.only_view(&contact::POSITIONS, &contact::FORCES),
             Plant::Command(rig) => self.command_views(rig),
             Plant::Body(_) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
+            Plant::Toss(_) => self.only_view(&toss::POSES, &toss::WAYS.map(|way| way.0)),
         };
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
@@ -343,6 +372,9 @@ impl Prepared {
             }
             let own = Judged { block, library, judgement, outside };
             answer.torque_error = own.torque_error(&answer);
+            if let Plant::Toss(rig) = &self.rig.plant {
+                answer.free_run = self.free_run(rig, &own, &answer);
+            }
             answers.push(self.with_random(&own.block, answer));
             judged.push(own);
         }
@@ -351,6 +383,12 @@ impl Prepared {
             .zip(&judged)
             .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
         Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+    }
+
+    /// How free runs of a tossed body do, on what is held out if anything is.
+    fn free_run(&self, rig: &TossRig, judged: &Judged, answer: &BlockAnswer) -> Option<FreeRun> {
+        let own = |piece: &&Piece| self.held_out.contains(&piece.experiment) == answer.held_out;
+        FreeRun::of(rig, &self.pieces.iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
     }
 
     /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.

@@ -47,6 +47,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),
         decimator: Decimator::new(steps.min(MOST_STEPS)),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -62,6 +62,7 @@ pub fn command_block(
         trials: pieces.iter().zip(&missed).map(trial).collect(),
         decimator: Decimator::new(STEPS),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

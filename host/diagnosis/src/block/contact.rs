@@ -42,6 +42,7 @@ pub fn contact_block(
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
         decimator: Decimator::new(STEPS),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -27,6 +27,7 @@ pub fn controller_block(
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

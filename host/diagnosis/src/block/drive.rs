@@ -34,6 +34,7 @@ pub fn drive_block(rig: &DriveRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> 
         trials: pieces.iter().map(trial).collect(),
         decimator,
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -53,6 +53,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         trials: pieces.iter().map(|piece| trial(rig, piece, held_out(&piece.experiment), finer, band)).collect(),
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         clock: Some("time"),
+        quiet: Vec::new(),
     }
 }
 

@@ -2,4 +2,5 @@
 
 pub mod grid;
 pub mod smooth;
+pub mod state;
 pub(crate) mod table;
