@@ -53,6 +53,8 @@ pub struct FreeRun {
     pub held_out: bool,
     /// Relative error of the speed at the first smooth frame after the first blow.
     pub rebound_speed: Compared,
+    /// Length of the difference of the velocities there, over the measured speed.
+    pub rebound_velocity: Compared,
     /// Distance of the place of rest from the measured one along the plane \[m\].
     pub rest_position: Compared,
     /// What the model has after: the best explanation, named or not.
@@ -87,17 +89,19 @@ impl FreeRun {
         let tosses: Vec<Toss> = poses.iter().filter_map(|poses| Toss::of(rig, poses, &noise)).collect();
         let runs: Vec<_> = tosses.iter().map(|toss| free_run(&toss.begin, toss.frames, toss.step)).collect();
         let outputs = simulate(Kind::Toss, &runs.iter().collect::<Vec<_>>(), &sets);
-        let (mut rebounds, mut rests) = (Vec::new(), Vec::new());
+        let (mut speeds, mut velocities, mut rests) = (Vec::new(), Vec::new(), Vec::new());
         for (toss, outputs) in tosses.iter().zip(&outputs) {
-            rebounds.extend(toss.rebound_errors(outputs));
+            speeds.extend(toss.rebound_errors(outputs, |simulated, measured| simulated.norm() - measured.norm()));
+            velocities.extend(toss.rebound_errors(outputs, |simulated, measured| (simulated - measured).norm()));
             rests.extend(toss.rest_errors(outputs));
         }
-        let tosses = [rebounds.len(), rests.len()];
+        let tosses = [speeds.len(), rests.len()];
         let enough = tosses.iter().all(|count| *count >= FEWEST);
         enough.then(|| Self {
             tosses,
             held_out,
-            rebound_speed: compared(&rebounds),
+            rebound_speed: compared(&speeds),
+            rebound_velocity: compared(&velocities),
             rest_position: compared(&rests),
             with: with.collect(),
         })
@@ -110,14 +114,16 @@ struct Toss {
     /// Frames from there on, and from one to the next \[s\].
     frames: usize,
     step: f64,
-    /// First smooth frame after the first blow, from the begin on, and the speed there.
-    rebound: Option<(usize, f64)>,
+    /// First smooth frame after the first blow, from the begin on, and the velocity there.
+    rebound: Option<(usize, Vector3<f64>)>,
     /// How far the body came until the recording's end, if it rests there.
     rest: Option<Vector3<f64>>,
 }
 
 /// Speed \[m/s\] below which a body rests.
 const AT_REST: f64 = 0.02;
+/// Least speed \[m/s\] that an error is related to.
+const SLOWEST: f64 = 0.2;
 
 impl Toss {
     /// `None` of a toss that does not begin in free flight.
@@ -128,16 +134,20 @@ impl Toss {
         let begin = smooth(&first)?;
         let blow = (first..last).find(|frame| !clear(rig, poses, *frame, *frame) && smooth(frame).is_none());
         let after = blow.and_then(|blow| (blow..last).find(|frame| smooth(frame).is_some()));
-        let rebound = after.and_then(|frame| Some((frame - first, smooth(&frame)?.velocity.norm())));
+        let rebound = after.and_then(|frame| Some((frame - first, smooth(&frame)?.velocity)));
         let end = (poses.position[last] - poses.position[last - 1]) / poses.step;
         let rest = (end.norm() < AT_REST).then(|| poses.position[last] - begin.position);
         Some(Self { begin, frames: last - first, step: poses.step, rebound, rest })
     }
 
-    /// Relative errors of the speed after the first blow, before and after.
-    fn rebound_errors(&self, outputs: &[Vec<f64>]) -> Option<[f64; 2]> {
-        let (frame, measured) = self.rebound.filter(|rebound| rebound.1 > 10.0 * AT_REST)?;
-        Some([0, 1].map(|set| (output(&outputs[set], frame, 6).norm() / measured - 1.0).abs()))
+    /// Errors of the velocity after the first blow, before and after, over the measured speed.
+    fn rebound_errors(
+        &self,
+        outputs: &[Vec<f64>],
+        error: impl Fn(Vector3<f64>, Vector3<f64>) -> f64,
+    ) -> Option<[f64; 2]> {
+        let (frame, measured) = self.rebound.filter(|rebound| rebound.1.norm() > SLOWEST)?;
+        Some([0, 1].map(|set| error(output(&outputs[set], frame, 6), measured).abs() / measured.norm()))
     }
 
     /// Distances of the places of rest, before and after.

@@ -146,9 +146,10 @@ pub fn free_run(run: &FreeRun) -> String {
     let names: Vec<String> = run.with.iter().map(|effect| format!("{} ({})", effect.name, effect.id)).collect();
     let with = if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") };
     format!(
-        "free runs of tosses {seen}, medians: speed after the first blow off by {} ({} tosses); place of rest off by {} \
-         ({} tosses); after: with {with}",
+        "free runs of tosses {seen}, medians: speed after the first blow off by {}, its velocity as a vector by {} ({} \
+         tosses); place of rest off by {} ({} tosses); after: with {with}",
         told(&run.rebound_speed, 100.0, "%"),
+        told(&run.rebound_velocity, 100.0, "%"),
         run.tosses[0],
         told(&run.rest_position, 1e3, "mm"),
         run.tosses[1]

@@ -23,6 +23,8 @@ const SEGMENT: f64 = 0.054;
 const SMOOTH: f64 = 4.0;
 /// A corner is clear of the plane from this height on, in half widths.
 const CLEAR: f64 = 0.2;
+/// Segments that are learnt from, and judged by: more would say the same, as exactly as no model is true.
+const MOST_SEGMENTS: usize = 400;
 /// A body that moves and turns less in a segment rests \[m, rad\].
 const AT_REST: [f64; 2] = [1e-3, 1e-2];
 
@@ -41,8 +43,8 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     let noise = StateNoise::of(rig, tosses.iter().map(|toss| &toss.0));
     let part = |held_out: bool| -> Option<Trial> {
         let own = tosses.iter().filter(|toss| toss.1 == held_out);
-        let segments: Vec<Segment> = own.flat_map(|toss| segments(&toss.0, &noise)).collect();
-        trial(&segments, held_out, finer, &noise, &base)
+        let all: Vec<Segment> = own.flat_map(|toss| segments(&toss.0, &noise)).collect();
+        trial(&spread(&all), held_out, finer, &noise, &base)
     };
     let trials = [part(false), part(true)].into_iter().flatten().collect();
     let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
@@ -111,6 +113,7 @@ fn length(step: f64) -> usize {
 }
 
 /// A segment: the state that it begins with, and how far the body comes and turns in it.
+#[derive(Clone, Copy)]
 struct Segment {
     state: State,
     way: Vector3<f64>,
@@ -146,6 +149,12 @@ fn segments(poses: &Poses, noise: &StateNoise) -> Vec<Segment> {
 const ROW: usize = 16;
 /// Fewest flights that tell the noise of six channels.
 const FEWEST_FLIGHTS: usize = 20;
+
+/// Some of the segments, evenly spread, where they are more than needed.
+fn spread(all: &[Segment]) -> Vec<Segment> {
+    let count = all.len().min(MOST_SEGMENTS);
+    (0..count).map(|number| all[number * all.len() / count]).collect()
+}
 
 /// Segments one after the other as one recording; `None` of none.
 fn trial(segments: &[Segment], held_out: bool, finer: usize, noise: &StateNoise, base: &[f64]) -> Option<Trial> {
