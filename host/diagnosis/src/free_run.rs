@@ -120,8 +120,9 @@ struct Toss {
     rest: Option<Vector3<f64>>,
 }
 
-/// Speed \[m/s\] below which a body rests.
+/// Mean speed \[m/s\] over the last frames, and how many, below which a body rests.
 const AT_REST: f64 = 0.02;
+const LAST: usize = 8;
 /// Least speed \[m/s\] that an error is related to.
 const SLOWEST: f64 = 0.2;
 
@@ -135,7 +136,7 @@ impl Toss {
         let blow = (first..last).find(|frame| !clear(rig, poses, *frame, *frame) && smooth(frame).is_none());
         let after = blow.and_then(|blow| (blow..last).find(|frame| smooth(frame).is_some()));
         let rebound = after.and_then(|frame| Some((frame - first, smooth(&frame)?.velocity)));
-        let end = (poses.position[last] - poses.position[last - 1]) / poses.step;
+        let end = (poses.position[last] - poses.position[last - LAST.min(last)]) / (LAST as f64 * poses.step);
         let rest = (end.norm() < AT_REST).then(|| poses.position[last] - begin.position);
         Some(Self { begin, frames: last - first, step: poses.step, rebound, rest })
     }

@@ -25,8 +25,9 @@ const SMOOTH: f64 = 4.0;
 const CLEAR: f64 = 0.2;
 /// Segments that are learnt from, and judged by: more would say the same, as exactly as no model is true.
 const MOST_SEGMENTS: usize = 400;
-/// A body that moves and turns less in a segment rests \[m, rad\].
+/// A body that moves and turns less in a segment rests: \[m, rad\], and in standard deviations of what flight shows.
 const AT_REST: [f64; 2] = [1e-3, 1e-2];
+const UNSEEN: f64 = 6.0;
 
 /// What is fed.
 pub const POSES: [&str; 7] =
@@ -89,6 +90,12 @@ impl StateNoise {
         Self { position: median(0), attitude: median(1) }
     }
 
+    /// Standard deviations of a way \[m\] and a turn \[rad\] in free flight, by the errors of begin and end.
+    fn of_flight(&self, frames: usize) -> [f64; 2] {
+        let grown = RATE_NOISE * frames as f64;
+        [self.position, self.attitude].map(|own| own * (2.0 + grown * grown).sqrt())
+    }
+
     /// Whether a state is as smooth as in free flight.
     pub fn is_smooth(&self, state: &State) -> bool {
         state.left[0] < SMOOTH * self.position && state.left[1] < SMOOTH * self.attitude
@@ -126,6 +133,8 @@ struct Segment {
 /// The segments of a toss, one after the other; what rests is left out.
 fn segments(poses: &Poses, noise: &StateNoise) -> Vec<Segment> {
     let frames = length(poses.step);
+    let flight = noise.of_flight(frames);
+    let least: [f64; 2] = std::array::from_fn(|k| AT_REST[k].max(UNSEEN * flight[k]));
     let mut all = Vec::new();
     let mut frame = REACH;
     while frame + frames < poses.frames() {
@@ -137,7 +146,7 @@ fn segments(poses: &Poses, noise: &StateNoise) -> Vec<Segment> {
         };
         let way = poses.position[end] - state.position;
         let turn = (state.attitude.inverse() * poses.attitude[end]).scaled_axis();
-        if way.norm() > AT_REST[0] || turn.norm() > AT_REST[1] {
+        if way.norm() > least[0] || turn.norm() > least[1] {
             all.push(Segment { state, way, turn, frames, step: poses.step });
         }
         frame = end;
@@ -223,7 +232,7 @@ fn weights(layout: &Layout, states: &[State], noise: &StateNoise, base: &[f64]) 
     };
     let all: Vec<Recorded> = std::iter::once(recorded(states)).chain((0..12).map(moved)).collect();
     let outputs = simulate(Kind::Toss, &all.iter().collect::<Vec<_>>(), &[base.to_vec()]);
-    let time = layout.frame * layout.frames as f64;
+    let flight = noise.of_flight(layout.frames);
     let width = Kind::Toss.outputs().len();
     let of = |segment: usize| {
         let change = |moved: usize, k: usize| -> f64 {
@@ -232,7 +241,7 @@ fn weights(layout: &Layout, states: &[State], noise: &StateNoise, base: &[f64]) 
         };
         // The end is measured, too.
         let variance = |k: usize| (1..13).map(|moved| change(moved, k)).sum::<f64>() + own[k].powi(2);
-        [0, 1].map(|k| ((2.0 * own[k].powi(2) + (rates[k] * time).powi(2)) / variance(k)).sqrt().min(1.0))
+        [0, 1].map(|k| (flight[k] / variance(k).sqrt()).min(1.0))
     };
     (0..states.len()).map(of).collect()
 }

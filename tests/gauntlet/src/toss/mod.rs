@@ -48,7 +48,7 @@ inertia = "0.00081 kg m^2"
 half_width = "0.0524 m"
 restitution = 0.125
 friction = 0.18
-stiffness = "100 N/mm"
+stiffness = "300 N/mm"
 
 [log]
 "t" = { column = "t_s", unit = "s" }
