@@ -11,7 +11,7 @@ use crate::block::toss::{self, toss_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
 use crate::experiment::{self, Envelope, Experiment};
 use crate::free_run::FreeRun;
-use crate::hold_out::Every;
+use crate::hold_out::{Every, default_of, last_third, split};
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
@@ -136,7 +136,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let mut provisional = Vec::new();
-    if let Some(every) = options.hold_out_experiments.or_else(|| default_hold_out(&rig, options, &test)) {
+    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
         let (held, rest) = every.split(learn)?;
         (learn, test) = (rest, held);
     }
@@ -182,12 +182,6 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     Ok(prepared)
 }
 
-/// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
-fn default_hold_out(rig: &Rig, options: &Options, test: &[Piece]) -> Option<Every> {
-    let asked = options.hold_out_from.is_some() || !test.is_empty();
-    (matches!(rig.plant, Plant::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
-}
-
 /// What stands for the noise where nothing was repeated.
 fn noise_without(rig: &Rig) -> &'static str {
     match rig.plant {
@@ -210,22 +204,6 @@ fn moves(piece: &Piece) -> Result<()> {
 
 /// What is added to the name of an experiment whose later part is held out.
 const HELD_OUT: &str = ", held out";
-
-/// Time after which the last third of the longest recording lies.
-fn last_third(pieces: &[Piece]) -> f64 {
-    pieces.iter().map(|piece| piece.start + piece.samples() as f64 * piece.step * 2.0 / 3.0).fold(0.0, f64::max)
-}
-
-/// Recordings cut at a time: what lies before, and what lies after.
-fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
-    let (mut before, mut after) = (Vec::new(), Vec::new());
-    for piece in pieces {
-        let count = ((from - piece.start) / piece.step).ceil().clamp(0.0, piece.samples() as f64) as usize;
-        before.extend(piece.between(0, count));
-        after.extend(piece.between(count, piece.samples()));
-    }
-    (before, after)
-}
 
 impl Prepared {
     fn has(&self, signal: &str) -> bool {

@@ -1,7 +1,10 @@
-//! Experiments that are held out by their numbers.
+//! What is held out of recordings that were not handed over apart: later parts, or experiments by their numbers.
 
+use crate::diagnosis::Options;
 use crate::recording::grid::Piece;
 use crate::{Error, Result};
+use softdock_campaign::Rig;
+use softdock_campaign::rig::Plant;
 use std::fmt;
 use std::str::FromStr;
 
@@ -55,6 +58,28 @@ impl Every {
 fn number(name: &str) -> Option<u64> {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name[name.len() - digits..].parse().ok()
+}
+
+/// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
+pub(crate) fn default_of(rig: &Rig, options: &Options, test: &[Piece]) -> Option<Every> {
+    let asked = options.hold_out_from.is_some() || !test.is_empty();
+    (matches!(rig.plant, Plant::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
+}
+
+/// Time after which the last third of the longest recording lies.
+pub(crate) fn last_third(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.start + piece.samples() as f64 * piece.step * 2.0 / 3.0).fold(0.0, f64::max)
+}
+
+/// Recordings cut at a time: what lies before, and what lies after.
+pub(crate) fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for piece in pieces {
+        let count = ((from - piece.start) / piece.step).ceil().clamp(0.0, piece.samples() as f64) as usize;
+        before.extend(piece.between(0, count));
+        after.extend(piece.between(count, piece.samples()));
+    }
+    (before, after)
 }
 
 #[cfg(test)]
