@@ -48,7 +48,7 @@ struct BlockRows {
     residual: String,
     torque_error: String,
     free_run: String,
-    with: Vec<EffectRow>,
+    nearest: Vec<EffectRow>,
     effects: Vec<EffectRow>,
     strained: Vec<(String, String)>,
     ruled_out: Vec<[String; 3]>,
@@ -123,7 +123,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         residual: words::residual(answer),
         torque_error: answer.torque_error.as_ref().map_or(String::new(), torque_error),
         free_run: answer.free_run.as_ref().map_or(String::new(), words::free_run),
-        with: with(answer),
+        nearest: nearest(answer),
         effects: answer
             .effects
             .iter()
@@ -153,7 +153,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
 }
 
 /// What a model of free runs has after, where that was not named.
-fn with(answer: &BlockAnswer) -> Vec<EffectRow> {
+fn nearest(answer: &BlockAnswer) -> Vec<EffectRow> {
     let all = answer.free_run.iter().filter(|_| answer.effects.is_empty()).flat_map(|run| &run.with);
     let row = |own: &Extension| EffectRow {
         id: own.id.to_owned(),
