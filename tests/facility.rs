@@ -1,6 +1,6 @@
 //! A whole facility with a secret: its drives are diagnosed, the model is extended, and the campaign's verdicts follow.
 
-use softdock_campaign::{Scenario, load};
+use softdock_campaign::load;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::{fields, to_vec};

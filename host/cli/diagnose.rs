@@ -5,7 +5,9 @@ use crate::compare_models::Comparison;
 use crate::found::{file_name, file_names, listed, paths, told, write};
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
-use softdock_campaign::rig::{BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS};
+use softdock_campaign::rig::{
+    BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS, TOSS_SIGNALS,
+};
 use softdock_campaign::{Campaign, FileKind, Rig, Scenario};
 use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
@@ -18,7 +20,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(signals());
         return Ok(Exit::Done);
     };
-    let options = Options { hold_out_from: args.hold_out_from, without: args.without.clone() };
+    let options = Options {
+        hold_out_from: args.hold_out_from,
+        hold_out_experiments: args.hold_out_experiments,
+        without: args.without.clone(),
+    };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
     let mut whole = None;
     let (title, id, prepared) = match facility(model)? {
@@ -107,6 +113,8 @@ fn signals() -> String {
     COMMAND_SIGNALS.iter().for_each(|row| out += &either(row));
     out += "\nbody: a free body under known wrenches\n";
     BODY_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
+    out += "\ntoss: a body tossed onto a plane\n";
+    TOSS_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out
 }
 
@@ -121,5 +129,6 @@ fn command(args: &DiagnoseArgs, model: &Path) -> String {
         text += &format!(" --holdout{}", file_names(&args.holdout));
     }
     text += &args.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
+    text += &args.hold_out_experiments.map_or_else(String::new, |every| format!(" --hold-out-experiments {every}"));
     text + &args.without.iter().map(|id| format!(" --without {id}")).collect::<String>()
 }

@@ -3,6 +3,7 @@
 //! Ids, groups and forms are those of the catalogue of effects. At its null value an effect changes nothing,
 //! bit for bit; a test walks the table and proves it. A new effect is one row here and one term in its stage.
 
+mod bench;
 mod command;
 mod contact;
 mod groups;
@@ -11,6 +12,7 @@ mod sensor;
 mod set;
 mod space;
 
+pub use bench::BENCH_EFFECTS;
 pub use groups::{GROUPS, Group};
 pub use set::{EffectId, EffectSet};
 
@@ -185,8 +187,8 @@ mod tests {
                 }
             }
         }
-        let ids: BTreeSet<&str> = EFFECTS.iter().map(|effect| effect.id).collect();
-        assert_eq!(ids.len(), EFFECTS.len(), "an id twice");
+        let ids: BTreeSet<&str> = EFFECTS.iter().chain(BENCH_EFFECTS).map(|effect| effect.id).collect();
+        assert_eq!(ids.len(), EFFECTS.len() + BENCH_EFFECTS.len(), "an id twice");
         for group in GROUPS {
             group.members.iter().for_each(|member| assert!(ids.contains(member), "{}: {member}", group.id));
         }

@@ -9,9 +9,10 @@ use softdock_kernels::block::contact::ContactValues;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::block::sensor::SensorValues;
+use softdock_kernels::block::toss::TossValues;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::philox;
-use softdock_kernels::vector::vec3;
+use softdock_kernels::vector::{Vec3, vec3};
 
 /// Every function of `wgsl/replay.wgsl`; all of them have a share in every number that is compared here.
 pub(crate) const REPLAY_FRAME: [&str; 5] = ["lanes", "instants", "stride", "late_at", "replay"];
@@ -181,6 +182,59 @@ fn bodies() -> (Recorded, Vec<Vec<f64>>) {
     (recorded, (0..SETS).map(set).collect())
 }
 
+/// A cube that turns as it flies, is begun anew every eighth step, and strikes the plane with some of its corners.
+fn tosses() -> (Recorded, Vec<Vec<f64>>) {
+    let recorded = recorded(
+        |t, [q, v, _]| {
+            let begins = if ((t / 5e-4).round() as usize).is_multiple_of(8) { 1.0 } else { 0.0 };
+            let (sin, cos) = (2.0 * q + 0.4).sin_cos();
+            vec![
+                begins,
+                q,
+                0.2,
+                0.06 + 0.1 * q,
+                cos,
+                0.6 * sin,
+                0.0,
+                0.8 * sin,
+                0.5 * v,
+                0.1,
+                -v.abs(),
+                2.0,
+                v,
+                1.0,
+                1.0,
+                0.5,
+            ]
+        },
+        |t, _| vec![t],
+    );
+    let set = |i: u64| {
+        to_vec(&TossValues {
+            mass: 0.37,
+            inertia: Vec3::splat(8e-4),
+            centre: vec3(1e-3 * draw("centre of a cube", i), 0.0, 0.0),
+            half_width: 0.05,
+            corner_radius: 5e-3 * draw("corner", i),
+            gravity: vec3(0.0, 0.0, -9.81),
+            drag: 0.1 * draw("air", i),
+            stiffness: 5e3,
+            hardening: 0.1 * draw("hardening", i),
+            restitution: 0.3 + 0.5 * draw("restitution", i),
+            depth_damping: 1e4 * draw("deep", i),
+            friction: 0.3 * draw("friction", i),
+            stribeck: 0.1 * draw("stribeck", i),
+            stribeck_speed: 0.1,
+            anisotropy: 0.1 * draw("anisotropy", i),
+            rolling: 1e-3 * draw("rolling", i),
+            surface: 1e-3 * (draw("surface", i) - 0.5),
+            slope_x: 0.02 * draw("slope", i),
+            ..TossValues::null()
+        })
+    };
+    (recorded, (0..SETS).map(set).collect())
+}
+
 #[test]
 fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     // f32 has 6e-8 of an angle of 0.1 rad, and 2000 steps; a gain of 3e4 N m/rad makes 1e-2 N m of that. What friction
@@ -188,7 +242,8 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     // A reading of 100 N has 1e-5 N, a step's edge (1 N wide) up to four times that and the moments less; a depth of 1 mm
     // under 1e5 N/m has 1e-5 N, its rate and the bristles a hundred times as much.
     // A command of 0.1 rad over 0.3 rad/s has 2e-8 s, an edge of a hold (0.2 ms wide) 1e-3 of the 5 ms before it; rates of
-    // 0.2 rad/s add up over 2000 steps.
+    // 0.2 rad/s add up over 2000 steps. A place of 0.3 m has 3e-8 m, a corner's force 1e-4 N of it, which turns a cube of
+    // 1e-3 kg m^2 within a segment by 1e-8 rad; the speed over which its spring changes is 2 mm/s.
     let cases = [
         (Kind::Drive, drives(), 3e-6),
         (Kind::Controller, controllers(), 0.1),
@@ -196,6 +251,7 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
         (Kind::Contact, contacts(), 0.3),
         (Kind::Command, commands(), 2e-5),
         (Kind::Body, bodies(), 1e-5),
+        (Kind::Toss, tosses(), 1e-4),
     ];
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {

@@ -7,7 +7,7 @@ use crate::suggest::suggestion;
 use crate::units::show;
 use crate::written::effect::EffectTable;
 use nalgebra::DMatrix;
-use softdock_kernels::effects::{DICTIONARY, EFFECTS};
+use softdock_kernels::effects::{BENCH_EFFECTS, DICTIONARY, EFFECTS};
 use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::uniform;
@@ -96,8 +96,8 @@ fn factor(c: &mut Checker, effect: &EffectTable, count: usize) -> Vec<Vec<f64>> 
 
 /// Whether an effect is in the table; refused if it is not.
 pub(crate) fn is_known(c: &mut Checker, written: &EffectTable) -> bool {
-    let (id, known): (_, Vec<&str>) =
-        (&written.id, EFFECTS.iter().chain([&DICTIONARY]).map(|effect| effect.id).collect());
+    let all = EFFECTS.iter().chain(BENCH_EFFECTS).chain([&DICTIONARY]);
+    let (id, known): (_, Vec<&str>) = (&written.id, all.map(|effect| effect.id).collect());
     let is_known = known.contains(&id.value.as_str());
     if !is_known {
         c.refuse(&id.span, format!("there is no effect `{}`", id.value), suggestion(&id.value, &known));

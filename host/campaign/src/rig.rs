@@ -14,7 +14,7 @@ use crate::written::effect::EffectTable;
 use crate::written::rig::{ControllerTable, DriveTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
-use softdock_kernels::effects::EFFECTS;
+use softdock_kernels::effects::{BENCH_EFFECTS, EFFECTS};
 use softdock_kernels::fields::Bundle;
 use softdock_kernels::params::UNLIMITED;
 use std::collections::BTreeMap;
@@ -26,11 +26,13 @@ mod contact;
 mod sensor;
 #[cfg(test)]
 mod tests;
+mod toss;
 
 pub use body::{BODY_SIGNALS, BodyRig};
 pub use command::{COMMAND_SIGNALS, CommandRig};
 pub use contact::{CONTACT_SIGNALS, ContactRig};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
+pub use toss::{TOSS_SIGNALS, TossRig};
 
 /// Format that this version reads.
 const FORMAT: &str = "rig/1";
@@ -63,6 +65,8 @@ pub enum Plant {
     Command(Box<CommandRig>),
     /// A free body under known wrenches.
     Body(Box<BodyRig>),
+    /// A body tossed onto a plane.
+    Toss(Box<TossRig>),
 }
 
 /// One joint with its drive.
@@ -156,6 +160,11 @@ impl Rig {
                 let known: Vec<_> = BODY_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
                 (rig.map(|rig| Plant::Body(Box::new(rig))), columns(&mut c, &file, &known))
             }
+            Kind::Toss => {
+                let rig = toss::toss(&mut c, &file);
+                let known: Vec<_> = TOSS_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
+                (rig.map(|rig| Plant::Toss(Box::new(rig))), columns(&mut c, &file, &known))
+            }
         };
         Problems::check(std::mem::take(&mut c.problems))?;
         let plant = plant.expect("a missing table is a problem");
@@ -173,20 +182,23 @@ enum Kind {
     Contact,
     Command,
     Body,
+    Toss,
 }
 
 /// Kinds by the names that a model file gives them.
-const KINDS: [(&str, Kind); 5] = [
+const KINDS: [(&str, Kind); 6] = [
     ("drive", Kind::Drive),
     ("sensor", Kind::Sensor),
     ("contact", Kind::Contact),
     ("command", Kind::Command),
     ("body", Kind::Body),
+    ("toss", Kind::Toss),
 ];
 
 /// Tolerances that a rig of each kind may name.
-const TOLERANCES: [(Kind, &[&str]); 5] = [
+const TOLERANCES: [(Kind, &[&str]); 6] = [
     (Kind::Command, &["delay_noise", "noise", "clock_offset"]),
+    (Kind::Toss, &["stiffness", "restitution", "friction", "inertia", "centre", "surface"]),
     (Kind::Body, &["mass", "inertia", "centre", "accelerometer_bias", "gyroscope_bias", "clock_offset"]),
     (
         Kind::Drive,
@@ -331,7 +343,7 @@ fn add_effect(
 /// A block's values with those that the effects of its model file name; what has no mean changes none of them.
 fn with_effects<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, file: &RigFile, mut values: B) -> B {
     for written in &file.effect {
-        let row = EFFECTS.iter().find(|effect| effect.id == written.id.value);
+        let row = EFFECTS.iter().chain(BENCH_EFFECTS).find(|effect| effect.id == written.id.value);
         if is_known(c, written) && row.is_some_and(|effect| effect.group != RANDOM) {
             values = with_parameters(c, prismatic, written, &values);
         }

@@ -1,6 +1,7 @@
 //! Arguments of `diagnose`.
 
 use clap::Args;
+use softdock_diagnosis::hold_out::Every;
 use std::path::PathBuf;
 
 /// Arguments of `diagnose`.
@@ -16,6 +17,8 @@ Exit codes: 0 answered, whatever the answer; 2 bad input.
 Examples:
   softdock diagnose model.toml training/*.csv --holdout validation/*.csv --out results/joint
   softdock diagnose model.toml recording.csv --hold-out-from 6.21
+  softdock diagnose model.toml tosses.csv --hold-out-experiments 4:1
+  softdock diagnose campaigns/probe_drogue.toml logs/*/log.parquet --compare campaigns/probe_drogue.toml
   softdock diagnose --signals")]
 pub(crate) struct DiagnoseArgs {
     /// Model file of the rig: what is known of it, and how well. Of a whole facility: the scenario that it follows, or
@@ -31,6 +34,9 @@ pub(crate) struct DiagnoseArgs {
     /// Judge by what each recording has from this time on, in seconds of its own clock.
     #[arg(long, value_name = "SECONDS", conflicts_with = "holdout")]
     pub(crate) hold_out_from: Option<f64>,
+    /// Judge by the experiments whose number leaves REST when divided by EVERY: 4:1 holds out 1, 5, 9 and so on.
+    #[arg(long, value_name = "EVERY:REST", conflicts_with_all = ["holdout", "hold_out_from"])]
+    pub(crate) hold_out_experiments: Option<Every>,
     /// Leave a cause of the catalogue out of the library.
     #[arg(long, value_name = "ID")]
     pub(crate) without: Vec<String>,

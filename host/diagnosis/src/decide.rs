@@ -1,6 +1,7 @@
 //! The answer that a block's judgement allows, and what it rests on.
 
 use crate::block::MeasuredBlock;
+use crate::free_run::FreeRun;
 use crate::inference::adequacy::Adequacy;
 use crate::inference::evidence::{Interval, interval};
 use crate::inference::unknown::{Role, Unknown};
@@ -162,6 +163,8 @@ pub struct BlockAnswer {
     pub residual: Residual,
     /// Relative error of a drive's torque.
     pub torque_error: Option<TorqueError>,
+    /// Errors of free runs of a tossed body.
+    pub free_run: Option<FreeRun>,
     /// Whether those were taken from held-out motion.
     pub held_out: bool,
     /// What was ruled out, the nearest first.
@@ -222,6 +225,7 @@ pub fn decide(
         gain: adequacy.as_ref().map(Gain::of),
         residual: context.residual(present, best),
         torque_error: None,
+        free_run: None,
         held_out: judgement.ranking.iter().any(|candidate| candidate.adequacy.is_some()),
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
@@ -442,7 +446,11 @@ impl Context<'_> {
 }
 
 /// The numbers of an effect in a fit.
-fn parameters(candidate: &Candidate, hypothesis: &Hypothesis, prismatic: bool) -> BTreeMap<String, Estimate> {
+pub(crate) fn parameters(
+    candidate: &Candidate,
+    hypothesis: &Hypothesis,
+    prismatic: bool,
+) -> BTreeMap<String, Estimate> {
     let mut all = BTreeMap::new();
     for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
         let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);

@@ -8,8 +8,11 @@ use crate::block::controller::{controller_block, torque_between};
 use crate::block::drive::{drive_block, followed};
 use crate::block::facility::FacilityModel;
 use crate::block::sensor::{self, sensor_block};
+use crate::block::toss::{self, toss_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
 use crate::experiment::{self, Envelope, Experiment};
+use crate::free_run::FreeRun;
+use crate::hold_out::{Every, default_of, last_third, split};
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::{self, Hypothesis};
@@ -25,7 +28,7 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{CommandRig, DriveRig, Plant};
+use softdock_campaign::rig::{CommandRig, DriveRig, Plant, TossRig};
 use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -39,6 +42,8 @@ pub use facility::prepare_facility;
 pub struct Options {
     /// Holds out what each recording has from this time on \[s\].
     pub hold_out_from: Option<f64>,
+    /// Holds out experiments by their numbers.
+    pub hold_out_experiments: Option<Every>,
     /// Catalogue ids that the library goes without.
     pub without: Vec<String>,
 }
@@ -144,6 +149,10 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let mut provisional = Vec::new();
+    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
+        let (held, rest) = every.split(learn)?;
+        (learn, test) = (rest, held);
+    }
     if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
         learn.extend(test);
         provisional.push(timing::reason(&learn));
@@ -166,7 +175,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
     }
     if !learn.iter().any(|piece| piece.repeat > 1) {
-        provisional.push("no repeats: the noise is what the richest explanation leaves".to_owned());
+        provisional.push(format!("no repeats: {}", noise_without(&rig)));
     }
     if learn.is_empty() || test.is_empty() {
         let what = "nothing is left to learn from or to judge by".to_owned();
@@ -177,6 +186,14 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     let subject = Subject::Rig(Box::new(rig), pieces);
     let (without, torque, isolability) = (options.without.clone(), Vec::new(), Vec::new());
     Prepared { subject, held_out, without, torque, provisional, findings, isolability }.seen()
+}
+
+/// What stands for the noise where nothing was repeated.
+fn noise_without(rig: &Rig) -> &'static str {
+    match rig.plant {
+        Plant::Toss(_) => "the noise is that of free flight, and what differs from blow to blow counts as unexplained",
+        _ => "the noise is what the richest explanation leaves",
+    }
 }
 
 /// A channel of a drive that never changes was not measured.
@@ -193,22 +210,6 @@ fn moves(piece: &Piece) -> Result<()> {
 
 /// What is added to the name of an experiment whose later part is held out.
 const HELD_OUT: &str = ", held out";
-
-/// Time after which the last third of the longest recording lies.
-fn last_third(pieces: &[Piece]) -> f64 {
-    pieces.iter().map(|piece| piece.start + piece.samples() as f64 * piece.step * 2.0 / 3.0).fold(0.0, f64::max)
-}
-
-/// Recordings cut at a time: what lies before, and what lies after.
-fn split(pieces: &[Piece], from: f64) -> (Vec<Piece>, Vec<Piece>) {
-    let (mut before, mut after) = (Vec::new(), Vec::new());
-    for piece in pieces {
-        let count = ((from - piece.start) / piece.step).ceil().clamp(0.0, piece.samples() as f64) as usize;
-        before.extend(piece.between(0, count));
-        after.extend(piece.between(count, piece.samples()));
-    }
-    (before, after)
-}
 
 impl Prepared {
     /// The same with what its channels can tell apart.
@@ -267,6 +268,11 @@ impl Prepared {
                 let library = library::body::effects(&block);
                 vec![(block, library)]
             }
+            Plant::Toss(rig) => {
+                let block = toss_block(rig, pieces, &is_held, finer);
+                let library = library::toss::effects(&block);
+                vec![(block, library)]
+            }
         }
     }
 
@@ -292,6 +298,7 @@ impl Prepared {
             Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
             Some(Plant::Command(rig)) => self.command_views(rig),
             Some(Plant::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
+            Some(Plant::Toss(_)) => self.only_view(&toss::POSES, &toss::WAYS.map(|way| way.0)),
         };
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
@@ -380,6 +387,9 @@ impl Prepared {
             if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(Kind::Controller)) {
                 self.torque = torque_between(&own.block, found);
             }
+            if let Some(Plant::Toss(rig)) = self.plant() {
+                answer.free_run = self.free_run(rig, &own, &answer);
+            }
             answers.push(self.with_random(&own.block, answer));
             judged.push(own);
         }
@@ -388,6 +398,12 @@ impl Prepared {
             .zip(&judged)
             .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
         Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+    }
+
+    /// How free runs of a tossed body do, on what is held out if anything is.
+    fn free_run(&self, rig: &TossRig, judged: &Judged, answer: &BlockAnswer) -> Option<FreeRun> {
+        let own = |piece: &&Piece| self.held_out.contains(&piece.experiment) == answer.held_out;
+        FreeRun::of(rig, &self.pieces().iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
     }
 
     /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.

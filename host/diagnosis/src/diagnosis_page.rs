@@ -4,9 +4,11 @@ use crate::Result;
 use crate::block::MeasuredBlock;
 use crate::decide::BlockAnswer;
 use crate::diagnosis::{Diagnosis, Judged};
+use crate::free_run::Extension;
 use crate::inference::fit::Fitted;
 use crate::inference::latent::Latent;
 use crate::isolability;
+use crate::judge::NoiseFrom;
 use crate::outside::Missing;
 use crate::recording::smooth::band_powers;
 use crate::template::render;
@@ -45,6 +47,8 @@ struct BlockRows {
     answer: &'static str,
     residual: String,
     torque_error: String,
+    free_run: String,
+    nearest: Vec<EffectRow>,
     effects: Vec<EffectRow>,
     strained: Vec<(String, String)>,
     ruled_out: Vec<[String; 3]>,
@@ -93,7 +97,11 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
 fn numbers(diagnosis: &Diagnosis, judged: &[Judged]) -> Vec<(String, String)> {
     let of = |(judged, error): (&Judged, &f64)| {
         let judgement = &judged.judgement;
-        let noise = if judgement.repeated { "repeats" } else { "what the richest explanation leaves" };
+        let noise = match judgement.noise_from {
+            NoiseFrom::Repeats => "repeats",
+            NoiseFrom::Quiet => "stretches that hold nothing else",
+            NoiseFrom::Richest => "what the richest explanation leaves",
+        };
         let told = format!(
             "{} whitened samples; noise from {noise}, autoregression of order {}; half the step changes the residual by {} \
              of the noise's power; an effect counts from log-odds {} on",
@@ -114,6 +122,8 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         answer: verdict(answer.answer),
         residual: words::residual(answer),
         torque_error: answer.torque_error.as_ref().map_or(String::new(), torque_error),
+        free_run: answer.free_run.as_ref().map_or(String::new(), words::free_run),
+        nearest: nearest(answer),
         effects: answer
             .effects
             .iter()
@@ -140,6 +150,18 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         behaviour: answer.form.as_ref().map_or(String::new(), behaviour),
         drawings: drawings(answer, judged)?,
     })
+}
+
+/// What a model of free runs has after, where that was not named.
+fn nearest(answer: &BlockAnswer) -> Vec<EffectRow> {
+    let all = answer.free_run.iter().filter(|_| answer.effects.is_empty()).flat_map(|run| &run.with);
+    let row = |own: &Extension| EffectRow {
+        id: own.id.to_owned(),
+        name: own.name.to_owned(),
+        p: String::new(),
+        parameters: own.parameters.iter().map(|(name, e)| (name.clone(), estimated(e))).collect(),
+    };
+    all.map(row).collect()
 }
 
 /// A residual before and after, averaged over the repeats of one held-out experiment.

@@ -56,6 +56,17 @@ pub struct Candidate {
     pub adequacy: Option<Adequacy>,
 }
 
+/// Where a block's noise is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseFrom {
+    /// What repeats of one command differ by.
+    Repeats,
+    /// Stretches of the recordings that hold nothing else.
+    Quiet,
+    /// What the richest combination of effects leaves.
+    Richest,
+}
+
 /// What the data say of a block.
 #[derive(Clone, Debug)]
 pub struct Judgement {
@@ -65,8 +76,8 @@ pub struct Judgement {
     pub samples: usize,
     /// The noise.
     pub noise: Noise,
-    /// Whether the noise is known from repeats; else it is what the richest combination leaves.
-    pub repeated: bool,
+    /// Where the noise is known from.
+    pub noise_from: NoiseFrom,
     /// The null hypothesis: nuisances alone.
     pub null: Fitted,
     /// The null hypothesis with no nuisance beyond what its tolerance makes plausible.
@@ -98,7 +109,10 @@ pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis
         let mut deviations = learn.deviations(&block.base);
         deviations.extend(test.deviations(&block.base));
         let noise = Noise::above(&deviations, &block.floor)?;
-        return Some(Bench { block, library, learn, test, finer, noise }.judged(true));
+        return Some(Bench { block, library, learn, test, finer, noise }.judged(NoiseFrom::Repeats));
+    }
+    if let Some(noise) = Noise::above(&block.quiet, &block.floor) {
+        return Some(Bench { block, library, learn, test, finer, noise }.judged(NoiseFrom::Quiet));
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
@@ -109,7 +123,7 @@ pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis
     let values = richest.values(&block.base);
     let mut rest = bench.learn.means(&values);
     rest.extend(bench.test.means(&values));
-    Some(Bench { noise: Noise::above(&rest, &block.floor)?, ..bench }.judged(false))
+    Some(Bench { noise: Noise::above(&rest, &block.floor)?, ..bench }.judged(NoiseFrom::Richest))
 }
 
 /// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
@@ -183,7 +197,7 @@ impl<'a> Bench<'a> {
         Found { null, clamped, scores, bank, dispersion, sets }
     }
 
-    fn judged(self, repeated: bool) -> Judgement {
+    fn judged(self, noise_from: NoiseFrom) -> Judgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
         let threshold = threshold(&bank, &scores, library.len());
@@ -212,7 +226,7 @@ impl<'a> Bench<'a> {
             block,
             samples,
             noise,
-            repeated,
+            noise_from,
             null,
             clamped,
             dispersion,

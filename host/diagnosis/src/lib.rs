@@ -8,6 +8,8 @@ pub mod diagnosis_page;
 mod error;
 pub mod experiment;
 pub mod extend;
+pub mod free_run;
+pub mod hold_out;
 pub mod identify;
 pub mod inference;
 pub mod isolability;
@@ -24,4 +26,4 @@ pub mod variance;
 pub mod words;
 
 pub use error::{Error, Result};
-pub use judge::{Candidate, Judgement, judge, threshold};
+pub use judge::{Candidate, Judgement, NoiseFrom, judge, threshold};

@@ -197,6 +197,7 @@ fn answer(
         gain: None,
         residual: Residual { before, after: if present { 0.0 } else { before } },
         torque_error: None,
+        free_run: None,
         held_out: false,
         ruled_out: Vec::new(),
         not_visible: Vec::new(),

@@ -3,6 +3,7 @@
 use crate::decide::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::experiment::Experiment;
+use crate::free_run::{Compared, FreeRun, Median};
 use crate::torque_error::TorqueError;
 use softdock_analysis::number::significant;
 
@@ -99,6 +100,7 @@ fn block_text(block: &BlockAnswer) -> String {
     lines.extend(block.form.as_ref().map(|form| format!("  {}", behaviour(form))));
     lines.push(format!("  {}", residual(block)));
     lines.extend(block.torque_error.as_ref().map(|error| format!("  {}", torque_error(error))));
+    lines.extend(block.free_run.as_ref().map(|run| format!("  {}", free_run(run))));
     if block.partner_missing {
         lines.push("  a cause that looks alike was not in the library: it may be that one".to_owned());
     }
@@ -140,6 +142,29 @@ pub fn torque_error(error: &TorqueError) -> String {
         true => what,
         false => format!("{what} before, {} % after", percent(error.after)),
     }
+}
+
+/// What free runs of a tossed body get wrong.
+pub fn free_run(run: &FreeRun) -> String {
+    let told = |compared: &Compared, scale: f64, unit: &str| {
+        let of = |median: &Median| {
+            let [value, lo, hi] = [median.value, median.lo, median.hi].map(|value| significant(scale * value, 3));
+            format!("{value} {unit} ({lo} to {hi})")
+        };
+        format!("{} before, {} after", of(&compared.before), of(&compared.after))
+    };
+    let seen = if run.held_out { "that no fit has seen" } else { "that were fitted" };
+    let names: Vec<String> = run.with.iter().map(|effect| format!("{} ({})", effect.name, effect.id)).collect();
+    let with = if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") };
+    format!(
+        "free runs of tosses {seen}, medians: speed after the first blow off by {}, its velocity as a vector by {} ({} \
+         tosses); place of rest off by {} ({} tosses); after: with {with}",
+        told(&run.rebound_speed, 100.0, "%"),
+        told(&run.rebound_velocity, 100.0, "%"),
+        run.tosses[0],
+        told(&run.rest_position, 1e3, "mm"),
+        run.tosses[1]
+    )
 }
 
 fn more(count: usize) -> String {

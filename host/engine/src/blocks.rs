@@ -8,6 +8,7 @@ use softdock_kernels::block::contact::Contact;
 use softdock_kernels::block::controller::Controller;
 use softdock_kernels::block::drive::Drive;
 use softdock_kernels::block::sensor::Sensor;
+use softdock_kernels::block::toss::Toss;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
 use softdock_kernels::lanes::{Lane, WIDTH};
@@ -27,6 +28,8 @@ pub enum Kind {
     Command,
     /// A free body, from wrench to motion.
     Body,
+    /// A tossed body, from measured states to the next.
+    Toss,
 }
 
 /// Carries an expression out with the block of a kind.
@@ -55,6 +58,10 @@ macro_rules! with_block {
             }
             Kind::Body => {
                 let $block = &FreeBody;
+                $body
+            }
+            Kind::Toss => {
+                let $block = &Toss;
                 $body
             }
         }

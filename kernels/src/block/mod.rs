@@ -15,6 +15,7 @@ mod low_pass;
 mod replay;
 pub mod sensor;
 mod stairs;
+pub mod toss;
 
 pub use forms::Forms;
 pub use replay::{Recorded, replay};
@@ -30,6 +31,8 @@ mod contact_tests;
 mod sensor_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod toss_tests;
 
 use crate::fields::Bundle;
 use crate::real::Real;

@@ -21,8 +21,10 @@ mod sensor;
 mod session;
 mod space;
 mod table;
+mod toss;
 
 pub use catalogue::{EffectCase, Hidden, Parameter, Rig, Stronger, effects, outside};
 pub use error::Error;
 pub use random::NoiseColour;
 pub use session::{Fresh, HiddenTruth, Set, Truth, exact, fresh, generate};
+pub use toss::{Tosses, tosses};

@@ -111,3 +111,19 @@ fn a_body_is_read_with_what_a_diagnosis_found() {
     let wrong = refused(&body(&format!("{tables}{}", effect.replace("slosh_mass", "slosh_share"))));
     assert!(wrong.contains("no parameter `slosh_share`"), "{wrong}");
 }
+
+#[test]
+fn a_tossed_body_is_read_with_what_a_diagnosis_found() {
+    let tables = "[toss]\nmass = \"370 g\"\ninertia = \"0.00081 kg m^2\"\nhalf_width = \"52.4 mm\"\nrestitution = 0.125\n\
+                  friction = 0.18\nstiffness = \"100 N/mm\"\n[tolerance]\nrestitution = \"10 %\"\nsurface = \"1 mm\"\n";
+    let effect = "[[effect]]\nid = \"K11_shape\"\n[effect.parameters]\ncorner_radius = \"2 mm\"\n";
+    let all = super::TOSS_SIGNALS.map(|row| (row.0, row.1));
+    let rig = load(&text("toss", &format!("{tables}{effect}"), &all)).expect("a legal file");
+    let Plant::Toss(rig) = &rig.plant else { panic!("a tossed body") };
+    assert_eq!((rig.values.half_width, rig.values.corner_radius, rig.values.gravity.z), (0.0524, 2e-3, -9.80665));
+    assert_eq!(rig.tolerance, [("restitution", 0.0125), ("surface", 1e-3)]);
+    let wrong = refused(&text("toss", &tables.replace("0.125", "1.5"), &all));
+    assert!(wrong.contains("at most 1"), "{wrong}");
+    let wrong = refused(&text("toss", &format!("{tables}{}", effect.replace("K11", "K13")), &all));
+    assert!(wrong.contains("no effect `K13_shape`"), "{wrong}");
+}

@@ -11,11 +11,13 @@ mod body;
 mod command;
 mod contact;
 mod sensor;
+mod toss;
 
 pub(crate) use body::BodyTable;
 pub(crate) use command::CommandTable;
 pub(crate) use contact::ContactTable;
 pub(crate) use sensor::SensorTable;
+pub(crate) use toss::TossTable;
 
 /// The model of a bench rig, for diagnosis.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -24,7 +26,7 @@ pub(crate) use sensor::SensorTable;
 pub(crate) struct RigFile {
     /// Format and version of this file: "rig/1".
     pub(crate) schema: At<String>,
-    /// What the rig is: "drive", "sensor", "contact", "command" or "body".
+    /// What the rig is: "drive", "sensor", "contact", "command", "body" or "toss".
     pub(crate) kind: At<String>,
     /// Name of the rig: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -42,6 +44,8 @@ pub(crate) struct RigFile {
     pub(crate) command: Option<At<CommandTable>>,
     /// The free body, on a rig of kind "body".
     pub(crate) body: Option<At<BodyTable>>,
+    /// The tossed body, on a rig of kind "toss".
+    pub(crate) toss: Option<At<TossTable>>,
     /// One standard deviation of what may differ from the model unnoticed; what is not named is known exactly.
     #[serde(default)]
     pub(crate) tolerance: ToleranceTable,
@@ -143,23 +147,25 @@ pub(crate) struct ToleranceTable {
     pub(crate) tool_mass: Option<Quantity>,
     /// Sensor or command: share of the noise; default 10 %.
     pub(crate) noise: Option<Quantity>,
-    /// Contact: share of the stiffness.
+    /// Contact or toss: share of the stiffness.
     pub(crate) stiffness: Option<Quantity>,
     /// Contact: share of the damping.
     pub(crate) damping: Option<Quantity>,
     /// Contact: share of the depth over which the damping sets in.
     pub(crate) damping_onset: Option<Quantity>,
-    /// Contact: share of the friction coefficient.
+    /// Toss: share of the restitution.
+    pub(crate) restitution: Option<Quantity>,
+    /// Contact or toss: share of the friction coefficient.
     pub(crate) friction: Option<Quantity>,
-    /// Contact: height of the surface.
+    /// Contact or toss: height of the surface.
     pub(crate) surface: Option<Quantity>,
     /// Command: standard deviation of the healthy delay's own restlessness; if it is not known no jitter is too much.
     pub(crate) delay_noise: Option<Quantity>,
     /// Body: share of the mass.
     pub(crate) mass: Option<Quantity>,
-    /// Body: share of the moments of inertia, each axis.
+    /// Body or toss: share of the moments of inertia, each axis.
     pub(crate) inertia: Option<Quantity>,
-    /// Body: centre of mass, each axis.
+    /// Body or toss: centre of mass, each axis.
     pub(crate) centre: Option<Quantity>,
     /// Body: acceleration read without any, each axis.
     pub(crate) accelerometer_bias: Option<Quantity>,
@@ -187,7 +193,7 @@ pub(crate) struct ToleranceTable {
 
 impl ToleranceTable {
     /// Everything that may be written, by name.
-    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 25] {
+    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 26] {
         [
             ("bias_force", &self.bias_force),
             ("bias_moment", &self.bias_moment),
@@ -197,6 +203,7 @@ impl ToleranceTable {
             ("stiffness", &self.stiffness),
             ("damping", &self.damping),
             ("damping_onset", &self.damping_onset),
+            ("restitution", &self.restitution),
             ("friction", &self.friction),
             ("surface", &self.surface),
             ("delay_noise", &self.delay_noise),

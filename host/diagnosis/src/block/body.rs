@@ -48,6 +48,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         decimator: Decimator::new(steps.min(MOST_STEPS)),
         floor: Vec::new(),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -63,6 +63,7 @@ pub fn command_block(
         decimator: Decimator::new(STEPS),
         floor: Vec::new(),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -43,6 +43,7 @@ pub fn contact_block(
         decimator: Decimator::new(STEPS),
         floor: Vec::new(),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -32,6 +32,7 @@ pub fn controller_block(
         decimator: Decimator::new(judged_steps(pieces, "tau")),
         floor: Vec::new(),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -45,6 +45,7 @@ pub fn drive_block(
         decimator,
         floor: Vec::new(),
         clock: None,
+        quiet: Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@
 use super::{Channel, MeasuredBlock, Trial, nuisances};
 use crate::recording::drive_log::{Cycle, DriveLog};
 use crate::recording::smooth::Decimator;
+use nalgebra::DMatrix;
 use softdock_campaign::{Campaign, Scenario};
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
@@ -100,6 +101,7 @@ pub(crate) fn motion_section(
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, MOTION_RATE),
         floor: vec![RESOLUTION; MOTION.len()],
+        quiet: Vec::new(),
         clock: None,
         section,
     }
@@ -124,7 +126,7 @@ pub(crate) fn wrench_section(
     };
     let unit = |name: &str| if name.starts_with("force") { "N" } else { "N m" };
     let channel = |(k, name): (usize, &&'static str)| Channel { name, output: MOTION.len() + k, unit: unit(name) };
-    let section = Section::Facility(Arc::clone(&plant));
+    let (section, decimator) = (Section::Facility(Arc::clone(&plant)), decimator(logs, WRENCH_RATE));
     let base = to_vec(&nominal);
     MeasuredBlock {
         name: "R5 motion to wrench",
@@ -132,7 +134,8 @@ pub(crate) fn wrench_section(
         base,
         channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
-        decimator: decimator(logs, WRENCH_RATE),
+        quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
+        decimator,
         floor: Vec::new(),
         clock: None,
         section,
@@ -217,16 +220,30 @@ fn trial(
 ///
 /// Each drive is tared on its own, so that this is no property of the facility.
 fn left_by_tare(cycles: &[Cycle]) -> Wrench<f64> {
-    let mut steps: Vec<f64> =
-        cycles.windows(2).map(|pair| (pair[1].wrench.force - pair[0].wrench.force).norm()).collect();
+    let free = free(cycles);
+    let sum = free.iter().fold(Wrench::zero(), |sum, cycle| sum + cycle.wrench);
+    let scale = 1.0 / free.len().max(1) as f64;
+    Wrench { force: sum.force * scale, moment: sum.moment * scale }
+}
+
+/// The cycles before the parts touched.
+fn free(cycles: &[Cycle]) -> &[Cycle] {
+    let step = |pair: &[Cycle]| (pair[1].wrench.force - pair[0].wrench.force).norm();
+    let mut steps: Vec<f64> = cycles.windows(2).map(step).collect();
     steps.sort_by(f64::total_cmp);
     let touch = TOUCH * steps[steps.len() / 2];
     let first = cycles[0].wrench.force;
     let free = cycles.iter().take_while(|cycle| (cycle.wrench.force - first).norm() < touch).count();
-    let free = (FREE * free as f64) as usize;
-    let sum = cycles[..free].iter().fold(Wrench::zero(), |sum, cycle| sum + cycle.wrench);
-    let scale = 1.0 / free.max(1) as f64;
-    Wrench { force: sum.force * scale, moment: sum.moment * scale }
+    &cycles[..(FREE * free as f64) as usize]
+}
+
+/// The sensor's noise, from the wrenches before the parts touched.
+fn quiet(log: &DriveLog, decimator: &Decimator) -> DMatrix<f64> {
+    let cycles = &log.cycles[1..];
+    let tare = left_by_tare(cycles);
+    let flat: Vec<f64> = free(cycles).iter().flat_map(|cycle| to_vec(&(cycle.wrench - tare))).collect();
+    let rows: Vec<Vec<f64>> = (0..WRENCH.len()).map(|row| decimator.pass(&flat, row, WRENCH.len())).collect();
+    DMatrix::from_fn(rows.len(), rows[0].len(), |row, sample| rows[row][sample])
 }
 
 /// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.

@@ -8,6 +8,7 @@ pub mod drive;
 pub mod facility;
 pub mod response;
 pub mod sensor;
+pub mod toss;
 mod trend;
 
 use crate::inference::noise::{Noise, deviations, mean};
@@ -67,6 +68,8 @@ pub struct MeasuredBlock {
     pub floor: Vec<f64>,
     /// The input that is the session's clock, where what grows with it must not count as noise.
     pub clock: Option<&'static str>,
+    /// Residuals that hold nothing but noise, where the recordings have some; one row a channel.
+    pub quiet: Vec<DMatrix<f64>>,
 }
 
 /// The recordings of a block as experiments: those to learn from or those to judge by.

@@ -54,6 +54,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         floor: Vec::new(),
         clock: Some("time"),
+        quiet: Vec::new(),
     }
 }
 

@@ -40,8 +40,8 @@ pub fn prepare_facility(
     findings.extend(strangers(&model, learn.iter().chain(&test)));
     named_apart(learn.iter_mut().chain(&mut test));
     let held_out: BTreeSet<String> = test.iter().map(|log| log.name.clone()).collect();
-    let provisional =
-        vec!["the noise is what the richest explanation leaves: no drive repeats another's commands".to_owned()];
+    let why = "no drive repeats another's commands: the motion's noise is what the richest explanation leaves";
+    let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
     let (without, isolability) = (options.without.clone(), Vec::new());
     let subject = Subject::Facility(Box::new(model), logs);

@@ -31,7 +31,9 @@ impl Noise {
     pub fn above(series: &[DMatrix<f64>], floor: &[f64]) -> Option<Self> {
         let channels = series.first()?.nrows();
         let samples: usize = series.iter().map(DMatrix::ncols).sum();
-        let most = MOST_LAGS.min(samples / (20 * channels));
+        // Series of one sample each have no past.
+        let longest = series.iter().map(DMatrix::ncols).max()?;
+        let most = MOST_LAGS.min(samples / (20 * channels)).min(longest.saturating_sub(1));
         let moments = Moments::of(series, most).above(floor);
         (0..=most).filter_map(|order| Self::of_order(&moments, order)).min_by(|a, b| a.1.total_cmp(&b.1)).map(|x| x.0)
     }
@@ -191,6 +193,14 @@ mod tests {
         let lagged: f64 = white.windows(3).map(|w| w[0] * w[2]).sum::<f64>() / white.len() as f64;
         assert!(lagged.abs() < 0.04, "{lagged}");
         assert!((1..=4).contains(&noise.order()), "{}", noise.order());
+    }
+
+    #[test]
+    fn samples_without_a_past_tell_a_noise_without_colour() {
+        let series: Vec<_> = (0..400).map(|i| DMatrix::from_element(1, 1, 3.0 * normal("alone", i))).collect();
+        let noise = Noise::fit(&series).expect("enough samples");
+        let white: f64 = series.iter().flat_map(|x| noise.whiten(x, 1)).map(|w| w * w).sum::<f64>() / 400.0;
+        assert!(noise.order() == 0 && (white - 1.0).abs() < 0.01, "{white}");
     }
 
     #[test]

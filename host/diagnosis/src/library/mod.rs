@@ -8,10 +8,11 @@ pub mod drive;
 pub mod facility;
 pub mod forms;
 pub mod sensor;
+pub mod toss;
 
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role, Unknown};
-use softdock_kernels::effects::{DICTIONARY, Effect, EffectId};
+use softdock_kernels::effects::{BENCH_EFFECTS, DICTIONARY, EFFECTS, Effect, EffectId};
 
 /// An effect that a block may hide.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +80,8 @@ impl<'a> Shelf<'a> {
         let forms = forms.iter().flat_map(|form| sizes.iter().map(|size| shaped(*size, form)).collect::<Vec<_>>());
         let forms = forms.collect();
         let places = (0..unknowns.len()).filter(|i| unknowns[*i].role == Role::Size).collect();
-        let effect = EffectId::of(id).effect();
+        let all = || EFFECTS.iter().chain(BENCH_EFFECTS);
+        let effect = all().find(|effect| effect.id == id).expect("an id of the effect tables");
         self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
     }
 }

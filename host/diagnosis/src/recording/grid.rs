@@ -3,11 +3,14 @@
 use super::table::{Gaps, Wanted};
 use crate::{Error, Result};
 use softdock_campaign::Rig;
+use softdock_campaign::rig::Plant;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Fewest samples of a piece: less holds no motion that could be judged.
 const FEWEST: usize = 200;
+/// Fewest samples of a toss, which is over in half a second.
+const FEWEST_OF_A_TOSS: usize = 30;
 /// A pause of the clock longer than this many steps cuts a recording; a shorter one is bridged.
 const LONGEST_GAP: f64 = 3.5;
 /// Steps that differ from the usual one by this share of it are uneven.
@@ -54,7 +57,8 @@ pub struct Finding {
     pub what: String,
 }
 
-/// Reads a recording: `NAME_REPEAT.csv` is a repeat of the experiment `NAME`.
+/// Reads a recording: `NAME_REPEAT.csv` is a repeat of the experiment `NAME`; where a column numbers the experiments, one
+/// file holds several.
 ///
 /// # Errors
 /// A file that cannot be read, a column that is missing, a clock that does not run, too few samples.
@@ -71,28 +75,73 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     };
     let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
     let time = signals.remove("t").expect("asked for above");
-    let (experiment, repeat) = numbered(path);
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let mut told = Told { recording: name, findings: Vec::new() };
-    let clock = Clock::of(path, &time, &mut told)?;
-    let spans = clock.spans(&time, &signals, &mut told);
+    let fewest = if matches!(rig.plant, Plant::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
+    let rows = time.len();
     let mut pieces = Vec::new();
-    for span in spans {
-        let (from, to) = (time[span[0]], time[span[span.len() - 1]]);
-        let count = ((to - from) / clock.step + 0.5) as usize + 1;
-        if count < FEWEST {
-            told.note(format!("{count} samples from {from:.3} s on are too few and left out"));
-            continue;
-        }
-        let even = |values: &Vec<f64>| resampled(&time, values, &span, clock.step, count);
-        let signals = signals.iter().map(|(name, values)| (name.clone(), even(values))).collect();
-        pieces.push(Piece { experiment: experiment.clone(), repeat, start: from, step: clock.step, signals });
+    for (name, time, signals) in experiments(path, time, signals)? {
+        pieces.extend(even_pieces(path, name, &time, &signals, fewest, &mut told)?);
     }
     if pieces.is_empty() {
-        let what = format!("{} rows hold no stretch of {FEWEST} samples without a gap", time.len());
+        let what = format!("{rows} rows hold no stretch of {fewest} samples without a gap");
         return Err(Error::log(path, None, what, "record longer, or without interruptions"));
     }
     Ok((pieces, told.findings))
+}
+
+/// Signals by name.
+type Signals = BTreeMap<String, Vec<f64>>;
+/// An experiment of a file: its name and repeat, its clock and its signals.
+type Experiment = ((String, usize), Vec<f64>, Signals);
+
+/// The experiments that a file holds, each with its name and repeat, its clock and its signals: one by the file's name, or
+/// as many as a column numbers.
+///
+/// # Errors
+/// A number that is none.
+fn experiments(path: &Path, time: Vec<f64>, mut signals: Signals) -> Result<Vec<Experiment>> {
+    let Some(numbers) = signals.remove("experiment") else {
+        return Ok(vec![(numbered(path), time, signals)]);
+    };
+    if let Some(row) = numbers.iter().position(|number| *number < 0.0 || number.fract() != 0.0 || number.is_nan()) {
+        let what = format!("the experiment of row {} is {}, no whole number", row + 1, numbers[row]);
+        return Err(Error::log(path, None, what, "number the experiments from 0 or 1 on in that column"));
+    }
+    let mut bounds: Vec<usize> = (1..numbers.len()).filter(|row| numbers[*row] != numbers[row - 1]).collect();
+    bounds.insert(0, 0);
+    bounds.push(numbers.len());
+    let cut = |pair: &[usize]| {
+        let (from, to) = (pair[0], pair[1]);
+        let own = signals.iter().map(|(name, values)| (name.clone(), values[from..to].to_vec())).collect();
+        ((format!("{}", numbers[from]), 1), time[from..to].to_vec(), own)
+    };
+    Ok(bounds.windows(2).filter(|pair| pair[0] < pair[1]).map(cut).collect())
+}
+
+/// The stretches of an experiment without gaps, at equal steps.
+fn even_pieces(
+    path: &Path,
+    (experiment, repeat): (String, usize),
+    time: &[f64],
+    signals: &Signals,
+    fewest: usize,
+    told: &mut Told,
+) -> Result<Vec<Piece>> {
+    let clock = Clock::of(path, time, fewest, told)?;
+    let mut pieces = Vec::new();
+    for span in clock.spans(time, signals, told) {
+        let (from, to) = (time[span[0]], time[span[span.len() - 1]]);
+        let count = ((to - from) / clock.step + 0.5) as usize + 1;
+        if count < fewest {
+            told.note(format!("{count} samples from {from:.3} s on are too few and left out"));
+            continue;
+        }
+        let even = |values: &Vec<f64>| resampled(time, values, &span, clock.step, count);
+        let signals = signals.iter().map(|(name, values)| (name.clone(), even(values))).collect();
+        pieces.push(Piece { experiment: experiment.clone(), repeat, start: from, step: clock.step, signals });
+    }
+    Ok(pieces)
 }
 
 /// Experiment and repeat from a file's name.
@@ -120,10 +169,10 @@ struct Clock {
 
 impl Clock {
     /// The usual step; a clock that runs backwards or not at all is an error.
-    fn of(path: &Path, time: &[f64], told: &mut Told) -> Result<Self> {
-        if time.len() < FEWEST {
+    fn of(path: &Path, time: &[f64], fewest: usize, told: &mut Told) -> Result<Self> {
+        if time.len() < fewest {
             let what = format!("{} rows are too few: nothing could be told apart from noise", time.len());
-            return Err(Error::log(path, None, what, format!("record at least {FEWEST} rows, better several seconds")));
+            return Err(Error::log(path, None, what, format!("record at least {fewest} rows, better several seconds")));
         }
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         if let Some(row) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {

@@ -3,4 +3,5 @@
 pub(crate) mod drive_log;
 pub mod grid;
 pub mod smooth;
+pub mod state;
 pub(crate) mod table;

@@ -110,6 +110,11 @@ impl Decimator {
         Self { taps: taps.iter().map(|tap| tap / sum).collect(), every }
     }
 
+    /// What is judged as it is, sample by sample.
+    pub fn none() -> Self {
+        Self { taps: vec![1.0], every: 1 }
+    }
+
     /// Steps of the samples that one kept sample stands for.
     pub fn every(&self) -> usize {
         self.every

@@ -4,6 +4,7 @@ mod body;
 mod command;
 mod contact;
 mod sensor;
+mod toss;
 
 use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
@@ -46,7 +47,7 @@ impl Recorded {
             Plant::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
             Plant::Command(rig) => command_block(rig, &self.all, &is_held, 1),
             Plant::Body(rig) => body_block(rig, &self.all, &is_held, 1),
-            Plant::Drive(_) => unreachable!("another bench"),
+            Plant::Drive(_) | Plant::Toss(_) => unreachable!("another bench"),
         }
     }
 
@@ -56,7 +57,7 @@ impl Recorded {
             Plant::Contact(_) => library::contact::effects(block),
             Plant::Command(_) => library::command::effects(block),
             Plant::Body(_) => library::body::effects(block),
-            Plant::Drive(_) => unreachable!("another bench"),
+            Plant::Drive(_) | Plant::Toss(_) => unreachable!("another bench"),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use softdock_campaign::Rig;
 use softdock_diagnosis::decide::Verdict;
-use softdock_diagnosis::diagnosis::{Options, prepare};
+use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
 use std::path::{Path, PathBuf};
 
 fn data(file: &str) -> PathBuf {
@@ -38,6 +38,43 @@ fn emps_lacks_coulomb_friction_and_an_offset() {
     // The published model leaves 3.5 to 3.6 %, by the data's own description.
     let error = diagnosis.blocks.iter().find_map(|block| block.torque_error).expect("a drive");
     assert!(error.before > 0.18 && error.after < 0.037, "{error:?}");
+}
+
+/// Cubes tossed onto a board, in the tree and outside it (Pfrommer, Halm and Posa 2020).
+fn tossed(log: &Path) -> Diagnosis {
+    let rig = Rig::load(&shipped("cube_toss.toml")).expect("a legal model");
+    let options = Options { hold_out_experiments: "4:1".parse().ok(), ..Options::default() };
+    let diagnosis = prepare(rig, &[log], &[], &options).expect("good recordings").diagnose().expect("tosses").0;
+    assert!(diagnosis.provisional && diagnosis.reasons.len() == 1 && diagnosis.reasons[0].starts_with("no repeats"));
+    diagnosis
+}
+
+/// 32 of the tosses: the sharp cube of the nominal constants is what explains least.
+#[test]
+fn a_cube_has_round_corners_and_another_inertia_than_its_makers_say() {
+    let diagnosis = tossed(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cube-tosses/tosses.csv"));
+    let block = &diagnosis.blocks[0];
+    let run = block.free_run.as_ref().expect("tosses that rebound and rest");
+    assert_eq!((run.tosses, run.held_out), ([8, 8], true));
+    let radius =
+        &run.with.iter().find(|effect| effect.id == "K11_shape").expect("round corners").parameters["corner_radius"];
+    assert!(radius.lo > 2e-3 && radius.hi < 5e-3, "{radius:?}");
+    assert!(block.residual.after < 0.5 * block.residual.before, "{:?}", block.residual);
+    assert!(run.rebound_velocity.after.value < 0.8 * run.rebound_velocity.before.value, "{run:?}");
+}
+
+/// All tosses: restitution, shape and mass are not those of the nominal constants, and knowing them helps free runs.
+#[test]
+#[ignore = "needs SOFTDOCK_DATA; minutes"]
+fn free_runs_of_a_cube_come_nearer_with_its_shape_its_mass_and_its_restitution() {
+    let diagnosis = tossed(&data("cube-tosses/tosses.csv"));
+    let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+    found.sort_unstable();
+    assert_eq!((diagnosis.answer, found), (Verdict::Named, vec!["K11_shape", "K3_damping", "P1_mass"]));
+    let run = diagnosis.blocks[0].free_run.as_ref().expect("tosses that rebound and rest");
+    assert_eq!(run.tosses, [114, 114]);
+    assert!(run.rebound_velocity.before.lo > 0.15 && run.rebound_velocity.after.hi < 0.07, "{run:?}");
+    assert!(run.rebound_speed.gain.lo > 0.0 && run.rest_position.gain.lo > 0.0, "{run:?}");
 }
 
 /// One speedj command: its flag stands from row 251 on, the target's rate from row 253 on, the motion's from row 254 on,

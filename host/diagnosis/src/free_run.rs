@@ -1,0 +1,206 @@
+//! How a model does on tosses that it runs freely: speed after the first blow, and where the body comes to rest.
+//!
+//! Simulated from the first measured state on, with nothing measured after it. Medians over the tosses, with intervals of
+//! the bootstrap over tosses: some land on an edge, and then no model tells to which side they fall.
+
+use crate::block::toss::{StateNoise, clear, free_run};
+use crate::decide::{Estimate, parameters};
+use crate::diagnosis::Judged;
+use crate::recording::grid::Piece;
+use crate::recording::state::{Poses, State};
+use nalgebra::Vector3;
+use serde::Serialize;
+use softdock_campaign::rig::TossRig;
+use softdock_engine::blocks::{Kind, simulate};
+use softdock_kernels::philox;
+use std::collections::BTreeMap;
+
+/// Resamples of the bootstrap.
+const RESAMPLES: usize = 2000;
+/// Seed of the bootstrap: the same data give the same interval.
+const SEED: u64 = 4;
+/// Fewest tosses that an interval is told of.
+const FEWEST: usize = 5;
+
+/// A median with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Median {
+    /// The median.
+    pub value: f64,
+    /// Lower bound.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
+}
+
+/// An error of the model as it is and with what was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Compared {
+    /// With the nominal constants.
+    pub before: Median,
+    /// With what was found.
+    pub after: Median,
+    /// Share by which the median falls, over the same tosses.
+    pub gain: Median,
+}
+
+/// Errors of free runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FreeRun {
+    /// Tosses whose rebound was judged, and whose rest was.
+    pub tosses: [usize; 2],
+    /// Whether no fit has seen them.
+    pub held_out: bool,
+    /// Relative error of the speed at the first smooth frame after the first blow.
+    pub rebound_speed: Compared,
+    /// Length of the difference of the velocities there, over the measured speed.
+    pub rebound_velocity: Compared,
+    /// Distance of the place of rest from the measured one along the plane \[m\].
+    pub rest_position: Compared,
+    /// What the model has after: the best explanation, named or not.
+    pub with: Vec<Extension>,
+}
+
+/// An effect that the model has after.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Extension {
+    /// Catalogue id.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// Its numbers.
+    pub parameters: BTreeMap<String, Estimate>,
+}
+
+impl FreeRun {
+    /// Of some recordings with the nominal constants and with the best explanation that is sound, whatever may be said of
+    /// its name; `None` where too few tosses show both.
+    pub fn of(rig: &TossRig, pieces: &[&Piece], held_out: bool, judged: &Judged) -> Option<Self> {
+        let base = &judged.block.base;
+        let best = judged.judgement.ranking.iter().find(|candidate| candidate.sound);
+        let sets = [base.clone(), best.map_or_else(|| base.clone(), |best| best.fitted.values(base))];
+        let hypotheses = best.into_iter().flat_map(|best| best.hypotheses.iter().map(move |number| (best, *number)));
+        let with = hypotheses.map(|(best, number)| {
+            let own = &judged.library[number];
+            Extension { id: own.effect.id, name: own.name, parameters: parameters(best, own, false) }
+        });
+        let poses: Vec<Poses> = pieces.iter().map(|piece| Poses::of(piece)).collect();
+        let noise = StateNoise::of(rig, poses.iter());
+        let tosses: Vec<Toss> = poses.iter().filter_map(|poses| Toss::of(rig, poses, &noise)).collect();
+        let runs: Vec<_> = tosses.iter().map(|toss| free_run(&toss.begin, toss.frames, toss.step)).collect();
+        let outputs = simulate(Kind::Toss, &runs.iter().collect::<Vec<_>>(), &sets);
+        let (mut speeds, mut velocities, mut rests) = (Vec::new(), Vec::new(), Vec::new());
+        for (toss, outputs) in tosses.iter().zip(&outputs) {
+            speeds.extend(toss.rebound_errors(outputs, |simulated, measured| simulated.norm() - measured.norm()));
+            velocities.extend(toss.rebound_errors(outputs, |simulated, measured| (simulated - measured).norm()));
+            rests.extend(toss.rest_errors(outputs));
+        }
+        let tosses = [speeds.len(), rests.len()];
+        let enough = tosses.iter().all(|count| *count >= FEWEST);
+        enough.then(|| Self {
+            tosses,
+            held_out,
+            rebound_speed: compared(&speeds),
+            rebound_velocity: compared(&velocities),
+            rest_position: compared(&rests),
+            with: with.collect(),
+        })
+    }
+}
+
+/// A toss as it was measured.
+struct Toss {
+    begin: State,
+    /// Frames from there on, and from one to the next \[s\].
+    frames: usize,
+    step: f64,
+    /// First smooth frame after the first blow, from the begin on, and the velocity there.
+    rebound: Option<(usize, Vector3<f64>)>,
+    /// How far the body came until the recording's end, if it rests there.
+    rest: Option<Vector3<f64>>,
+}
+
+/// Mean speed \[m/s\] over the last frames, and how many, below which a body rests.
+const AT_REST: f64 = 0.02;
+const LAST: usize = 8;
+/// Least speed \[m/s\] that an error is related to.
+const SLOWEST: f64 = 0.2;
+
+impl Toss {
+    /// `None` of a toss that does not begin in free flight.
+    fn of(rig: &TossRig, poses: &Poses, noise: &StateNoise) -> Option<Self> {
+        let smooth = |frame: &usize| poses.state(*frame).filter(|state| noise.is_smooth(state));
+        let last = poses.frames() - 1;
+        let first = (0..last).find(|frame| clear(rig, poses, *frame, *frame) && smooth(frame).is_some())?;
+        let begin = smooth(&first)?;
+        let blow = (first..last).find(|frame| !clear(rig, poses, *frame, *frame) && smooth(frame).is_none());
+        let after = blow.and_then(|blow| (blow..last).find(|frame| smooth(frame).is_some()));
+        let rebound = after.and_then(|frame| Some((frame - first, smooth(&frame)?.velocity)));
+        let end = (poses.position[last] - poses.position[last - LAST.min(last)]) / (LAST as f64 * poses.step);
+        let rest = (end.norm() < AT_REST).then(|| poses.position[last] - begin.position);
+        Some(Self { begin, frames: last - first, step: poses.step, rebound, rest })
+    }
+
+    /// Errors of the velocity after the first blow, before and after, over the measured speed.
+    fn rebound_errors(
+        &self,
+        outputs: &[Vec<f64>],
+        error: impl Fn(Vector3<f64>, Vector3<f64>) -> f64,
+    ) -> Option<[f64; 2]> {
+        let (frame, measured) = self.rebound.filter(|rebound| rebound.1.norm() > SLOWEST)?;
+        Some([0, 1].map(|set| error(output(&outputs[set], frame, 6), measured).abs() / measured.norm()))
+    }
+
+    /// Distances of the places of rest, before and after.
+    fn rest_errors(&self, outputs: &[Vec<f64>]) -> Option<[f64; 2]> {
+        let rest = self.rest?;
+        Some([0, 1].map(|set| (output(&outputs[set], self.frames, 0) - rest).xy().norm()))
+    }
+}
+
+/// Three numbers of a frame's outputs.
+fn output(outputs: &[f64], frame: usize, first: usize) -> Vector3<f64> {
+    let width = Kind::Toss.outputs().len();
+    Vector3::from_column_slice(&outputs[frame * width + first..][..3])
+}
+
+/// Medians of errors before and after, and of what is gained, with their intervals.
+fn compared(errors: &[[f64; 2]]) -> Compared {
+    let of = |f: &dyn Fn([f64; 2]) -> f64| {
+        let medians = |draw: &dyn Fn(usize) -> usize| {
+            [0, 1].map(|k| median((0..errors.len()).map(|i| errors[draw(i)][k]).collect()))
+        };
+        let resample = |number: usize| {
+            let draw = |i: usize| {
+                let u = philox::uniform(SEED, "tosses", number as u64, i as u32);
+                ((errors.len() as f64 * u) as usize).min(errors.len() - 1)
+            };
+            f(medians(&draw))
+        };
+        let mut all: Vec<f64> = (0..RESAMPLES).map(resample).collect();
+        all.sort_by(f64::total_cmp);
+        Median { value: f(medians(&|i| i)), lo: all[RESAMPLES / 40], hi: all[RESAMPLES - 1 - RESAMPLES / 40] }
+    };
+    Compared { before: of(&|m| m[0]), after: of(&|m| m[1]), gain: of(&|m| 1.0 - m[1] / m[0]) }
+}
+
+/// The middle of some values, or between the two in the middle.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len().is_multiple_of(2) { 0.5 * (values[half - 1] + values[half]) } else { values[half] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_that_halve_gain_a_half_and_the_interval_holds_it() {
+        let errors: Vec<[f64; 2]> = (0..80).map(|i| f64::from(i % 20) / 20.0 + 0.1).map(|e| [e, 0.5 * e]).collect();
+        let found = compared(&errors);
+        assert!((found.before.value - 0.575).abs() < 1e-12 && (found.gain.value - 0.5).abs() < 1e-12, "{found:?}");
+        assert!(found.before.lo < 0.575 && found.before.hi > 0.575 && found.gain.lo > 0.4999, "{found:?}");
+        assert!(found.before.hi - found.before.lo < 0.4 && found.after.hi < found.before.lo, "{found:?}");
+    }
+}
