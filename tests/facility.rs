@@ -1,6 +1,7 @@
 //! A whole facility with a secret: its drives are diagnosed, the model is extended, and the campaign's verdicts follow.
 
-use softdock_campaign::load;
+use serde_json::{Value, json};
+use softdock_campaign::{Scenario, load};
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::{fields, to_vec};
@@ -9,6 +10,7 @@ use softdock_kernels::frame::single::emulated_facility;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Parts;
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 fn root() -> &'static Path {
@@ -61,4 +63,49 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
         }
     }
     assert!(touched, "the parts touch");
+}
+
+/// What a command that must succeed says.
+fn softdock(words: &str) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+    let output = command.current_dir(root()).args(words.split_whitespace()).output().expect("softdock starts");
+    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "softdock {words}\n{said}");
+    said
+}
+
+/// The answer to drives with a secret.
+fn diagnosed(folder: &Path, secret: &str) -> Value {
+    let effects = folder.join("secret.toml");
+    std::fs::write(&effects, format!("schema = \"effects/1\"\n[set]\n{secret}\n")).expect("room");
+    let mut logs = String::new();
+    for run in [3, 11, 40] {
+        let out = folder.join(run.to_string());
+        let (effects, shown) = (effects.display(), out.display());
+        softdock(&format!(
+            "drive campaigns/probe_drogue.toml --run {run} --virtual --no-band --priority 0 --effects {effects} --out {shown}"
+        ));
+        logs += &format!(" {shown}/log.parquet");
+    }
+    let out = folder.join("answer");
+    softdock(&format!("diagnose campaigns/probe_drogue.toml{logs} --out {}", out.display()));
+    serde_json::from_str(&std::fs::read_to_string(out.join("diagnosis.json")).expect("an answer")).expect("JSON")
+}
+
+#[test]
+fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let answer = diagnosed(folder.path(), "\"facility.robot1.lag\" = \"32 ms\"");
+    assert_eq!((&answer["answer"], &answer["provisional"]), (&json!("named"), &json!(true)));
+    assert_eq!(answer["effects"][0]["id"], "C2_lag");
+    let lag = &answer["effects"][0]["parameters"]["robot1_lag"];
+    assert!((lag["value"].as_f64().expect("a number") - 0.032).abs() < 2e-4, "{lag}");
+    let other = &answer["effects"][0]["parameters"]["robot2_lag"]["value"];
+    assert!((other.as_f64().expect("a number") - 0.02673).abs() < 2e-4, "the other robot is as it should be: {other}");
+    let extended = folder.path().join("answer/extended.toml");
+    let scenario = Scenario::load(&extended).expect("a scenario");
+    assert!((scenario.model.nominal.robot1_lag - 0.032).abs() < 2e-4);
+    assert!(scenario.found[0].is_uncertain(), "with its covariance");
+    let shown = extended.display();
+    softdock(&format!("check campaigns/probe_drogue.toml --model {shown} --runs 10"));
 }

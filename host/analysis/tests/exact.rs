@@ -1,7 +1,8 @@
 //! The exact statistics against golden tables (exact binomial) and against SciPy.
 
 use softdock_analysis::exact::{
-    allowed_failures, clopper_pearson, lower_bound, smallest_runs, tolerance_rank, tolerated_rate, upper_bound, wilson,
+    allowed_failures, clopper_pearson, lower_bound, pooled, smallest_runs, tolerance_rank, tolerated_rate, upper_bound,
+    wilson,
 };
 use softdock_analysis::plan::{plan_line, plan_text};
 
@@ -129,4 +130,20 @@ fn the_plan_says_what_the_campaign_allows() {
     let line = plan_line(0.9973, 0.9, 2_000);
     assert_eq!(line, "99.73 %/90 %: 2000 runs allow 2 failures; passed 9 times in 10 if the true rate is 0.00055");
     assert!(plan_line(0.9973, 0.9, 500).ends_with("cannot be shown by 500 runs; at least 852 are needed"));
+}
+
+#[test]
+fn shares_over_draws_hold_their_chance_and_their_spread() {
+    let chance = clopper_pearson(400, 2000, 0.95);
+    let (share, alone) = pooled(&[(400, 2000)], 0.95);
+    assert_eq!((share, alone), (0.2, chance), "one draw has no spread");
+    let (_, even) = pooled(&[(40, 200); 10], 0.95);
+    assert_eq!(even, chance, "nor have equal ones");
+    // Shares of 0.1 and 0.3 in turn: a standard deviation of 0.1, of which chance explains 0.028.
+    let draws: Vec<(u64, u64)> = (0..10).map(|k| (if k % 2 == 0 { 20 } else { 60 }, 200)).collect();
+    let (share, wide) = pooled(&draws, 0.95);
+    let spread = 1.96 * (0.01_f64 - 0.16 / 200.0).sqrt();
+    close(share - wide.lo, (0.2 - chance.lo).hypot(spread), 1e-3);
+    close(wide.hi - share, (chance.hi - 0.2).hypot(spread), 1e-3);
+    assert_eq!(pooled(&[], 0.95).1, clopper_pearson(0, 0, 0.95), "nothing is known of nothing");
 }

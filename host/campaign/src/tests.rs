@@ -348,3 +348,48 @@ fn schemas_describe_every_key() {
         }
     }
 }
+
+/// A shipped campaign on its own scenario with an effect that a diagnosis found.
+fn extended(name: &str, effect: &str) -> Result<Campaign, crate::Problems> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (text, beside) = shipped(name).scenario.gathered();
+    for (name, text) in beside {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let model = folder.path().join("extended.toml");
+    std::fs::write(&model, format!("{text}\n{effect}")).expect("written");
+    Campaign::load_with(&campaigns().join(name), Some(&model))
+}
+
+const DELAY: &str = "[[effect]]\nid = \"C1_transport_delay\"\ncovariance = [[1e-6]]\n\
+                     [effect.parameters]\nloop_delay = \"9 ms\"\n";
+
+#[test]
+fn what_a_diagnosis_found_stands_before_what_a_campaign_draws() {
+    let found = extended("probe_drogue.toml", DELAY).expect("a legal model").with_sample(4000, 1);
+    assert!(drawn(&found, "loop_delay").iter().all(|delay| *delay == 9e-3));
+    assert_ne!(found.hash, shipped("probe_drogue.toml").hash, "another facility is another campaign");
+    let delays = drawn(&found.clone().over_posterior(400), "loop_delay");
+    let middle = mean(&delays);
+    let sd = mean(&delays.iter().map(|delay| (delay - middle).powi(2)).collect::<Vec<_>>()).sqrt();
+    assert!((middle - 9e-3).abs() < 2e-4 && (sd - 1e-3).abs() < 1e-4, "{middle} {sd}");
+    assert!(delays.chunks(10).all(|draw| draw.iter().all(|delay| *delay == draw[0])), "one value an outer draw");
+    let others = drawn(&found, "target_mass");
+    assert_eq!(others, drawn(&shipped("probe_drogue.toml").with_sample(4000, 1), "target_mass"), "no other draw moves");
+}
+
+#[test]
+fn a_found_effect_that_cannot_be_is_refused() {
+    let refused = |effect: &str| extended("probe_drogue.toml", effect).expect_err("something is wrong").to_string();
+    for (old, new, reason) in [
+        ("C1_transport_delay", "C1_delay", "there is no effect `C1_delay`"),
+        ("loop_delay", "loop_dely", "has no parameter `loop_dely`"),
+        ("9 ms", "-9 ms", "out of range"),
+        ("[[1e-6]]", "[[1e-6, 0.0], [0.0, 1e-6]]", "no covariance of the 1 parameters"),
+        ("[[1e-6]]", "[[-1e-6]]", "no covariance of the 1 parameters"),
+    ] {
+        assert!(DELAY.contains(old));
+        let said = refused(&DELAY.replace(old, new));
+        assert!(said.contains(reason), "{new}\n{said}");
+    }
+}
