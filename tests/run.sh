@@ -101,7 +101,7 @@ swiftshader_seen=no
 if fetch_swiftshader; then
     # The old name of the variable is for Vulkan loaders before 1.3.207.
     VK_DRIVER_FILES="$swiftshader/icd.json" VK_ICD_FILENAMES="$swiftshader/icd.json" \
-        cargo test --release --test softdock parity
+        cargo test --release --workspace --test softdock parity
     swiftshader_seen=yes
 fi
 

@@ -11,7 +11,7 @@ const VALUE: [f64; 5] = [-3.0 / 35.0, 12.0 / 35.0, 17.0 / 35.0, 12.0 / 35.0, -3.
 const RATE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
 const BEND: [f64; 5] = [2.0 / 14.0, -1.0 / 14.0, -2.0 / 14.0, -1.0 / 14.0, 2.0 / 14.0];
 
-/// Standard deviation of a rate by [`RATE`], in noises of a frame over the step.
+/// Standard deviation of a [`State`]'s velocity or rate, in noises of a frame over the step.
 pub const RATE_NOISE: f64 = 0.316_227_766_016_837_94;
 
 /// A body's state.
