@@ -21,10 +21,10 @@ fn root() -> &'static Path {
 fn told(start: &Parts<f64>, tick: usize) -> Parts<f64> {
     let time = tick as f64 * 1e-3;
     let (mut told, omega) = (*start, 3.0);
-    let way = 0.06 * (1.0 - (omega * time).cos());
+    let way = 0.12 * (1.0 - (omega * time).cos());
     told.a.position.x += way;
     told.a.position.y += 0.2 * way;
-    told.a.velocity.x = 0.06 * omega * (omega * time).sin();
+    told.a.velocity.x = 0.12 * omega * (omega * time).sin();
     told.a.velocity.y = 0.2 * told.a.velocity.x;
     told
 }

@@ -117,7 +117,7 @@ pub(crate) fn wrench_section(
     let mut ideal = model.scenario().model.clone();
     ideal.facility.joint_level = None;
     let plant = plant(&ideal, finer);
-    let followed = |p: Params<f64>| exactly_followed(p, &plant);
+    let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
     let trial = |log: &DriveLog| {
         let rows = held_rows(&plant, log);
@@ -162,8 +162,8 @@ fn untouched(model: &Model) -> Model {
     model
 }
 
-/// Parameters with robots that are where they are told, without delay.
-fn exactly_followed(p: Params<f64>, plant: &Plant) -> Params<f64> {
+/// Parameters with robots that are where they are told, without delay, and a sensor that was tared.
+fn followed_and_tared(p: Params<f64>, plant: &Plant) -> Params<f64> {
     Params {
         loop_delay: plant.timing.own_delay() + p.sensor_delay,
         clock_skew: 0.0,
@@ -176,6 +176,8 @@ fn exactly_followed(p: Params<f64>, plant: &Plant) -> Params<f64> {
         robot2_lag_zero: 0.0,
         rail_lag: 0.0,
         place_error: Vec3::zero(),
+        sensor_bias_force: Vec3::zero(),
+        sensor_bias_moment: Vec3::zero(),
         ..p
     }
 }
