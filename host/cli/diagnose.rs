@@ -26,15 +26,18 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         without: args.without.clone(),
     };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
-    let mut whole = None;
-    let (title, id, prepared) = match facility(model)? {
+    let mut whole = false;
+    let (title, id, (text, beside), prepared) = match facility(model)? {
         Some(facility) => {
-            let scenario = whole.insert(facility.scenario().clone());
-            (scenario.title.clone(), scenario.id.clone(), prepare_facility(facility, &logs, &holdout, &options))
+            whole = true;
+            let scenario = facility.scenario().clone();
+            let prepared = prepare_facility(facility, &logs, &holdout, &options);
+            (scenario.title.clone(), scenario.id.clone(), scenario.gathered(), prepared)
         }
         None => {
             let rig = Rig::load(model).map_err(explain)?;
-            (rig.title.clone(), rig.id.clone(), prepare(rig, &logs, &holdout, &options))
+            let gathered = rig.gathered();
+            (rig.title.clone(), rig.id.clone(), gathered, prepare(rig, &logs, &holdout, &options))
         }
     };
     let prepared = prepared.map_err(told)?;
@@ -42,16 +45,12 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     warn(isolability::text(&prepared.isolability));
     let (diagnosis, judged) = prepared.diagnose().map_err(told)?;
     let command = command(args, model);
-    let (text, beside) = match &whole {
-        Some(scenario) => scenario.gathered(),
-        None => (std::fs::read_to_string(model).into_diagnostic()?, Vec::new()),
-    };
     let mut figures = serde_json::to_value(&diagnosis).into_diagnostic()?;
     let mut files = vec![
         ("diagnosis.html", diagnosis_page::page(&title, &diagnosis, &judged, &command).map_err(told)?),
         ("diagnosis.json", json(&figures) + "\n"),
     ];
-    if let Some(text) = extend::extended(&text, &diagnosis, whole.is_some()) {
+    if let Some(text) = extend::extended(&text, &diagnosis, whole) {
         files.push((EXTENDED, text));
         files.extend(beside.iter().map(|(name, text)| (name.as_str(), text.clone())));
     }
@@ -105,6 +104,11 @@ fn signals() -> String {
         signal(name, &unit, meaning)
     };
     DRIVE_SIGNALS.iter().for_each(|row| out += &either(row));
+    out += "\nrobot: axis by axis; in the [log] of the robot's own model file, r1. before and the axis' number behind a name\n";
+    let named = |name: &str| if name == "t" { name.to_owned() } else { format!("r1.{name}.1") };
+    softdock_campaign::robot::SIGNALS
+        .iter()
+        .for_each(|(name, _, unit, meaning)| out += &signal(&named(name), unit, meaning));
     out += "\nsensor: a force/torque sensor under known loads\n";
     SENSOR_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out += "\ncontact: one body against a plate\n";

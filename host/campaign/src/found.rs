@@ -94,8 +94,26 @@ fn factor(c: &mut Checker, effect: &EffectTable, count: usize) -> Vec<Vec<f64>> 
     }
 }
 
-/// Whether an effect is in the table; refused if it is not.
+/// Whether an effect is in the table and names no axis; refused if not.
 pub(crate) fn is_known(c: &mut Checker, written: &EffectTable) -> bool {
+    if let Some(joint) = &written.joint {
+        c.refuse(&joint.span, "there is no axis to choose here", "remove joint");
+    }
+    is_listed(c, written)
+}
+
+/// The axis, from 0, that a known effect of a robot acts on; refused if there is none.
+pub(crate) fn is_known_at(c: &mut Checker, written: &EffectTable, axes: usize) -> Option<usize> {
+    let Some(joint) = &written.joint else {
+        let message = format!("`{}` acts on one axis of the robot, and none is named", written.id.value);
+        c.refuse(&written.id.span, message, format!("add joint, from 1 to {axes}"));
+        return None;
+    };
+    let axis = c.count(joint, 1, axes as u64) as usize - 1;
+    is_listed(c, written).then_some(axis)
+}
+
+fn is_listed(c: &mut Checker, written: &EffectTable) -> bool {
     let all = EFFECTS.iter().chain(BENCH_EFFECTS).chain([&DICTIONARY]);
     let (id, known): (_, Vec<&str>) = (&written.id, all.map(|effect| effect.id).collect());
     let is_known = known.contains(&id.value.as_str());

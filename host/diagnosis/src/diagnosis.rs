@@ -7,6 +7,7 @@ use crate::block::contact::{self, contact_block};
 use crate::block::controller::{controller_block, torque_between};
 use crate::block::drive::{drive_block, followed};
 use crate::block::facility::FacilityModel;
+use crate::block::robot::robot_blocks;
 use crate::block::sensor::{self, sensor_block};
 use crate::block::toss::{self, toss_block};
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
@@ -28,7 +29,7 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{CommandRig, DriveRig, Plant, TossRig};
+use softdock_campaign::rig::{CommandRig, DriveRig, Plant, RobotRig, TossRig};
 use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -145,7 +146,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         Ok(all)
     };
     let (mut learn, mut test) = (of(logs)?, of(holdout)?);
-    if matches!(rig.plant, Plant::Drive(_)) {
+    if matches!(rig.plant, Plant::Drive(_) | Plant::Robot(_)) {
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let mut provisional = Vec::new();
@@ -247,6 +248,13 @@ impl Prepared {
         };
         match &rig.plant {
             Plant::Drive(rig) => self.drive_blocks(rig, finer),
+            Plant::Robot(rig) => {
+                let with_library = |block| {
+                    let library = library::drive::effects(&block);
+                    (block, library)
+                };
+                robot_blocks(rig, pieces, &is_held, finer).into_iter().map(with_library).collect()
+            }
             Plant::Sensor(rig) => {
                 let block = sensor_block(rig, pieces, &is_held, finer);
                 let library = library::sensor::effects(&block);
@@ -294,6 +302,7 @@ impl Prepared {
         let views = match self.plant() {
             None => facility::views(&self.blocks(1)),
             Some(Plant::Drive(_)) => self.drive_views()?,
+            Some(Plant::Robot(rig)) => self.robot_views(rig)?,
             Some(Plant::Sensor(_)) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
             Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
             Some(Plant::Command(rig)) => self.command_views(rig),
@@ -323,6 +332,23 @@ impl Prepared {
         views[0].effects.extend(packets::visible(rig, self.pieces()));
         views.extend(timing::views(self.pieces()));
         views
+    }
+
+    /// Of every axis, which must have its angle and its torque.
+    fn robot_views(&self, rig: &RobotRig) -> Result<Vec<BlockView>> {
+        for signal in (1..=rig.drives.len()).flat_map(|axis| [format!("q.{axis}"), format!("tau.{axis}")]) {
+            if !self.has(&signal) {
+                let what =
+                    format!("the robot's model file names no column for `{signal}`: its axis could not be judged");
+                let remedy = format!("add it to [log] there: \"r1.{signal}\" = {{ column = \"...\", unit = \"...\" }}");
+                return Err(Error::unfit(what, remedy));
+            }
+        }
+        let view = |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| {
+            let outputs: &[&'static str] = if block.channels.len() > 1 { &["q", "q_link"] } else { &["q"] };
+            BlockView::judged(block, library, &["tau"], outputs)
+        };
+        Ok(self.blocks(1).iter().map(view).collect())
     }
 
     fn drive_views(&self) -> Result<Vec<BlockView>> {

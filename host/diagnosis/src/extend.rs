@@ -1,5 +1,6 @@
 //! The extended model: the model file as it is, with what a diagnosis found added at its end.
 
+use crate::block::robot;
 use crate::decide::{EffectFound, Estimate, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::words::{estimated, headline};
@@ -22,8 +23,9 @@ pub fn extended(model: &str, diagnosis: &Diagnosis, uncertain: bool) -> Option<S
     }
     let mut out = format!("{}\n\n# {}\n", model.trim_end(), headline(diagnosis));
     out += "# Written by softdock diagnose; intervals of 95 % stand beside the numbers.\n";
-    for (id, table) in tables {
+    for ((joint, id), table) in tables {
         out += &format!("\n[[effect]]\nid = \"{id}\"\n");
+        out += &joint.map_or_else(String::new, |joint| format!("joint = {joint}\n"));
         if uncertain && !table.covariance.is_empty() {
             let row = |row: &Vec<f64>| {
                 format!("[{}]", row.iter().map(|cell| format!("{cell:e}")).collect::<Vec<_>>().join(", "))
@@ -41,18 +43,19 @@ pub fn extended(model: &str, diagnosis: &Diagnosis, uncertain: bool) -> Option<S
 }
 
 /// Effects to add, each with its parameters: those that were named, or what something outside the library behaves like.
-fn tables(diagnosis: &Diagnosis) -> BTreeMap<&'static str, Table<'_>> {
-    let mut all: BTreeMap<&'static str, Table> = BTreeMap::new();
+fn tables(diagnosis: &Diagnosis) -> BTreeMap<(Option<usize>, &'static str), Table<'_>> {
+    let mut all: BTreeMap<(Option<usize>, &'static str), Table> = BTreeMap::new();
     let blocks = diagnosis.blocks.iter().filter(|block| block.answer == Verdict::Named);
     let named: Vec<&EffectFound> = blocks.flat_map(|block| &block.effects).collect();
-    let forms = diagnosis.blocks.iter().filter_map(|block| block.form.as_ref()).filter(|form| form.holds);
-    let terms = forms.flat_map(|form| &form.terms).map(|term| (term.id, &term.parameters));
+    let forms = diagnosis.blocks.iter().filter_map(|block| Some((robot::axis(block.block), block.form.as_ref()?)));
+    let forms = forms.filter(|(_, form)| form.holds);
     // The terms of a form are one effect.
-    for (id, parameters) in named.iter().map(|effect| (effect.id, &effect.parameters)).chain(terms) {
-        all.entry(id).or_default().parameters.extend(parameters);
+    for (axis, term) in forms.flat_map(|(axis, form)| form.terms.iter().map(move |term| (axis, term))) {
+        all.entry((axis, term.id)).or_default().parameters.extend(&term.parameters);
     }
     for effect in named {
-        let table = all.entry(effect.id).or_default();
+        let table = all.entry((robot::axis(effect.block), effect.id)).or_default();
+        table.parameters.extend(&effect.parameters);
         if table.parameters.len() == effect.covariance.len() {
             table.covariance = &effect.covariance;
         }

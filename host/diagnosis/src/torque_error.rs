@@ -1,15 +1,16 @@
 //! How much of a drive's torque a model gets wrong, as identification papers state it: the low-passed difference between
 //! measured and modelled torque over the measured one, root mean squares.
 
-use crate::block::MeasuredBlock;
+use crate::block::{MeasuredBlock, Trial, robot};
 use crate::inference::fit::Fitted;
 use crate::recording::smooth::motion;
+use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_engine::blocks::Kind;
 use softdock_kernels::block::drive::OBSERVER;
 
-/// Cut-off of the zero-phase low-pass \[Hz\].
-const CUTOFF: f64 = 20.0;
+/// Cut-off of the zero-phase low-pass for a drive alone, and for an axis of a robot \[Hz\].
+const CUTOFFS: [f64; 2] = [20.0, 10.0];
 /// Time that is left out at both ends, where the low-pass rings \[s\].
 const ENDS: f64 = 0.1;
 
@@ -30,12 +31,13 @@ impl TorqueError {
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
         let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
         let step = block.judged_step(first);
-        if !block.section.is(Kind::Drive) || CUTOFF > 0.5 / step {
+        let cutoff = CUTOFFS[usize::from(robot::axis(block.name).is_some())];
+        if !block.section.is(Kind::Drive) || cutoff > 0.5 / step {
             return None;
         }
-        let told = told(block, held_out)?;
-        let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), step)? / told);
-        Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: CUTOFF })
+        let told = told(block, held_out, cutoff)?;
+        let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / told);
+        Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: cutoff })
     }
 }
 
@@ -43,23 +45,37 @@ impl TorqueError {
 ///
 /// A missing torque T moves the simulated angle off by `e`, held by the observer of the block:
 /// `T = J (e'' + 2 w e' + w^2 e)`.
-fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], step: f64) -> Option<f64> {
+fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], cutoff: f64) -> Option<f64> {
     let field = |name: &str| set[block.field(name)];
-    let link = |trial: &crate::block::Trial| trial.recorded.inputs[4];
-    let inertia = field("motor_inertia") + field("inertia_error") + link(block.trials.first()?);
-    let torque = |residual: &nalgebra::DMatrix<f64>| -> Vec<f64> {
-        let e = motion(&residual.row(0).iter().copied().collect::<Vec<_>>(), step, CUTOFF, 1);
+    let own = field("motor_inertia") + field("inertia_error");
+    let mut firsts: Vec<&Trial> = Vec::new();
+    for trial in block.trials.iter().filter(|trial| trial.held_out == held_out) {
+        if firsts.iter().all(|first| first.experiment != trial.experiment) {
+            firsts.push(trial);
+        }
+    }
+    let step = block.judged_step(firsts.first()?);
+    let torque = |(residual, trial): (DMatrix<f64>, &Trial)| -> Vec<f64> {
+        let e = motion(&residual.row(0).iter().copied().collect::<Vec<_>>(), step, cutoff, 1);
         let at = |i: usize| e.acceleration[i] + 2.0 * OBSERVER * e.rate[i] + OBSERVER * OBSERVER * e.value[i];
-        (0..e.value.len()).map(|i| inertia * at(i)).collect()
+        (0..e.value.len()).map(|i| (own + link_inertia(block, trial, i)) * at(i)).collect()
     };
-    root_mean_square(block.part(held_out).means(set).iter().map(torque), step)
+    root_mean_square(block.part(held_out).means(set).into_iter().zip(firsts).map(torque), step)
+}
+
+/// Inertia of the link at a judged sample of a recording.
+fn link_inertia(block: &MeasuredBlock, trial: &Trial, sample: usize) -> f64 {
+    let place =
+        |name: &str| block.section.inputs().iter().position(|field| field.name == name).expect("an input's name");
+    let instant = (block.decimator.margin() + sample * block.decimator.every()) * trial.recorded.stride;
+    trial.recorded.inputs[instant * block.section.inputs().len() + place("inertia")]
 }
 
 /// Root mean square of the measured torque.
-fn told(block: &MeasuredBlock, held_out: bool) -> Option<f64> {
+fn told(block: &MeasuredBlock, held_out: bool, cutoff: f64) -> Option<f64> {
     let trials = block.trials.iter().filter(|trial| trial.held_out == held_out);
     let step = block.trials.first()?.recorded.step;
-    root_mean_square(trials.map(|trial| motion(&trial.recorded.late, step, CUTOFF, 1).value), step)
+    root_mean_square(trials.map(|trial| motion(&trial.recorded.late, step, cutoff, 1).value), step)
 }
 
 /// Root mean square of several series of equal steps \[s\], without their ends.

@@ -52,6 +52,7 @@ bundle! {
         cable_travel: R, "rad", "travel in which their hysteresis turns to 1/e";
         offset: R, "N m", "torque that the drive reports without giving it";
         clock_offset: R, "s", "how much later the torque acts than its time stamp says";
+        link_age: R, "s", "age of the samples of an encoder behind the gear, beyond that of the motor's";
         form: Forms<R>, "1", "outside the catalogue";
     }
 }
@@ -215,7 +216,9 @@ impl Block for Drive {
         _late: &Torque<R>,
     ) -> DriveOutput<R> {
         let angle = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
-        DriveOutput { angle, link_angle: angle - s.windup + wave(p, u).angle }
+        // So long ago, by the motion as it is now.
+        let since = u.acceleration.mul_add(p.link_age * R::lit(-0.5), u.rate) * p.link_age;
+        DriveOutput { angle, link_angle: angle - s.windup + wave(p, u).angle - since }
     }
 }
 

@@ -157,6 +157,15 @@ fn a_torque_that_comes_late_or_lags_or_is_cut_is_as_good_as_the_one_that_acts() 
     assert!(lagged.iter().zip(&exact).all(|(a, b)| (a[0] - b[0]).abs() < 1e-12));
 }
 
+#[test]
+fn an_encoder_behind_the_gear_may_tell_where_the_link_was() {
+    let p = DriveValues { link_age: 0.003, ..drive() };
+    let motion = |t: f64| [(2.0 * t).sin(), 2.0 * (2.0 * t).cos(), -4.0 * (2.0 * t).sin()];
+    let out = run(p, &driven(2.0, 2e-4, motion, |_| 60.0, |t| rigid(motion(t))));
+    let was = |i: usize| (2.0 * (i as f64 * 2e-4 - 0.003)).sin();
+    assert!(out.iter().enumerate().all(|(i, out)| (out[1] - was(i)).abs() < 0.1 * ONE), "{:?}", out[5000]);
+}
+
 /// When a load jumps: it rises within the step that ends at 0.1 s, on the average half a step earlier \[s\].
 const JUMP: f64 = 0.0999;
 

@@ -4,6 +4,12 @@ use super::{Block, Effect};
 
 /// Their rows; the parameters are those of the bench's block.
 pub const BENCH_EFFECTS: &[Effect] = &[
+    of(
+        "J20_encoder_delay",
+        Block::Robot,
+        "age of the samples of the encoder behind the gear",
+        "a cycle of 4 ms of a controller or of its recorder",
+    ),
     of("K11_shape", Block::Contact, "size of the body and radius of its corners", "callipers, 1 mm"),
     of(
         "K12_rolling",

@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 pub(crate) struct EffectTable {
     /// Its id, as `softdock diagnose` tells it (`J3_stribeck`).
     pub(crate) id: At<String>,
+    /// Axis of a robot, from 1; in the model of a robot only.
+    pub(crate) joint: Option<At<u64>>,
     /// Covariance of its numbers in the order of their names, SI units; default none: they are known exactly.
     pub(crate) covariance: Option<At<Vec<Vec<f64>>>>,
     /// Its numbers by name.

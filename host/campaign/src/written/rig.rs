@@ -10,12 +10,14 @@ use std::collections::BTreeMap;
 mod body;
 mod command;
 mod contact;
+mod robot;
 mod sensor;
 mod toss;
 
 pub(crate) use body::BodyTable;
 pub(crate) use command::CommandTable;
 pub(crate) use contact::ContactTable;
+pub(crate) use robot::RobotTable;
 pub(crate) use sensor::SensorTable;
 pub(crate) use toss::TossTable;
 
@@ -26,7 +28,7 @@ pub(crate) use toss::TossTable;
 pub(crate) struct RigFile {
     /// Format and version of this file: "rig/1".
     pub(crate) schema: At<String>,
-    /// What the rig is: "drive", "sensor", "contact", "command", "body" or "toss".
+    /// What the rig is: "drive", "robot", "sensor", "contact", "command", "body" or "toss".
     pub(crate) kind: At<String>,
     /// Name of the rig: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -36,6 +38,8 @@ pub(crate) struct RigFile {
     pub(crate) drive: Option<At<DriveTable>>,
     /// The drive's controller, if its law is known.
     pub(crate) controller: Option<At<ControllerTable>>,
+    /// The robot, on a rig of kind "robot".
+    pub(crate) robot: Option<At<RobotTable>>,
     /// The force/torque sensor with its tool, on a rig of kind "sensor".
     pub(crate) sensor: Option<At<SensorTable>>,
     /// The contact, on a rig of kind "contact".

@@ -2,7 +2,7 @@
 
 use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, motion};
+use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::Kind;
 use softdock_kernels::block::Recorded;
@@ -15,6 +15,37 @@ const LONGEST_STEP: f64 = 5e-4;
 /// around faster than any command.
 const BAND: f64 = 0.8;
 
+/// What the model says that a drive moves at an instant.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Carried {
+    /// Torque against the link, its own inertia left out \[N m\].
+    pub(crate) load: f64,
+    /// Inertia of the link about the joint \[kg m^2\].
+    pub(crate) inertia: f64,
+    /// Torque of the weight of a kilogram at the payload's place \[N m/kg\].
+    pub(crate) payload_weight: f64,
+    /// Inertia of that kilogram \[kg m^2/kg\].
+    pub(crate) payload_inertia: f64,
+}
+
+impl Carried {
+    /// By a link of its own, whose weight follows the cosine of its angle.
+    fn alone(rig: &DriveRig, angle: f64) -> Self {
+        let place = if rig.prismatic { 1.0 } else { (angle - rig.gravity_angle).cos() };
+        let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
+        let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
+        Self {
+            load: rig.gravity_torque * place,
+            inertia: rig.link_inertia,
+            payload_weight: GRAVITY * arm * place * weighted,
+            payload_inertia: arm * arm,
+        }
+    }
+}
+
+/// What a drive carries along its motion: of a recording, by its number.
+pub(crate) type Carrying<'a> = &'a dyn Fn(usize, &Motion) -> Vec<Carried>;
+
 /// The block of a drive's recordings; `held_out` of an experiment's name, `torque` of each recording where it is known
 /// between the log's samples too.
 pub fn drive_block(
@@ -24,11 +55,25 @@ pub fn drive_block(
     finer: usize,
     torque: &[Vec<f64>],
 ) -> MeasuredBlock {
+    let alone = |_, motion: &Motion| motion.value.iter().map(|angle| Carried::alone(rig, *angle)).collect();
+    loaded_block("R3 torque to motion", rig, pieces, held_out, finer, torque, &alone)
+}
+
+/// The block of a drive that carries what a model says.
+pub(crate) fn loaded_block(
+    name: &'static str,
+    rig: &DriveRig,
+    pieces: &[Piece],
+    held_out: &dyn Fn(&str) -> bool,
+    finer: usize,
+    torque: &[Vec<f64>],
+    carrying: Carrying<'_>,
+) -> MeasuredBlock {
     let decimator = Decimator::new(judged_steps(pieces, "q"));
     let linked = pieces.iter().all(|piece| piece.signals.contains_key("q_link"));
     let trial = |(number, piece): (usize, &Piece)| {
         let known = torque.get(number).map(Vec::as_slice);
-        trial(rig, piece, held_out(&piece.experiment), finer, linked, known)
+        trial(piece, held_out(&piece.experiment), finer, linked, known, &|motion| carrying(number, motion))
     };
     let mut channels = vec![Channel { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
     if linked {
@@ -37,7 +82,7 @@ pub fn drive_block(
     let base = to_vec(&rig.values);
     MeasuredBlock {
         section: Kind::Drive.into(),
-        name: "R3 torque to motion",
+        name,
         nuisances: nuisances(&Kind::Drive.into(), &base, &rig.tolerance),
         base,
         channels,
@@ -75,7 +120,14 @@ fn resampled(values: &[f64], count: usize) -> Vec<f64> {
     (0..count).map(at).collect()
 }
 
-fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bool, torque: Option<&[f64]>) -> Trial {
+fn trial(
+    piece: &Piece,
+    held_out: bool,
+    finer: usize,
+    linked: bool,
+    torque: Option<&[f64]>,
+    carrying: &dyn Fn(&Motion) -> Vec<Carried>,
+) -> Trial {
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let nyquist = 0.5 / piece.step;
     let q = motion(&piece.signals["q"], piece.step, BAND * nyquist, each);
@@ -84,17 +136,12 @@ fn trial(rig: &DriveRig, piece: &Piece, held_out: bool, finer: usize, linked: bo
         None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
     };
     let step = piece.step / each as f64;
-    let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
-    let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
     let mut inputs = Vec::with_capacity(q.value.len() * 8);
-    for i in 0..q.value.len() {
-        let angle = q.value[i];
-        let place = if rig.prismatic { 1.0 } else { (angle - rig.gravity_angle).cos() };
-        let payload_weight = GRAVITY * arm * place * weighted;
-        let load = rig.gravity_torque * place;
+    for (i, carried) in carrying(&q).into_iter().enumerate() {
+        let Carried { load, inertia, payload_weight, payload_inertia } = carried;
         let time = piece.start + i as f64 * step;
-        let inertia = rig.link_inertia;
-        inputs.extend([angle, q.rate[i], q.acceleration[i], load, inertia, payload_weight, arm * arm, time]);
+        inputs.extend([q.value[i], q.rate[i], q.acceleration[i]]);
+        inputs.extend([load, inertia, payload_weight, payload_inertia, time]);
     }
     let mut measured = vec![piece.signals["q"].clone()];
     if linked {

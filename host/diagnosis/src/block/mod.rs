@@ -7,6 +7,7 @@ pub mod controller;
 pub mod drive;
 pub mod facility;
 pub mod response;
+pub mod robot;
 pub mod sensor;
 pub mod toss;
 mod trend;

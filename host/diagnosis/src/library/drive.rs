@@ -98,6 +98,16 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     gear(&mut shelf, &spans);
     motor(&mut shelf, &spans);
     load(&mut shelf, &spans);
+    if block.channels.len() > 1 {
+        let age = either(0.0, 4e-3);
+        shelf.add(
+            "J20_encoder_delay",
+            "age of the link encoder's samples",
+            &[("link_age", age, Role::Size)],
+            &[1.0],
+            &[],
+        );
+    }
     shelf.all
 }
 

@@ -47,7 +47,7 @@ impl Recorded {
             Plant::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
             Plant::Command(rig) => command_block(rig, &self.all, &is_held, 1),
             Plant::Body(rig) => body_block(rig, &self.all, &is_held, 1),
-            Plant::Drive(_) | Plant::Toss(_) => unreachable!("another bench"),
+            Plant::Drive(_) | Plant::Robot(_) | Plant::Toss(_) => unreachable!("another bench"),
         }
     }
 
@@ -57,7 +57,7 @@ impl Recorded {
             Plant::Contact(_) => library::contact::effects(block),
             Plant::Command(_) => library::command::effects(block),
             Plant::Body(_) => library::body::effects(block),
-            Plant::Drive(_) | Plant::Toss(_) => unreachable!("another bench"),
+            Plant::Drive(_) | Plant::Robot(_) | Plant::Toss(_) => unreachable!("another bench"),
         }
     }
 }

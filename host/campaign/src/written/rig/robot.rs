@@ -1,0 +1,17 @@
+//! A robot for diagnosis, as written.
+
+use crate::written::At;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A robot, axis by axis; the columns of its recordings stand in its own model file.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RobotTable {
+    /// The robot's model file, as `softdock identify robot` writes it.
+    pub(crate) model: At<String>,
+    /// Takes the gears for rigid and without play, whatever that file says; default false.
+    pub(crate) rigid_gears: Option<At<bool>>,
+    /// Takes friction for Coulomb's and viscous, whatever else that file says; default false.
+    pub(crate) plain_friction: Option<At<bool>>,
+}
