@@ -52,6 +52,7 @@ bundle! {
         cable_travel: R, "rad", "travel in which their hysteresis turns to 1/e";
         offset: R, "N m", "torque that the drive reports without giving it";
         clock_offset: R, "s", "how much later the torque acts than its time stamp says";
+        link_zero: R, "rad", "angle that an encoder behind the gear reads where the motor's reads zero";
         link_age: R, "s", "age of the samples of an encoder behind the gear, beyond that of the motor's";
         form: Forms<R>, "1", "outside the catalogue";
     }
@@ -98,7 +99,7 @@ bundle! {
     /// What a drive's model says of a recording.
     DriveOutput {
         angle: R, "rad", "motor angle";
-        link_angle: R, "rad", "link angle";
+        twist: R, "rad", "link angle less motor angle";
     }
 }
 
@@ -218,7 +219,7 @@ impl Block for Drive {
         let angle = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
         // So long ago, by the motion as it is now.
         let since = u.acceleration.mul_add(p.link_age * R::lit(-0.5), u.rate) * p.link_age;
-        DriveOutput { angle, link_angle: angle - s.windup + wave(p, u).angle - since }
+        DriveOutput { angle, twist: p.link_zero - s.windup + wave(p, u).angle - since }
     }
 }
 

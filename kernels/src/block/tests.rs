@@ -34,7 +34,7 @@ fn driven(
 
 /// Motor and link angle of a drive, sample by sample.
 fn run(p: DriveValues<f64>, recorded: &Recorded) -> Vec<[f64; 2]> {
-    replay::<f64, Drive>(&Drive, recorded, &p).chunks(2).map(|out| [out[0], out[1]]).collect()
+    replay::<f64, Drive>(&Drive, recorded, &p).chunks(2).map(|out| [out[0], out[0] + out[1]]).collect()
 }
 
 fn drive() -> DriveValues<f64> {
@@ -159,11 +159,11 @@ fn a_torque_that_comes_late_or_lags_or_is_cut_is_as_good_as_the_one_that_acts() 
 
 #[test]
 fn an_encoder_behind_the_gear_may_tell_where_the_link_was() {
-    let p = DriveValues { link_age: 0.003, ..drive() };
+    let p = DriveValues { link_age: 0.003, link_zero: 0.2, ..drive() };
     let motion = |t: f64| [(2.0 * t).sin(), 2.0 * (2.0 * t).cos(), -4.0 * (2.0 * t).sin()];
     let out = run(p, &driven(2.0, 2e-4, motion, |_| 60.0, |t| rigid(motion(t))));
     let was = |i: usize| (2.0 * (i as f64 * 2e-4 - 0.003)).sin();
-    assert!(out.iter().enumerate().all(|(i, out)| (out[1] - was(i)).abs() < 0.1 * ONE), "{:?}", out[5000]);
+    assert!(out.iter().enumerate().all(|(i, out)| (out[1] - 0.2 - was(i)).abs() < 0.1 * ONE), "{:?}", out[5000]);
 }
 
 /// When a load jumps: it rises within the step that ends at 0.1 s, on the average half a step earlier \[s\].

@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
 use crate::error::Error;
-use crate::{body, command, contact, drive, sensor};
+use crate::{body, command, contact, drive, robot, sensor};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +11,8 @@ pub enum Rig {
         /// Whether the link has an encoder of its own.
         link_encoder: bool,
     },
+    /// Three coupled axes of a robot, effects in its shoulder.
+    Robot,
     /// A body pushed, slid and bounced against a plate.
     Contact,
     /// A six-axis force/torque sensor under known loads.
@@ -88,6 +90,7 @@ impl EffectCase {
 pub fn effects(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::EFFECTS,
+        Rig::Robot => robot::EFFECTS,
         Rig::Contact => contact::EFFECTS,
         Rig::Sensor => sensor::EFFECTS,
         Rig::Command => command::EFFECTS,
@@ -99,6 +102,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
 pub fn outside(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::OUTSIDE,
+        Rig::Robot => robot::OUTSIDE,
         Rig::Contact => contact::OUTSIDE,
         Rig::Sensor => sensor::OUTSIDE,
         Rig::Command => command::OUTSIDE,

@@ -17,6 +17,7 @@ mod instrument;
 mod motion;
 mod ode;
 mod random;
+mod robot;
 mod sensor;
 mod session;
 mod space;

@@ -4,7 +4,7 @@ use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
-use crate::{body, command, contact, drive, sensor};
+use crate::{body, command, contact, drive, robot, sensor};
 use std::path::Path;
 use std::{fs, io};
 
@@ -39,6 +39,10 @@ impl Run {
 pub(crate) trait Bench {
     /// The nominal model, as its owner would write it down.
     fn model(&self) -> String;
+    /// Files that the model names, by name and text.
+    fn beside(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
     /// Names of the training experiments.
     fn training(&self) -> &'static [&'static str];
     /// Runs one experiment.
@@ -52,6 +56,7 @@ pub(crate) trait Bench {
 fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
     match rig {
         Rig::Drive { link_encoder } => Box::new(drive::DriveBench::new(sizes, link_encoder, seed)),
+        Rig::Robot => Box::new(robot::RobotBench::new(sizes, seed)),
         Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
         Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
         Rig::Command => Box::new(command::CommandBench::new(sizes, seed)),
@@ -84,6 +89,8 @@ pub struct Truth {
 pub struct Set {
     /// TOML text of the nominal model.
     pub model: String,
+    /// Files that it names, beside it: name and text.
+    pub beside: Vec<(String, String)>,
     /// Training recordings: file name (`sweep_1.csv`) and CSV text.
     pub logs: Vec<(String, String)>,
     /// Recordings of a different motion.
@@ -93,7 +100,7 @@ pub struct Set {
 }
 
 impl Set {
-    /// Writes `model.toml`, `training/*.csv` and `holdout/*.csv` into a folder. The truth is not written.
+    /// Writes `model.toml`, what it names, `training/*.csv` and `holdout/*.csv` into a folder. The truth is not written.
     ///
     /// # Errors
     /// What the file system refuses.
@@ -103,6 +110,9 @@ impl Set {
             for (file, text) in files {
                 fs::write(folder.join(name).join(file), text)?;
             }
+        }
+        for (file, text) in &self.beside {
+            fs::write(folder.join(file), text)?;
         }
         fs::write(folder.join("model.toml"), &self.model)
     }
@@ -160,8 +170,13 @@ fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, seed: u64) -
     let sizes = Sizes::check(rig, hidden)?;
     let bench = bench(rig, &sizes, seed);
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
-    let mut set =
-        Set { model: bench.model(), logs: Vec::new(), holdout: Vec::new(), truth: truth(rig, &sizes, &*bench) };
+    let mut set = Set {
+        model: bench.model(),
+        beside: bench.beside(),
+        logs: Vec::new(),
+        holdout: Vec::new(),
+        truth: truth(rig, &sizes, &*bench),
+    };
     for (number, (experiment, repeat)) in (0..).zip(order(&experiments, seed)) {
         let table = bench.record(experiment, &Run { seed, number, start_s: number as f64 * SPACING_S, noise });
         let table = if noise.is_some() { table } else { table.exact() };

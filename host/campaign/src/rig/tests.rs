@@ -127,3 +127,49 @@ fn a_tossed_body_is_read_with_what_a_diagnosis_found() {
     let wrong = refused(&text("toss", &format!("{tables}{}", effect.replace("K11", "K13")), &all));
     assert!(wrong.contains("no effect `K13_shape`"), "{wrong}");
 }
+
+#[test]
+fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/models/kr300_r2500.toml");
+    std::fs::copy(model, folder.path().join("kr300.toml")).expect("room");
+    let load = |tables: &str| {
+        let text =
+            format!("schema = \"rig/1\"\nkind = \"robot\"\nid = \"cell\"\n[robot]\nmodel = \"kr300.toml\"\n{tables}");
+        let path = folder.path().join("model.toml");
+        std::fs::write(&path, &text).expect("room");
+        Rig::load(&path).map_err(|problems| format!("{problems:?}"))
+    };
+    let refused = |tables: &str| load(tables).expect_err("something is wrong");
+    let rig = load("").expect("a legal file");
+    let Plant::Robot(robot) = &rig.plant else { panic!("a robot") };
+    let first = &robot.drives[0].values;
+    assert_eq!((robot.drives.len(), first.coulomb, first.stribeck), (6, 355.495, 177.748));
+    assert!((first.compliance * 4_577_800.0 - 1.0).abs() < 1e-12 && first.half_backlash > 0.0);
+    assert!((first.motor_inertia / (0.00923 * 256.857_142_857_142_83_f64.powi(2)) - 1.0).abs() < 1e-12);
+    // A KR 300's arm weighs some hundred kilograms, a metre out.
+    assert!((100.0..2000.0).contains(&robot.drives[0].link_inertia), "{}", robot.drives[0].link_inertia);
+    let torque = &rig.log["tau.1"];
+    assert!(torque.name == "tau_abs_nm_1" && (torque.factor - 256.857_142_857_142_83).abs() < 1e-9, "{torque:?}");
+    assert!(rig.log.contains_key("q_link.3") && !rig.log.contains_key("q_link.4"));
+
+    let found = "rigid_gears = true\nplain_friction = true\n[tolerance]\nviscous = \"10 %\"\n\
+                 [[effect]]\nid = \"J8_elasticity\"\njoint = 2\n[effect.parameters]\ncompliance = \"1e-7 rad/(N m)\"\n";
+    let rig = load(found).expect("a legal file");
+    let Plant::Robot(robot) = &rig.plant else { panic!("a robot") };
+    let compliances: Vec<f64> = robot.drives.iter().map(|drive| drive.values.compliance).collect();
+    assert_eq!(compliances, [0.0, 1e-7, 0.0, 0.0, 0.0, 0.0]);
+    assert!(robot.drives.iter().all(|drive| drive.values.stribeck == 0.0 && drive.tolerance.len() == 1));
+    let (text, beside) = rig.gathered();
+    assert!(text.contains("model = \"kr300.toml\"") && beside[0].0 == "kr300.toml");
+
+    let has = |message: String, word: &str| assert!(message.contains(word), "{message}");
+    has(refused(&found.replace("joint = 2\n", "")), "none is named");
+    has(refused(&found.replace("joint = 2", "joint = 7")), "from 1 to 6");
+    has(refused("[log]\n\"t\" = { column = \"t\", unit = \"s\" }\n"), "its own model file");
+    has(refused("[tolerance]\nviscous = \"200 %\"\n"), "at most 1");
+    let elsewhere = "[body]\nmass = \"300 kg\"\n[[effect]]\nid = \"P2_slosh\"\njoint = 1\n[effect.parameters]\n";
+    has(super::tests::refused(&body(elsewhere)), "no axis to choose");
+    std::fs::remove_file(folder.path().join("kr300.toml")).expect("it was there");
+    has(refused(""), "kr300.toml");
+}

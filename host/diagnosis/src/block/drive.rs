@@ -15,6 +15,9 @@ const LONGEST_STEP: f64 = 5e-4;
 /// around faster than any command.
 const BAND: f64 = 0.8;
 
+/// Standard deviation of the angle between the zeros of two encoders, which nobody aligned \[rad\].
+const ZERO: f64 = 0.01;
+
 /// What the model says that a drive moves at an instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
@@ -77,13 +80,17 @@ pub(crate) fn loaded_block(
     };
     let mut channels = vec![Channel { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
     if linked {
-        channels.push(Channel { name: "link", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
+        channels.push(Channel { name: "link less motor", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
     }
     let base = to_vec(&rig.values);
+    let mut tolerance = rig.tolerance.clone();
+    if linked {
+        tolerance.push(("link_zero", ZERO));
+    }
     MeasuredBlock {
         section: Kind::Drive.into(),
         name,
-        nuisances: nuisances(&Kind::Drive.into(), &base, &rig.tolerance),
+        nuisances: nuisances(&Kind::Drive.into(), &base, &tolerance),
         base,
         channels,
         trials: pieces.iter().enumerate().map(trial).collect(),
@@ -145,7 +152,9 @@ fn trial(
     }
     let mut measured = vec![piece.signals["q"].clone()];
     if linked {
-        measured.push(piece.signals["q_link"].clone());
+        // What both encoders share, the motion, tells nothing of the gear between them.
+        let pairs = piece.signals["q_link"].iter().zip(&piece.signals["q"]);
+        measured.push(pairs.map(|(link, motor)| link - motor).collect());
     }
     Trial {
         experiment: piece.experiment.clone(),

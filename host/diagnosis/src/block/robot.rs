@@ -117,3 +117,54 @@ fn between(samples: &[Carried], count: usize) -> Vec<Carried> {
     };
     (0..count).map(at).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_campaign::Rig;
+    use softdock_campaign::rig::Plant;
+    use softdock_kernels::manipulator::inverse_dynamics;
+    use std::path::Path;
+
+    /// The shipped robot with axes that slide without friction, and its drives.
+    fn robot() -> RobotRig {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/rigs/kr300.toml");
+        let Plant::Robot(mut rig) = Rig::load(&file).expect("the shipped rig").plant else { panic!("a robot") };
+        for joint in &mut rig.model.joints {
+            let friction = &mut joint.friction;
+            (friction.coulomb, friction.stribeck, friction.viscous, friction.load_coefficient) = (0.0, 0.0, 0.0, 0.0);
+        }
+        *rig
+    }
+
+    #[test]
+    fn what_an_axis_carries_and_what_its_own_inertias_take_is_the_torque_of_the_whole_robot() {
+        let (rig, step) = (robot(), 0.004);
+        let swing = |axis: usize, i: usize| 0.4 * ((1.0 + 0.3 * axis as f64) * i as f64 * step + axis as f64).sin();
+        let signal = |axis: usize| (format!("q.{}", axis + 1), (0..1500).map(|i| swing(axis, i)).collect());
+        let signals = (0..6).map(signal).collect();
+        let piece = Piece { experiment: "swing".to_owned(), repeat: 1, start: 0.0, step, signals };
+        let motions: Vec<Motion> =
+            (0..6).map(|axis| motion(&piece.signals[&format!("q.{}", axis + 1)], step, COUPLING, 1)).collect();
+        for (model, kilograms) in [(rig.model.clone(), 0.0), (laden(&rig.model), 1.0)] {
+            let carried = carried::<6>(&rig.model, &piece);
+            for k in (300..1200).step_by(50) {
+                let at =
+                    |of: fn(&Motion) -> &Vec<f64>| -> [f64; 6] { std::array::from_fn(|axis| of(&motions[axis])[k]) };
+                let acceleration = at(|m| &m.acceleration);
+                let whole = inverse_dynamics(&model, at(|m| &m.value), at(|m| &m.rate), acceleration, [0.0; 6]);
+                for (axis, whole) in whole.iter().enumerate() {
+                    let (own, values) = (&carried[axis][k], &rig.drives[axis].values);
+                    let inertia = values.motor_inertia + own.inertia + kilograms * own.payload_inertia;
+                    let load = own.load + kilograms * own.payload_weight + values.offset;
+                    let torque = inertia * acceleration[axis] + load;
+                    assert!(
+                        (torque - whole).abs() < 1e-8 * whole.abs().max(1e3),
+                        "axis {}: {torque} {whole}",
+                        axis + 1
+                    );
+                }
+            }
+        }
+    }
+}

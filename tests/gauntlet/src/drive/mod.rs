@@ -19,10 +19,12 @@ use crate::ode::advance;
 use crate::random::Disturbance;
 use crate::session::{Bench, Run};
 use crate::table::{Column, Table, column};
-use build::{Inner, Nuisances};
+pub(crate) use build::Inner;
+use build::Nuisances;
 use command::CommandPath;
 use controller::Controller;
 pub(crate) use effects::{EFFECTS, OUTSIDE};
+pub(crate) use friction::{BRISTLE_DAMPING_RATIO, Friction, STRIBECK_SPEED, Sliding};
 use nominal::PERIOD;
 use plant::{MOTOR, Plant};
 

@@ -43,7 +43,7 @@ pub(crate) mod tolerance {
 
 /// The model file's text.
 pub(crate) fn text(link_encoder: bool) -> String {
-    let link = if link_encoder { "\"ql\" = { column = \"ql_rad\", unit = \"rad\" }\n" } else { "" };
+    let link = if link_encoder { "\"q_link\" = { column = \"ql_rad\", unit = \"rad\" }\n" } else { "" };
     format!("{MODEL}{link}")
 }
 
