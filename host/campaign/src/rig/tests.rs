@@ -168,8 +168,9 @@ fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
     has(refused(&found.replace("joint = 2", "joint = 7")), "from 1 to 6");
     has(refused("[log]\n\"t\" = { column = \"t\", unit = \"s\" }\n"), "its own model file");
     has(refused("[tolerance]\nviscous = \"200 %\"\n"), "at most 1");
-    let elsewhere = "[body]\nmass = \"300 kg\"\n[[effect]]\nid = \"P2_slosh\"\njoint = 1\n[effect.parameters]\n";
-    has(super::tests::refused(&body(elsewhere)), "no axis to choose");
+    let elsewhere = "[body]\nmass = \"300 kg\"\ninertia_x = \"90 kg m^2\"\ninertia_y = \"110 kg m^2\"\n\
+                     inertia_z = \"100 kg m^2\"\n[[effect]]\nid = \"P2_slosh\"\njoint = 1\n[effect.parameters]\n";
+    has(self::refused(&body(elsewhere)), "no axis to choose");
     std::fs::remove_file(folder.path().join("kr300.toml")).expect("it was there");
     has(refused(""), "kr300.toml");
 }
