@@ -24,6 +24,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         hold_out_from: args.hold_out_from,
         hold_out_experiments: args.hold_out_experiments,
         without: args.without.clone(),
+        half_step: args.half_step,
     };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
     let mut whole = false;
@@ -134,5 +135,6 @@ fn command(args: &DiagnoseArgs, model: &Path) -> String {
     }
     text += &args.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
     text += &args.hold_out_experiments.map_or_else(String::new, |every| format!(" --hold-out-experiments {every}"));
+    text += if args.half_step { " --half-step" } else { "" };
     text + &args.without.iter().map(|id| format!(" --without {id}")).collect::<String>()
 }

@@ -44,6 +44,7 @@ struct Plan {
     facility_file: PathBuf,
     campaign: Campaign,
     task: Task,
+    repeat: u64,
     /// The facility that stands in for a real one.
     emulated: (Arc<Plant>, Params<f64>),
     addresses: Addresses,
@@ -127,7 +128,8 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         return Err(refuse("secret effects are for emulated facilities alone", "give them to `softdock emulate`"));
     }
     let (model, params) = with_secret(&campaign.scenario, args.effects.as_deref(), task.params)?;
-    let name = format!("drive_{}_{}", campaign.id, args.run);
+    let repeat = if args.repeat > 1 { format!("_{}", args.repeat) } else { String::new() };
+    let name = format!("drive_{}_{}{repeat}", campaign.id, args.run);
     let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
     if args.rsi_config.is_none() && out.join("log.mcap").exists() {
         let remedy = "give another folder with --out, or remove this one: a log is never written over";
@@ -137,6 +139,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         campaign_file: args.campaign.clone(),
         facility_file: args.facility.clone(),
         campaign,
+        repeat: args.repeat,
         emulated: (Arc::new(Plant::new(model)), params),
         task,
         addresses,
@@ -252,7 +255,8 @@ fn cycle_thread(
 ) -> miette::Result<Ended> {
     let clock: Rc<dyn Clock> = if plan.in_virtual_time { Rc::new(Virtual::default()) } else { Rc::new(Monotonic) };
     let task = &plan.task;
-    let key = philox::key(plan.campaign.seed);
+    // The first repeat has the farm's own noise.
+    let key = philox::key(plan.campaign.seed.wrapping_add((plan.repeat - 1) << 32));
     let world = || {
         World::new(&plan.emulated.0, &task.station, key, task.run, &plan.emulated.1, Wrench::zero())
             .map_err(|(robot, why)| refuse(format!("robot {robot} cannot stand there: {why:?}"), "move its base"))
@@ -298,6 +302,7 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
         ("campaign_hash", plan.campaign.hash.clone()),
         ("seed", plan.campaign.seed.to_string()),
         ("run", plan.task.run.to_string()),
+        ("repeat", plan.repeat.to_string()),
         ("cycle_ns", plan.addresses.cycle()?.0.to_string()),
         ("to_start", plan.task.to_start.to_string()),
         ("armed", plan.task.armed.to_string()),

@@ -40,6 +40,9 @@ pub(crate) struct DiagnoseArgs {
     /// Leave a cause of the catalogue out of the library.
     #[arg(long, value_name = "ID")]
     pub(crate) without: Vec<String>,
+    /// Simulate in steps half as long as usual: to see that the answer does not depend on them.
+    #[arg(long)]
+    pub(crate) half_step: bool,
     /// Campaign whose verdicts are compared: with the model as it is, and with what was found; for whole facilities.
     #[arg(long, value_name = "CAMPAIGN")]
     pub(crate) compare: Option<PathBuf>,

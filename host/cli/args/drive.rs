@@ -28,6 +28,9 @@ pub(crate) struct DriveArgs {
     /// Number of the run.
     #[arg(long, value_name = "N")]
     pub(crate) run: u64,
+    /// Number of this repeat of the run: emulated links have other noise in each.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) repeat: u64,
     /// Scenario in the place of the campaign's: the model that a diagnosis has extended.
     #[arg(long, value_name = "FILE")]
     pub(crate) model: Option<PathBuf>,

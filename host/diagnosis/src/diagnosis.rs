@@ -47,6 +47,15 @@ pub struct Options {
     pub hold_out_experiments: Option<Every>,
     /// Catalogue ids that the library goes without.
     pub without: Vec<String>,
+    /// Simulates in steps half as long as usual: an answer must not depend on them.
+    pub half_step: bool,
+}
+
+impl Options {
+    /// How many times shorter than usual the first steps are.
+    fn first(&self) -> usize {
+        if self.half_step { 2 } else { 1 }
+    }
 }
 
 /// What is diagnosed, with its recordings.
@@ -60,6 +69,8 @@ pub struct Prepared {
     subject: Subject,
     held_out: BTreeSet<String>,
     without: Vec<String>,
+    /// How many times shorter than usual the first steps are.
+    first: usize,
     /// The torque of each recording of a drive between the log's samples too, once its controller is understood.
     torque: Vec<Vec<f64>>,
     /// Reasons why the answer can be provisional only.
@@ -160,7 +171,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
         let (held_out, without) = (BTreeSet::new(), options.without.clone());
         let isolability = timing::views(&learn);
         let (subject, torque) = (Subject::Rig(Box::new(rig), learn), Vec::new());
-        return Ok(Prepared { subject, held_out, without, torque, provisional, findings, isolability });
+        return Ok(Prepared { subject, held_out, without, first: 1, torque, provisional, findings, isolability });
     }
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -186,7 +197,8 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     let pieces = learn.into_iter().chain(test).collect();
     let subject = Subject::Rig(Box::new(rig), pieces);
     let (without, torque, isolability) = (options.without.clone(), Vec::new(), Vec::new());
-    Prepared { subject, held_out, without, torque, provisional, findings, isolability }.seen()
+    let first = options.first();
+    Prepared { subject, held_out, without, first, torque, provisional, findings, isolability }.seen()
 }
 
 /// What stands for the noise where nothing was repeated.
@@ -484,7 +496,7 @@ impl Prepared {
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
     fn exact_enough(&self, place: usize) -> Result<Exact> {
-        let (mut finer, mut coarse) = (1, self.blocks(1).swap_remove(place));
+        let (mut finer, mut coarse) = (self.first, self.blocks(self.first).swap_remove(place));
         loop {
             let fine = self.blocks(2 * finer).swap_remove(place);
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;

@@ -4,7 +4,7 @@ mod bad_input;
 mod bench;
 mod measured;
 
-use bench::{Bench, assert_named, drive};
+use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::decide::Verdict;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_gauntlet::NoiseColour;
@@ -61,6 +61,36 @@ fn friction_is_told_by_where_it_acts() {
     }
     let warm = Bench::drive(&[("J6_warm_up", 0.4)], 7).diagnose();
     assert_eq!(warm.effects[0].id, "J6_temperature", "{:?}", warm.effects);
+}
+
+#[test]
+fn half_the_step_gives_the_same_answer() {
+    let bench = Bench::drive(&[("J2_viscous", 5.0), ("C2_lag", 0.004)], 9);
+    let answer = |half_step: bool| {
+        let options = Options { half_step, ..Options::default() };
+        let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
+        let numbers: Vec<f64> =
+            diagnosis.effects.iter().flat_map(|effect| effect.parameters.values().map(|number| number.value)).collect();
+        let ids: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+        (diagnosis.answer, ids, numbers)
+    };
+    let (usual, half) = (answer(false), answer(true));
+    assert_eq!((usual.0, &usual.1), (half.0, &half.1));
+    assert_eq!((usual.0, &usual.1[..]), (Verdict::Named, &["C2_lag", "J2_viscous"][..]));
+    let same = usual.2.iter().zip(&half.2).all(|(usual, half)| (usual / half - 1.0).abs() < 0.01);
+    assert!(same && usual.2 != half.2, "{usual:?} {half:?}");
+}
+
+#[test]
+fn an_axis_of_a_robot_is_named_and_its_model_extended() {
+    let bench = Bench::of(Kind::Robot, NoiseColour::FirstOrder, &[("J2_viscous", 8.0)], 4);
+    let diagnosis = bench.diagnose();
+    assert_named(&diagnosis, &["J2_viscous"]);
+    assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
+    let answers: Vec<Verdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
+    assert_eq!(answers, [Verdict::NoEffect, Verdict::Named, Verdict::NoEffect]);
+    assert_eq!(diagnosis.effects[0].block, "R3 torque to motion, axis 2");
+    assert_eq!(bench.extended(&diagnosis).diagnose().answer, Verdict::NoEffect);
 }
 
 #[test]

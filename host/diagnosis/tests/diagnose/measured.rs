@@ -40,6 +40,27 @@ fn emps_lacks_coulomb_friction_and_an_offset() {
     assert!(error.before > 0.18 && error.after < 0.037, "{error:?}");
 }
 
+/// A KUKA KR 300 of which an identification knows links, rotors and friction: its second encoders are read three
+/// milliseconds late (Weigand 2021; a straight line through their differences says 3.0 to 3.1 ms).
+#[test]
+#[ignore = "a minute; the recordings are in the tree"]
+fn second_encoders_of_a_robot_are_late() {
+    let rig = Rig::load(&shipped("kr300.toml")).expect("a legal model");
+    let log =
+        |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/kuka-kr300-recordings").join(file);
+    let prepared = prepare(rig, &[&log("traj_A.csv")], &[&log("traj_B.csv")], &Options::default());
+    let diagnosis = prepared.expect("good recordings").diagnose().expect("motions that show something").0;
+    assert!(diagnosis.provisional && diagnosis.blocks.len() == 6);
+    for axis in [0, 2] {
+        let block = &diagnosis.blocks[axis];
+        let late = block.effects.iter().find(|effect| effect.id == "J20_encoder_delay");
+        let late = late.unwrap_or_else(|| panic!("{}: {:?} {:?}", block.block, block.answer, block.effects));
+        let age = late.parameters["link_age"].value;
+        assert!((age - 3.05e-3).abs() < 0.3e-3, "{}: {age}", block.block);
+        assert!(block.gain.expect("another motion").value > 0.15, "{}", block.block);
+    }
+}
+
 /// Cubes tossed onto a board, in the tree and outside it (Pfrommer, Halm and Posa 2020).
 fn tossed(log: &Path) -> Diagnosis {
     let rig = Rig::load(&shipped("cube_toss.toml")).expect("a legal model");
