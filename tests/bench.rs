@@ -62,7 +62,7 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
     std::fs::write(&sealed, truth.replace("null", "pair")).expect("room");
     for (words, expected) in [
         ("--out score --score", "not the answer that was sealed"),
-        ("--plants wheel", "no plant `wheel`; there are drive, sensor, contact"),
+        ("--plants wheel", "no plant `wheel`; there are drive, robot, sensor, contact"),
         ("--out nowhere --score", "nowhere"),
     ] {
         let output = softdock(folder.path(), words);

@@ -86,7 +86,7 @@ step "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --quiet
 
 step "tests"
-cargo test --release --workspace
+cargo test --release --workspace --no-fail-fast
 
 step "measured data of others"
 data="${SOFTDOCK_DATA:-../shared/data}"
