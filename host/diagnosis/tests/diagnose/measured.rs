@@ -86,7 +86,7 @@ fn a_cube_has_round_corners_and_another_inertia_than_its_makers_say() {
 
 /// All tosses: restitution, shape and mass are not those of the nominal constants, and knowing them helps free runs.
 #[test]
-#[ignore = "needs SOFTDOCK_DATA; minutes"]
+#[ignore = "full size, minutes; fails today: restitution is not named beside shape and mass"]
 fn free_runs_of_a_cube_come_nearer_with_its_shape_its_mass_and_its_restitution() {
     let diagnosis = tossed(&data("cube-tosses/tosses.csv"));
     let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
