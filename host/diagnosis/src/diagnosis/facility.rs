@@ -11,9 +11,7 @@ use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Reads the logs of drives on a facility; without held-out drives the last third of the runs is held out.
-///
-/// Several drives of one run are repeats of it, which tell the noise.
+/// Reads the logs of drives on a facility; without held-out drives the last third of them is held out.
 ///
 /// # Errors
 /// Logs that cannot be used, a scenario whose commands the logs do not hold, an id that is in no library.
@@ -31,29 +29,19 @@ pub fn prepare_facility(
     let mut read = |paths: &[&Path]| -> Result<Vec<DriveLog>> {
         paths.iter().map(|path| DriveLog::read(path, &mut findings)).collect()
     };
-    let (mut learn, mut test) = (named(read(logs)?), named(read(holdout)?));
-    if test.is_empty() {
-        (learn, test) = last_third(learn);
+    let (mut learn, mut test) = (read(logs)?, read(holdout)?);
+    if test.is_empty() && learn.len() > 1 {
+        test = learn.split_off(learn.len() - learn.len().div_ceil(3).min(learn.len() - 1));
     }
     if learn.is_empty() || test.is_empty() {
-        let what = "drives of one run alone cannot be learnt from and judged by";
+        let what = "one drive alone cannot be learnt from and judged by";
         return Err(Error::unfit(what, "drive another run of the campaign and give its log too"));
     }
     findings.extend(strangers(&model, learn.iter().chain(&test)));
-    let runs: BTreeSet<String> = learn.iter().map(|log| log.name.clone()).collect();
-    // A run that is learnt from and judged by would prove little.
-    for log in test.iter_mut().filter(|log| runs.contains(&log.name)) {
-        log.name += super::HELD_OUT;
-    }
+    named_apart(learn.iter_mut().chain(&mut test));
     let held_out: BTreeSet<String> = test.iter().map(|log| log.name.clone()).collect();
-    let mut provisional = Vec::new();
-    if runs.len() == learn.len() {
-        let why = "no run was driven twice: the motion's noise is what the richest explanation leaves";
-        provisional.push(why.to_owned());
-    }
-    if held_out.iter().any(|name| name.ends_with(super::HELD_OUT)) {
-        provisional.push("a held-out drive is of a run that was learnt from".to_owned());
-    }
+    let why = "no drive repeats another's commands: the motion's noise is what the richest explanation leaves";
+    let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
     let (without, isolability) = (options.without.clone(), Vec::new());
     let subject = Subject::Facility(Box::new(model), logs);
@@ -74,27 +62,17 @@ fn strangers<'a>(model: &FacilityModel, logs: impl Iterator<Item = &'a DriveLog>
     logs.filter(is_strange).map(told).collect()
 }
 
-/// Drives by the experiment that they are: the run of a campaign; of no campaign, each its own.
-fn named(mut logs: Vec<DriveLog>) -> Vec<DriveLog> {
-    for (number, log) in logs.iter_mut().enumerate() {
-        log.name = match (log.run, &log.campaign) {
-            (Some(run), Some(campaign)) => format!("{campaign} {run}"),
-            _ => format!("{} ({})", log.name, number + 1),
-        };
-    }
-    logs
-}
-
-/// Drives of the first runs, and those of the last third of them.
-fn last_third(logs: Vec<DriveLog>) -> (Vec<DriveLog>, Vec<DriveLog>) {
-    let mut runs: Vec<String> = Vec::new();
-    for log in &logs {
-        if !runs.contains(&log.name) {
-            runs.push(log.name.clone());
+/// Drives of the same name get numbers: each is an experiment of its own.
+fn named_apart<'a>(logs: impl Iterator<Item = &'a mut DriveLog>) {
+    let mut seen: BTreeSet<String> = BTreeSet::new();
+    for log in logs {
+        let name = log.name.clone();
+        let mut number = 1;
+        while !seen.insert(log.name.clone()) {
+            number += 1;
+            log.name = format!("{name} ({number})");
         }
     }
-    let kept = runs.len() - runs.len().div_ceil(3).min(runs.len().saturating_sub(1));
-    logs.into_iter().partition(|log| runs[..kept].contains(&log.name))
 }
 
 /// The sections with their libraries.

@@ -31,8 +31,7 @@ pub(crate) struct DriveLog {
     pub(crate) name: String,
     /// Number of the run that was driven.
     pub(crate) run: Option<u64>,
-    /// Name and hash of the campaign that it belongs to.
-    pub(crate) campaign: Option<String>,
+    /// Hash of the campaign that it belongs to.
     pub(crate) campaign_hash: Option<String>,
     /// Length of a cycle \[s\].
     pub(crate) cycle: f64,
@@ -83,15 +82,7 @@ impl DriveLog {
         }
         let cycle = (table.cell(1, end - 1) - table.cell(1, rows.start)) * 1e-9 / (cycles.len() - 1) as f64;
         let run = said("run").and_then(|run| run.parse().ok());
-        Ok(Self {
-            run,
-            campaign: said("campaign_id"),
-            campaign_hash: said("campaign_hash"),
-            cycle,
-            ticks,
-            cycles,
-            name,
-        })
+        Ok(Self { run, campaign_hash: said("campaign_hash"), cycle, ticks, cycles, name })
     }
 }
 
