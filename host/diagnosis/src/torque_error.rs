@@ -58,17 +58,18 @@ fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], cutoff: f64) -> O
     let torque = |(residual, trial): (DMatrix<f64>, &Trial)| -> Vec<f64> {
         let e = motion(&residual.row(0).iter().copied().collect::<Vec<_>>(), step, cutoff, 1);
         let at = |i: usize| e.acceleration[i] + 2.0 * OBSERVER * e.rate[i] + OBSERVER * OBSERVER * e.value[i];
-        (0..e.value.len()).map(|i| (own + link_inertia(block, trial, i)) * at(i)).collect()
+        link_inertias(block, trial).take(e.value.len()).enumerate().map(|(i, link)| (own + link) * at(i)).collect()
     };
     root_mean_square(block.part(held_out).means(set).into_iter().zip(firsts).map(torque), step)
 }
 
-/// Inertia of the link at a judged sample of a recording.
-fn link_inertia(block: &MeasuredBlock, trial: &Trial, sample: usize) -> f64 {
-    let place =
-        |name: &str| block.section.inputs().iter().position(|field| field.name == name).expect("an input's name");
-    let instant = (block.decimator.margin() + sample * block.decimator.every()) * trial.recorded.stride;
-    trial.recorded.inputs[instant * block.section.inputs().len() + place("inertia")]
+/// Inertia of the link at the judged samples of a recording.
+fn link_inertias<'a>(block: &MeasuredBlock, trial: &'a Trial) -> impl Iterator<Item = f64> + use<'a> {
+    let fields = block.section.inputs();
+    let place = fields.iter().position(|field| field.name == "inertia").expect("an input's name");
+    let (width, stride) = (fields.len(), trial.recorded.stride);
+    let first = block.decimator.margin() * stride * width + place;
+    trial.recorded.inputs.iter().skip(first).step_by(block.decimator.every() * stride * width).copied()
 }
 
 /// Root mean square of the measured torque.

@@ -116,13 +116,13 @@ pub fn followed(rig: &DriveRig, step: f64, path: &[f64]) -> Piece {
     Piece { experiment: "proposed".to_owned(), repeat: 1, start: 0.0, step, signals }
 }
 
-/// Values at equal steps along the same time, straight between those given.
-fn resampled(values: &[f64], count: usize) -> Vec<f64> {
-    let last = values.len() - 1;
+/// Values at equal steps along the same time: `straight` from one given to the next, at a share of the way.
+pub(crate) fn resampled<T>(given: &[T], count: usize, straight: impl Fn(&T, &T, f64) -> T) -> Vec<T> {
+    let last = given.len() - 1;
     let at = |i: usize| {
         let place = i as f64 * last as f64 / (count - 1) as f64;
         let before = (place as usize).min(last - 1);
-        values[before] + (place - before as f64) * (values[before + 1] - values[before])
+        straight(&given[before], &given[before + 1], place - before as f64)
     };
     (0..count).map(at).collect()
 }
@@ -139,7 +139,7 @@ fn trial(
     let nyquist = 0.5 / piece.step;
     let q = motion(&piece.signals["q"], piece.step, BAND * nyquist, each);
     let torque = match torque {
-        Some(known) => resampled(known, q.value.len()),
+        Some(known) => resampled(known, q.value.len(), |from, to, share| from + share * (to - from)),
         None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
     };
     let step = piece.step / each as f64;

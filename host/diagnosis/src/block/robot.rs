@@ -1,7 +1,7 @@
 //! The blocks of a robot: each axis from its torque to its motion, against the load that gravity and the others put on it.
 
 use super::MeasuredBlock;
-use super::drive::{Carried, loaded_block};
+use super::drive::{Carried, loaded_block, resampled};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::{AXIS_SIGNALS, RobotRig};
@@ -42,7 +42,7 @@ pub fn robot_blocks(
         pieces.iter().map(|piece| with_joints!(rig.drives.len(), carried(&rig.model, piece))).collect();
     let block = |axis: usize| {
         let own: Vec<Piece> = pieces.iter().map(|piece| of_axis(piece, axis)).collect();
-        let carrying = |piece: usize, motion: &Motion| between(&carried[piece][axis], motion.value.len());
+        let carrying = |piece: usize, motion: &Motion| resampled(&carried[piece][axis], motion.value.len(), between);
         loaded_block(NAMES[axis], &rig.drives[axis], &own, held_out, finer, &[], &carrying)
     };
     (0..rig.drives.len()).map(block).collect()
@@ -100,22 +100,15 @@ fn laden(robot: &Manipulator) -> Manipulator {
     laden
 }
 
-/// What is carried at each sample, at so many instants along the same time: straight between samples.
-fn between(samples: &[Carried], count: usize) -> Vec<Carried> {
-    let last = samples.len() - 1;
-    let at = |i: usize| {
-        let place = i as f64 * last as f64 / (count - 1) as f64;
-        let before = (place as usize).min(last - 1);
-        let (from, to, share) = (&samples[before], &samples[before + 1], place - before as f64);
-        let mixed = |of: fn(&Carried) -> f64| of(from) + share * (of(to) - of(from));
-        Carried {
-            load: mixed(|c| c.load),
-            inertia: mixed(|c| c.inertia),
-            payload_weight: mixed(|c| c.payload_weight),
-            payload_inertia: mixed(|c| c.payload_inertia),
-        }
-    };
-    (0..count).map(at).collect()
+/// What is carried on the straight way from one sample to the next.
+fn between(from: &Carried, to: &Carried, share: f64) -> Carried {
+    let mixed = |of: fn(&Carried) -> f64| of(from) + share * (of(to) - of(from));
+    Carried {
+        load: mixed(|c| c.load),
+        inertia: mixed(|c| c.inertia),
+        payload_weight: mixed(|c| c.payload_weight),
+        payload_inertia: mixed(|c| c.payload_inertia),
+    }
 }
 
 #[cfg(test)]
