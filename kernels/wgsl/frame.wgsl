@@ -1,5 +1,9 @@
 // The frame: ticks, substeps, contact points, delay lines and random numbers around the traced stage functions.
 // The twin of `frame.rs`, function for function; one run per invocation, its state in private variables for a slice.
+//
+// Loops over ticks and substeps end by a `break` behind their last statement. A driver that steps many invocations in
+// the lanes of a vector (lavapipe) leaves a loop only at its end: one that finds out at its head that no lane goes on
+// runs its whole body once more for nothing, which is as much as a substep. A `continuing` block counts as the head.
 
 const IDLE = 0u;
 const FRESH = 1u;
@@ -10,7 +14,7 @@ const TICK = SUBSTEP * f32(SUBSTEPS);
 
 struct Batch {
     lanes: u32,
-    ticks: u32,
+    ticks: u32, // at least 1
     key: vec2u,
 }
 
@@ -54,7 +58,8 @@ fn tick_space(now: f32, last: f32) {
     let pair = space_pair(p);
     var u: Actuation;
     var parts: Parts;
-    for (var substep = 0u; substep < SUBSTEPS; substep++) {
+    var substep = 0u;
+    loop {
         let k = kinematics(masses, space);
         parts = parts_of(k);
         if (substep == 0u) {
@@ -64,6 +69,10 @@ fn tick_space(now: f32, last: f32) {
         let hold = latch(p, parts, space_watch.closed);
         space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
         space = advance(masses, space, k, u, total_wrench(touch, hold));
+        substep++;
+        if (substep == SUBSTEPS) {
+            break;
+        }
     }
     space = settle(space);
     space_watch = finish(space_watch, now + TICK, parts, last);
@@ -111,7 +120,8 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let third = get_command((tick + SLOTS - u32(max(back - 2, 0))) % SLOTS);
     let begin = (1.0 / f32(SUBSTEPS) - delay) - oldest;
     take_command(displaced(interpolate(first, second, third, begin), yielding));
-    for (var substep = 1u; substep <= SUBSTEPS; substep++) {
+    var substep = 1u;
+    loop {
         let place = (progress(p, f32(substep) / f32(SUBSTEPS)) - delay) - oldest;
         move_robots(displaced(interpolate(first, second, third, place), yielding));
         let parts = mounted_parts(p, robot);
@@ -137,6 +147,10 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
             }
         }
         yielding = yield_to(yielding, parts, output_of(sensed));
+        if (substep == SUBSTEPS) {
+            break;
+        }
+        substep++;
     }
     tracking = track(p, tracking, mounted_parts(p, robot), now);
 }
@@ -176,7 +190,8 @@ fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
     let u = guide(p, masses, hil, first, hil_watch);
     var k = first;
     var parts: Parts;
-    for (var substep = 0u; substep < SUBSTEPS; substep++) {
+    var substep = 0u;
+    loop {
         if (substep > 0u) {
             k = kinematics(masses, hil);
         }
@@ -184,6 +199,10 @@ fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
         let fed = feed_back(parts, held);
         hil_watch.port_energy = fma(port_power(parts, fed), SUBSTEP, hil_watch.port_energy);
         hil = advance(masses, hil, k, u, fed);
+        substep++;
+        if (substep == SUBSTEPS) {
+            break;
+        }
     }
     hil = settle(hil);
     return parts;
@@ -260,7 +279,8 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     load_params();
     load_state();
     var status = RUNNING;
-    for (var count = 0u; count < batch.ticks; count++) {
+    let until = tick + batch.ticks;
+    loop {
         let now = f32(tick) * TICK;
         let last = select(0.0, 1.0, tick + 1u >= MAX_TICKS);
         if (space_watch.done <= 0.0) {
@@ -270,8 +290,8 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             tick_hil(now, last);
         }
         tick++;
-        if (space_watch.done > 0.0 && hil_watch.done > 0.0) {
-            status = FINISHED;
+        status = select(RUNNING, FINISHED, space_watch.done > 0.0 && hil_watch.done > 0.0);
+        if (status == FINISHED || tick == until) {
             break;
         }
     }
