@@ -4,6 +4,7 @@ use super::drive::{DriveRig, REVOLUTE, tolerance};
 use crate::check::Checker;
 use crate::columns::Column;
 use crate::found::{is_known_at, with_parameters};
+use crate::ranges::Range;
 use crate::robot::{Quantity, Robot};
 use crate::source::Source;
 use crate::written::rig::{RigFile, RobotTable};
@@ -67,6 +68,8 @@ fn drive(c: &mut Checker, file: &RigFile, written: &RobotTable, robot: &Manipula
     let given = |flag: &Option<crate::written::At<bool>>| flag.as_ref().is_some_and(|flag| flag.value);
     let link_inertia = with_joints!(robot.joints.len(), inertia_in_the_middle(robot, axis));
     let mut values = values(&robot.joints[axis], link_inertia);
+    // A torque that is held over a period acts half a period later on the average.
+    values.clock_offset = 0.5 * c.number_or(&written.period, 0.0, "s", Range::within(0.0, 1.0));
     if given(&written.rigid_gears) {
         (values.compliance, values.half_backlash) = (0.0, 0.0);
     }

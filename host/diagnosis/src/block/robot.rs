@@ -20,9 +20,9 @@ const NAMES: [&str; MAX_JOINTS] = [
     "R3 torque to motion, axis 6",
     "R3 torque to motion, axis 7",
 ];
-/// Cut-off of the motion by which the axes load one another \[Hz\]: they follow no faster, and the noise of an encoder
-/// is no acceleration.
-const COUPLING: f64 = 20.0;
+/// Cut-off of the motion by which the axes load one another \[Hz\]: above it the noise of an encoder is no acceleration,
+/// far below it a reversal, where friction turns about at once, reaches the other axes too early and too late.
+const COUPLING: f64 = 40.0;
 /// Share of a recording's Nyquist frequency that the cut-off stays below.
 const BAND: f64 = 0.8;
 

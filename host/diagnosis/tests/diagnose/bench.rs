@@ -4,7 +4,8 @@ use softdock_campaign::Rig;
 use softdock_diagnosis::decide::{BlockAnswer, Verdict};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, prepare};
 use softdock_diagnosis::{Error, extend};
-use softdock_gauntlet::{Hidden, NoiseColour, Rig as Kind, generate};
+pub(crate) use softdock_gauntlet::Rig as Kind;
+use softdock_gauntlet::{Hidden, NoiseColour, generate};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -21,7 +22,11 @@ impl Bench {
 
     /// The same in noise of a colour.
     pub(crate) fn drive_in(noise: NoiseColour, hidden: &[(&'static str, f64)], seed: u64) -> Self {
-        let kind = Kind::Drive { link_encoder: false };
+        Self::of(Kind::Drive { link_encoder: false }, noise, hidden, seed)
+    }
+
+    /// A bench of any kind.
+    pub(crate) fn of(kind: Kind, noise: NoiseColour, hidden: &[(&'static str, f64)], seed: u64) -> Self {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
         let set = generate(kind, &hidden, noise, seed).expect("a legal size");
         let folder = tempfile::tempdir().expect("a folder");

@@ -4,7 +4,7 @@ mod bad_input;
 mod bench;
 mod measured;
 
-use bench::{Bench, assert_named, drive};
+use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::decide::Verdict;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_gauntlet::NoiseColour;
@@ -79,6 +79,18 @@ fn half_the_step_gives_the_same_answer() {
     assert_eq!((usual.0, &usual.1[..]), (Verdict::Named, &["C2_lag", "J2_viscous"][..]));
     let same = usual.2.iter().zip(&half.2).all(|(usual, half)| (usual / half - 1.0).abs() < 0.01);
     assert!(same && usual.2 != half.2, "{usual:?} {half:?}");
+}
+
+#[test]
+fn an_axis_of_a_robot_is_named_and_its_model_extended() {
+    let bench = Bench::of(Kind::Robot, NoiseColour::FirstOrder, &[("J2_viscous", 8.0)], 4);
+    let diagnosis = bench.diagnose();
+    assert_named(&diagnosis, &["J2_viscous"]);
+    assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
+    let answers: Vec<Verdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
+    assert_eq!(answers, [Verdict::NoEffect, Verdict::Named, Verdict::NoEffect]);
+    assert_eq!(diagnosis.effects[0].block, "R3 torque to motion, axis 2");
+    assert_eq!(bench.extended(&diagnosis).diagnose().answer, Verdict::NoEffect);
 }
 
 #[test]

@@ -57,26 +57,36 @@ fn creep() -> [Motion; AXES] {
     ]
 }
 
-/// Other frequencies, other poses, and two seconds of creeping at other speeds.
+/// Other frequencies, other poses, and two seconds of creeping at other speeds: no axis stands, since what it does then
+/// is its bristles' alone.
 fn validation() -> [Motion; AXES] {
     [
-        Motion { centre: 0.3, waves: vec![burst(0.2, 0.35, 0.0, 4.0), burst(0.02, 1.7, 0.5, 3.5)] },
+        Motion {
+            centre: 0.3,
+            waves: vec![burst(0.2, 0.35, 0.0, 4.0), burst(0.02, 1.7, 0.5, 3.5), burst(0.012, 0.6, 3.7, 6.0)],
+        },
         Motion {
             centre: -0.3,
             waves: vec![burst(0.25, 0.37, 0.0, 3.6), chirp(0.012, 3.0, 1.1, 0.3, 3.5), burst(0.011, 0.55, 3.6, 6.0)],
         },
-        Motion { centre: 0.5, waves: vec![burst(0.25, 0.43, 0.0, 4.2), burst(0.015, 1.9, 0.4, 3.8)] },
+        Motion {
+            centre: 0.5,
+            waves: vec![burst(0.25, 0.43, 0.0, 4.2), burst(0.015, 1.9, 0.4, 3.8), burst(0.013, 0.65, 3.9, 6.0)],
+        },
     ]
 }
 
 /// What the true gain is measured on: no line of it is in a recording.
 fn fresh() -> [Motion; AXES] {
     [
-        Motion { centre: -0.1, waves: vec![burst(0.25, 0.27, 0.0, 4.4)] },
+        Motion { centre: -0.1, waves: vec![burst(0.25, 0.27, 0.0, 4.4), burst(0.014, 0.5, 4.1, 6.0)] },
         Motion {
             centre: -0.6,
             waves: vec![burst(0.3, 0.31, 0.0, 3.4), burst(0.04, 1.01, 0.0, 3.4), burst(0.016, 0.45, 3.4, 6.0)],
         },
-        Motion { centre: 0.9, waves: vec![burst(0.22, 0.49, 0.0, 4.4), burst(0.012, 2.2, 0.3, 3.9)] },
+        Motion {
+            centre: 0.9,
+            waves: vec![burst(0.22, 0.49, 0.0, 4.4), burst(0.012, 2.2, 0.3, 3.9), burst(0.012, 0.7, 4.1, 6.0)],
+        },
     ]
 }

@@ -96,6 +96,7 @@ id = "bench-robot"
 
 [robot]
 model = "robot.toml"
+period = "1 ms"
 
 # One standard deviation of what may differ unnoticed, axis by axis.
 [tolerance]

@@ -1,6 +1,6 @@
 //! A robot for diagnosis, as written.
 
-use crate::written::At;
+use crate::written::{At, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -10,6 +10,8 @@ use serde::Deserialize;
 pub(crate) struct RobotTable {
     /// The robot's model file, as `softdock identify robot` writes it.
     pub(crate) model: At<String>,
+    /// Period over which the controllers hold a torque, which so acts half of it later on the average; default 0 s.
+    pub(crate) period: Option<Quantity>,
     /// Takes the gears for rigid and without play, whatever that file says; default false.
     pub(crate) rigid_gears: Option<At<bool>>,
     /// Takes friction for Coulomb's and viscous, whatever else that file says; default false.
