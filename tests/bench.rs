@@ -33,7 +33,7 @@ fn begun(folder: &Path) {
         refusal: None,
     };
     let cost = Cost { diagnosis: 4.0, rest: 2.0 };
-    let record = Record { case: case.id(), sealed, answer: Some(answer), gain: None, baselines: Vec::new(), cost };
+    let record = Record { answer: Some(answer), cost, ..Record::of(case.id(), sealed) };
     ledger.finish(&record).expect("room");
 }
 

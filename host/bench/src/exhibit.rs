@@ -20,6 +20,15 @@ impl Exhibit {
         Ok(Self { folder })
     }
 
+    /// Adds recordings to learn from.
+    pub(crate) fn add(&self, recordings: &[(String, String)]) -> Result<()> {
+        for (name, text) in recordings {
+            let file = self.path().join("training").join(name);
+            std::fs::write(&file, text).map_err(Error::file(&file))?;
+        }
+        Ok(())
+    }
+
     /// Where it lies.
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()

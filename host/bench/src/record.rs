@@ -50,7 +50,7 @@ pub struct Answer {
     pub blocks: Vec<(String, Said)>,
     /// Whether it says that a cause that looks alike was not in the library.
     pub partner_missing: bool,
-    /// The experiment that it proposes.
+    /// The experiment that it proposes, in words.
     pub experiment: Option<String>,
     /// Held-out gain where most was found: value and 95 % interval.
     pub gain: Option<[f64; 3]>,
@@ -124,12 +124,22 @@ pub struct Record {
     pub sealed: String,
     /// The answer; none if the case cannot be asked, as no size that the bench can show is as large as the case wants.
     pub answer: Option<Answer>,
+    /// The answers with the recordings of the experiments that ambiguous answers proposed, one experiment after the other.
+    pub after: Vec<Answer>,
     /// True gain, where something was named that explains the data.
     pub gain: Option<TrueGain>,
     /// Other methods.
     pub baselines: Vec<Baseline>,
     /// Cost.
     pub cost: Cost,
+}
+
+impl Record {
+    /// A case that is not answered yet, with the hash of its sealed truth.
+    pub fn of(case: String, sealed: String) -> Self {
+        let (after, baselines) = (Vec::new(), Vec::new());
+        Self { case, sealed, answer: None, after, gain: None, baselines, cost: Cost::default() }
+    }
 }
 
 /// The line that is written before a diagnosis begins.
@@ -240,8 +250,7 @@ mod tests {
     use super::*;
 
     fn record(case: &str) -> Record {
-        let (sealed, cost) = (String::new(), Cost::default());
-        Record { case: case.to_owned(), sealed, answer: None, gain: None, baselines: Vec::new(), cost }
+        Record::of(case.to_owned(), String::new())
     }
 
     #[test]

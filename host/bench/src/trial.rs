@@ -7,14 +7,18 @@ use crate::measure::true_gain;
 use crate::oracle::{Oracle, Scale, nominal, within};
 use crate::plan::{Case, Task};
 use crate::plant::code;
-use crate::record::{Answer, Cost, Effect, Estimate, Ledger, Record, Said, SealLine};
+use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
 use crate::seal::{SealedTruth, seal};
 use softdock_diagnosis::decide::{BlockAnswer, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
+use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, exact, fresh, generate};
+use softdock_gauntlet::{EffectCase, Hidden, Told, exact, follow, fresh, generate};
 use std::path::Path;
 use std::time::Instant;
+
+/// Experiments that an ambiguous answer may ask for, one after the other.
+const EXPERIMENTS: u64 = 2;
 
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
@@ -78,13 +82,12 @@ impl<'a> Bench<'a> {
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
         let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
         self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
-        let mut record =
-            Record { case: case.id(), sealed, answer: None, gain: None, baselines: Vec::new(), cost: Cost::default() };
+        let mut record = Record::of(case.id(), sealed);
         if let (Some(set), Some(hidden)) = (set, hidden) {
             let exhibit = Exhibit::of(&set)?;
             let options = Options { without: left_out(case, exhibit.path())?, ..Options::default() };
             let start = Instant::now();
-            let (answer, judged) = answer(exhibit.path(), &options);
+            let Found { answer, judged, proposed } = answer(exhibit.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
                 let (rig, seed) = (case.plant.rig, case.seed());
@@ -92,9 +95,11 @@ impl<'a> Bench<'a> {
                 record.gain = true_gain(exhibit.path(), &judged, &exact, &fresh(rig, &hidden, seed)?)?;
             }
             record.answer = Some(answer);
+            // The baselines get the recordings that the first answer had.
             if case.plant.baselines && !matches!(case.task, Task::LeftOut(_)) {
                 record.baselines = self.baselines.answers(case, exhibit.path())?;
             }
+            record.after = after(case, &hidden, &exhibit, &options, proposed)?;
         }
         record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
         self.ledger.finish(&record)?;
@@ -139,12 +144,45 @@ fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
     Ok(ids.filter(|id| code(id) == code(effect.id)).map(|id| (*id).to_owned()).collect())
 }
 
-/// Diagnoses a folder: nothing of the truth comes here. With the block where most was found.
-fn answer(folder: &Path, options: &Options) -> (Answer, Option<Judged>) {
+/// What a diagnosis says of a folder.
+struct Found {
+    answer: Answer,
+    /// The block where most was found.
+    judged: Option<Judged>,
+    /// The experiment that an ambiguous answer asks for.
+    proposed: Option<Experiment>,
+}
+
+/// Diagnoses a folder: nothing of the truth comes here.
+fn answer(folder: &Path, options: &Options) -> Found {
     match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
-        Ok((diagnosis, judged)) => told(&diagnosis, judged),
-        Err(error) => (refused(error.to_string()), None),
+        Ok((diagnosis, judged)) => {
+            let (answer, judged) = told(&diagnosis, judged);
+            Found { answer, judged, proposed: diagnosis.proposed.filter(Experiment::separates) }
+        }
+        Err(error) => Found { answer: refused(error.to_string()), judged: None, proposed: None },
     }
+}
+
+/// Runs the experiments that ambiguous answers propose, and gives the answers with their recordings added.
+fn after(
+    case: &Case,
+    hidden: &[Hidden],
+    exhibit: &Exhibit,
+    options: &Options,
+    mut proposed: Option<Experiment>,
+) -> Result<Vec<Answer>> {
+    let mut answers = Vec::new();
+    for number in 1..=EXPERIMENTS {
+        let Some(Experiment { step, path, .. }) = proposed.take() else { break };
+        let told = Told { step_s: step, path };
+        let Some(recordings) = follow(case.plant.rig, hidden, case.noise, case.seed(), &told, number)? else { break };
+        exhibit.add(&recordings)?;
+        let found = answer(exhibit.path(), options);
+        proposed = found.proposed;
+        answers.push(found.answer);
+    }
+    Ok(answers)
 }
 
 fn refused(refusal: String) -> Answer {

@@ -22,10 +22,12 @@ mod sensor;
 mod session;
 mod space;
 mod table;
+mod told;
 mod toss;
 
 pub use catalogue::{EffectCase, Hidden, Parameter, Rig, Stronger, effects, outside};
 pub use error::Error;
 pub use random::NoiseColour;
-pub use session::{Fresh, HiddenTruth, Set, Truth, exact, fresh, generate};
+pub use session::{Fresh, HiddenTruth, Set, Truth, exact, follow, fresh, generate};
+pub use told::Told;
 pub use toss::{Tosses, tosses};

@@ -71,6 +71,12 @@ impl Wave {
     }
 }
 
+/// What a controller is told.
+pub(crate) trait Reference {
+    /// Position, rate and acceleration at a time \[s\]; at rest before t = 0.
+    fn at(&self, time: f64) -> [f64; 3];
+}
+
 /// A motion about a centre.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
@@ -87,6 +93,12 @@ impl Motion {
             let add = wave.at(time);
             std::array::from_fn(|i| sum[i] + add[i])
         })
+    }
+}
+
+impl Reference for Motion {
+    fn at(&self, time: f64) -> [f64; 3] {
+        Self::at(self, time)
     }
 }
 

@@ -4,6 +4,7 @@ use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
+use crate::told::Told;
 use crate::{body, command, contact, drive, robot, sensor};
 use std::path::Path;
 use std::{fs, io};
@@ -47,6 +48,10 @@ pub(crate) trait Bench {
     fn training(&self) -> &'static [&'static str];
     /// Runs one experiment.
     fn record(&self, experiment: &str, run: &Run) -> Table;
+    /// Follows a path that somebody asks for; nothing if this bench follows none.
+    fn follow(&self, _told: &Told, _run: &Run) -> Option<Table> {
+        None
+    }
     /// Further true parameters of a hidden effect than its size.
     fn further(&self, id: &str) -> Vec<Parameter>;
     /// What this data set drew within the model's tolerances.
@@ -201,4 +206,29 @@ pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
         bench.record(FRESH, &run).exact().csv()
     };
     Ok(Fresh { with_effect: record(&sizes), without_effect: record(&Sizes::none()) })
+}
+
+/// Recordings, with repeats, of a path that somebody asks a bench for after its session, with the nuisances of the data
+/// set of the same seed; `number` counts such paths from 1. Nothing if the bench follows no path.
+///
+/// # Errors
+/// As [`generate`].
+pub fn follow(
+    rig: Rig,
+    hidden: &[Hidden],
+    noise: NoiseColour,
+    seed: u64,
+    told: &Told,
+    number: u64,
+) -> Result<Option<Vec<(String, String)>>, Error> {
+    let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
+    // Behind the session and the motion that nobody records.
+    let before = REPEATS * (bench.training().len() as u64 + 1 + number);
+    let record = |repeat: u64| {
+        let number_of_run = before + repeat;
+        let run = Run { seed, number: number_of_run, start_s: number_of_run as f64 * SPACING_S, noise: Some(noise) };
+        let table = bench.follow(told, &run)?;
+        Some((format!("asked{number}_{}.csv", repeat + 1), table.csv()))
+    };
+    Ok((0..REPEATS).map(record).collect())
 }

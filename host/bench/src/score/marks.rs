@@ -66,6 +66,7 @@ fn naming(asked: &[&Scored]) -> Vec<Mark> {
         right("pairs across groups, both names: at least 90 %", Asks::Pair, 4.0, 0.90),
         right("forms outside the library at 16 s*: at least 90 % not in library", Asks::Outside, 16.0, 0.90),
         right("left out of the library, at 16 s*: at least 90 % not in library", Asks::LeftOut, 16.0, 0.90),
+        resolved(asked),
         Mark::share(
             "block right: at least 99 %",
             blocks.iter().filter(|right| **right).count(),
@@ -73,6 +74,14 @@ fn naming(asked: &[&Scored]) -> Vec<Mark> {
             |share| share >= 0.99,
         ),
     ]
+}
+
+/// Ambiguous answers with the recordings that they asked for.
+fn resolved(asked: &[&Scored]) -> Mark {
+    let after: Vec<Outcome> = asked.iter().filter_map(|scored| scored.after).collect();
+    let right = after.iter().filter(|outcome| **outcome == Outcome::Right).count();
+    let demand = "ambiguous answers right after at most two proposed experiments: at least 95 %";
+    Mark::share(demand, right, after.len(), |share| share >= 0.95)
 }
 
 /// The effect that is named least.

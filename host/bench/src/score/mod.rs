@@ -31,6 +31,8 @@ pub struct Scored {
     pub record: Record,
     /// What that is worth; none if the case could not be asked.
     pub outcome: Option<Outcome>,
+    /// What the answer after the proposed experiments is worth; none if none was proposed.
+    pub after: Option<Outcome>,
 }
 
 impl Scored {
@@ -41,8 +43,9 @@ impl Scored {
     pub fn of(truth: SealedTruth, record: Record) -> Result<Self> {
         let unknown = || Error::Unknown { what: format!("{}: no plant `{}`", truth.case, truth.plant) };
         let plant = plant(&truth.plant).ok_or_else(unknown)?;
-        let outcome = record.answer.as_ref().map(|answer| outcome(plant, &truth, answer));
-        Ok(Self { plant, truth, record, outcome })
+        let worth = |answer: Option<&Answer>| answer.map(|answer| outcome(plant, &truth, answer));
+        let (first, after) = (worth(record.answer.as_ref()), worth(record.after.last()));
+        Ok(Self { plant, truth, record, outcome: first, after })
     }
 
     fn answer(&self) -> Option<&Answer> {
@@ -177,8 +180,8 @@ mod tests {
 
     fn case(asks: Asks, hidden: &[&str], said: Said, effects: &[&str]) -> Scored {
         let answer = Some(answer(said, effects));
-        let (case, sealed, cost) = (String::new(), String::new(), Cost { diagnosis: 2.0, rest: 1.0 });
-        let record = Record { case, sealed, answer, gain: None, baselines: Vec::new(), cost };
+        let cost = Cost { diagnosis: 2.0, rest: 1.0 };
+        let record = Record { answer, cost, ..Record::of(String::new(), String::new()) };
         Scored::of(truth(asks, hidden), record).expect("the drive")
     }
 
@@ -215,5 +218,17 @@ mod tests {
         let rival = Some("J2_viscous".to_owned());
         listed.truth.hidden[0].scale = Some(crate::oracle::Scale { size: 1.0, inseparable: rival, nominal: false });
         assert!(listed.is_right());
+    }
+
+    #[test]
+    fn an_ambiguous_answer_counts_again_after_the_experiment_that_it_proposed() {
+        let listed = case(Asks::Effect, &["J1_coulomb"], Said::Ambiguous, &["J2_viscous", "J1_coulomb"]);
+        let with = |after: &[&str]| {
+            let after = after.iter().map(|id| answer(Said::Named, &[id])).collect();
+            Scored::of(listed.truth.clone(), Record { after, ..listed.record.clone() }).expect("the drive")
+        };
+        let all = [listed.clone(), with(&["J1_coulomb"]), with(&["J2_viscous", "J1_coulomb"]), with(&["J2_viscous"])];
+        let share = mark(&score(&all), "ambiguous answers").share.expect("three with an experiment");
+        assert_eq!((share.count, share.cases), (2, 3));
     }
 }

@@ -44,7 +44,7 @@ pub struct Failure {
     pub seed: u64,
     /// What was hidden, with sizes and units.
     pub hidden: String,
-    /// What was answered.
+    /// What was answered, also with the experiments that an ambiguous answer proposed.
     pub answered: String,
     /// What that is worth.
     pub outcome: Outcome,
@@ -118,11 +118,13 @@ pub(super) fn failure(scored: &Scored) -> Option<Failure> {
         Asks::Outside | Asks::LeftOut => scored.truth.multiple >= 16.0,
     };
     let failed = outcome == Outcome::Wrong || (told && !scored.is_right());
+    let first = answer.refusal.clone().unwrap_or_else(|| answered(answer));
+    let all = std::iter::once(first).chain(scored.record.after.iter().map(answered));
     failed.then(|| Failure {
         case: scored.truth.case.clone(),
         seed: scored.truth.seed,
         hidden: sized(&scored.truth),
-        answered: answer.refusal.clone().unwrap_or_else(|| answered(answer)),
+        answered: all.collect::<Vec<_>>().join(", then "),
         outcome,
     })
 }

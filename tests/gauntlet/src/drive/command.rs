@@ -2,7 +2,7 @@
 
 use super::nominal::PERIOD;
 use crate::catalogue::Sizes;
-use crate::motion::Motion;
+use crate::motion::Reference;
 
 /// What may happen to a reference on its way.
 pub(crate) struct CommandPath {
@@ -46,7 +46,7 @@ impl CommandPath {
 
     /// The reference (angle, rate, acceleration) that the controller receives at a time \[s\] of the record, called once
     /// per period; the torque \[N m\] is the last one commanded.
-    pub(crate) fn received(&mut self, motion: &Motion, time: f64, torque: f64) -> [f64; 3] {
+    pub(crate) fn received(&mut self, motion: &dyn Reference, time: f64, torque: f64) -> [f64; 3] {
         let sent = if self.hold > 0.0 { (time / self.hold + 1e-9).floor() * self.hold } else { time };
         let delay = self.delay + self.delay_per_torque * torque.abs();
         let reference = motion.at(sent * (1.0 - self.skew) - delay);
@@ -85,7 +85,7 @@ impl CommandPath {
 mod tests {
     use super::*;
     use crate::catalogue::{Hidden, Rig};
-    use crate::motion::sine;
+    use crate::motion::{Motion, sine};
 
     fn received(id: &'static str, size: f64, time: f64) -> [f64; 3] {
         let sizes = Sizes::check(Rig::Drive { link_encoder: false }, &[Hidden { id, size }]).expect("an effect");

@@ -14,11 +14,12 @@ mod tests;
 
 use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::{Instrument, stamped};
-use crate::motion::Motion;
+use crate::motion::Reference;
 use crate::ode::advance;
 use crate::random::Disturbance;
 use crate::session::{Bench, Run};
 use crate::table::{Column, Table, column};
+use crate::told::Told;
 pub(crate) use build::Inner;
 use build::Nuisances;
 use command::CommandPath;
@@ -69,8 +70,9 @@ impl DriveBench {
         Self { sizes: sizes.clone(), nuisances, inner, plant, link_encoder }
     }
 
-    /// The closed loop over a motion, one tick longer than the record, in so many integration steps a tick.
-    fn simulate(&self, motion: &Motion, run: &Run, steps: usize) -> Trace {
+    /// The closed loop over a motion that lasts so long \[s\], one tick longer than the record, in so many integration
+    /// steps a tick.
+    fn simulate(&self, motion: &dyn Reference, duration: f64, run: &Run, steps: usize) -> Trace {
         let mut disturbance =
             run.noise.map(|colour| Disturbance::new(colour, DISTURBANCE, PERIOD, run.stream("disturbance torque")));
         let mut motor = Instrument::new(run, "motor encoder", ENCODER_NOISE, ENCODER_QUANTUM);
@@ -79,7 +81,7 @@ impl DriveBench {
         let (mut plant, mut state) = (self.plant.clone(), self.plant.at_rest(start));
         let (mut path, mut controller) = (CommandPath::new(&self.sizes, start), Controller::new());
         let (mut trace, mut torque) = (Trace::default(), 0.0);
-        for tick in 0..=(motions::DURATION_S / PERIOD).round() as usize {
+        for tick in 0..=(duration / PERIOD).round() as usize {
             let time = tick as f64 * PERIOD;
             let measured = motor.read(state[MOTOR]);
             torque = controller.torque(path.received(motion, time, torque), measured);
@@ -95,6 +97,21 @@ impl DriveBench {
         }
         trace
     }
+
+    /// The log of a motion that lasts so long \[s\].
+    fn recorded(&self, motion: &dyn Reference, duration: f64, run: &Run) -> Table {
+        let trace = self.simulate(motion, duration, run, STEPS);
+        let mut monitor = Instrument::new(run, "torque channel", TORQUE_NOISE, TORQUE_QUANTUM);
+        let columns = if self.link_encoder { [&COLUMNS[..], &[LINK_COLUMN]].concat() } else { COLUMNS.to_vec() };
+        let mut table = Table::new(&columns);
+        for tick in (0..trace.motor.len() - 1).step_by(LOGGED) {
+            let time = tick as f64 * PERIOD;
+            let torque = monitor.read(stamped(&trace.torque, tick, self.nuisances.clock_offset / PERIOD));
+            let row = [run.start_s + time, motion.at(time)[0], trace.motor[tick], torque, trace.link[tick]];
+            table.push(&row[..columns.len()]);
+        }
+        table
+    }
 }
 
 impl Bench for DriveBench {
@@ -107,18 +124,11 @@ impl Bench for DriveBench {
     }
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
-        let motion = motions::motion(experiment);
-        let trace = self.simulate(&motion, run, STEPS);
-        let mut monitor = Instrument::new(run, "torque channel", TORQUE_NOISE, TORQUE_QUANTUM);
-        let columns = if self.link_encoder { [&COLUMNS[..], &[LINK_COLUMN]].concat() } else { COLUMNS.to_vec() };
-        let mut table = Table::new(&columns);
-        for tick in (0..trace.motor.len() - 1).step_by(LOGGED) {
-            let time = tick as f64 * PERIOD;
-            let torque = monitor.read(stamped(&trace.torque, tick, self.nuisances.clock_offset / PERIOD));
-            let row = [run.start_s + time, motion.at(time)[0], trace.motor[tick], torque, trace.link[tick]];
-            table.push(&row[..columns.len()]);
-        }
-        table
+        self.recorded(&motions::motion(experiment), motions::DURATION_S, run)
+    }
+
+    fn follow(&self, told: &Told, run: &Run) -> Option<Table> {
+        Some(self.recorded(told, told.duration_s(), run))
     }
 
     fn further(&self, id: &str) -> Vec<Parameter> {

@@ -209,10 +209,41 @@ fn a_step_of_half_the_length_changes_nothing_that_an_encoder_sees() {
         let bench = super::DriveBench::new(&sizes, true, 9);
         let run = crate::session::Run { seed: 9, number: 0, start_s: 0.0, noise: None };
         let motion = super::motions::motion("creep");
-        let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&motion, &run, steps));
+        let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&motion, super::motions::DURATION_S, &run, steps));
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // The encoder's quantum is 6e-6 rad, its noise 5e-6 rad.
         assert!(apart(&coarse.motor, &fine.motor) < 3e-7, "{hidden:?}: {:e}", apart(&coarse.motor, &fine.motor));
         assert!(apart(&coarse.link, &fine.link) < 3e-7, "{hidden:?}: {:e}", apart(&coarse.link, &fine.link));
     }
+}
+
+#[test]
+fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
+    let rig = Rig::Drive { link_encoder: false };
+    let own = super::motions::motion("creep");
+    let path = (0..=1500).map(|i| own.at(f64::from(i) * 0.004)[0]).collect();
+    let asked = crate::follow(rig, &[], crate::NoiseColour::White, 5, &crate::Told { step_s: 0.004, path }, 1);
+    let asked = asked.expect("a legal bench").expect("a drive follows paths");
+    let names: Vec<&str> = asked.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["asked1_1.csv", "asked1_2.csv", "asked1_3.csv"]);
+    let set = crate::generate(rig, &[], crate::NoiseColour::White, 5).expect("a legal bench");
+    let own = &set.logs.iter().find(|(name, _)| name == "creep_1.csv").expect("an experiment").1;
+    let angles = |text: &str| -> Vec<f64> {
+        text.lines().skip(1).map(|row| row.split(',').nth(2).expect("q").parse().expect("a number")).collect()
+    };
+    let (asked, own) = (angles(&asked[0].1), angles(own));
+    let apart = asked.iter().zip(&own).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(asked.len() == own.len() && apart < 2e-4 && apart > 0.0, "{apart}: other noise, the same motion");
+    assert!(
+        crate::follow(
+            Rig::Sensor,
+            &[],
+            crate::NoiseColour::White,
+            5,
+            &crate::Told { step_s: 0.004, path: vec![0.0; 9] },
+            1
+        )
+        .expect("legal")
+        .is_none()
+    );
 }
