@@ -51,7 +51,7 @@ const MOTION_RATE: f64 = 250.0;
 const WRENCH_RATE: f64 = 500.0;
 /// What a robot's axes tell of its tool at best \[m\], \[rad\].
 const RESOLUTION: f64 = 2e-6;
-/// Standard deviation of what the time stamps of command and measurement may be off \[s\].
+/// Standard deviation of what the time stamps of commands, axes and wrenches may be off from one another \[s\].
 const STAMPS: f64 = 1e-4;
 /// Force that tells a touch, in standard deviations of a sample before it.
 const TOUCH: f64 = 8.0;
@@ -120,7 +120,11 @@ pub(crate) fn wrench_section(
     let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
     let trial = |log: &DriveLog| {
-        let rows = held_rows(&plant, log);
+        let mut rows = held_rows(&plant, log);
+        // Told a tick ahead and that much late, so that stamps may be early as well.
+        rows.rotate_left(1);
+        let last = rows.len() - 1;
+        rows[last] = rows[last - 1];
         let own = followed(model.params(log));
         trial(&plant, log, rows, [&nominal, &own], MOTION.len()..MOTION.len() + WRENCH.len(), held_out(&log.name))
     };
@@ -130,7 +134,7 @@ pub(crate) fn wrench_section(
     let base = to_vec(&nominal);
     MeasuredBlock {
         name: "R5 motion to wrench",
-        nuisances: Vec::new(),
+        nuisances: nuisances(&section, &base, &[("loop_delay", STAMPS)]),
         base,
         channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
@@ -162,10 +166,10 @@ fn untouched(model: &Model) -> Model {
     model
 }
 
-/// Parameters with robots that are where they are told, without delay, and a sensor that was tared.
+/// Parameters with robots that are where they are told, a tick late, and a sensor that was tared.
 fn followed_and_tared(p: Params<f64>, plant: &Plant) -> Params<f64> {
     Params {
-        loop_delay: plant.timing.own_delay() + p.sensor_delay,
+        loop_delay: plant.timing.own_delay() + p.sensor_delay + plant.timing.tick(),
         clock_skew: 0.0,
         command_hold: 0.0,
         tool_speed_limit: UNLIMITED,
