@@ -10,7 +10,7 @@ use crate::library::Hypothesis;
 /// Combinations from which the next larger ones are made.
 const BEAM: usize = 3;
 /// Most effects of a combination.
-const MOST: usize = 3;
+const MOST: usize = 4;
 /// Effects that are tried on top of a combination, the most promising.
 const TRIED: usize = 8;
 /// Log-odds by the screening below which an effect is not tried on top of a combination.
@@ -39,7 +39,7 @@ pub(crate) fn combine(
     let log = |set: &Set| evidence(&set.1, dispersion).log;
     let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
     let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
-    let mut beam = best_of(all.iter().filter(|set| sound(set)).cloned().collect(), &log);
+    let mut beam = beam_of(all.clone(), &sound, &log);
     for _ in 1..MOST {
         // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
         if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
@@ -50,21 +50,29 @@ pub(crate) fn combine(
         // More than any of its parts, or it is none.
         let pays = |set: &Set| {
             let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
-            sound(set) && log(set) > price + parts.map(&log).fold(f64::NEG_INFINITY, f64::max)
+            log(set) > price + parts.map(&log).fold(f64::NEG_INFINITY, f64::max)
         };
         let paying: Vec<Set> = larger.into_iter().filter(pays).collect();
         if paying.is_empty() {
             break;
         }
-        beam = best_of(paying.clone(), &log);
-        all.extend(paying);
+        beam = beam_of(paying.clone(), &sound, &log);
+        all.extend(paying.into_iter().filter(sound));
     }
     all
 }
 
-fn best_of(mut sets: Vec<Set>, log: &dyn Fn(&Set) -> f64) -> Vec<Set> {
+/// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
+fn beam_of(mut sets: Vec<Set>, sound: &dyn Fn(&Set) -> bool, log: &dyn Fn(&Set) -> f64) -> Vec<Set> {
     sets.sort_by(|a, b| log(b).total_cmp(&log(a)));
-    sets.truncate(BEAM);
+    let mut found = 0;
+    let mut place = 0;
+    sets.retain(|set| {
+        let is_sound = sound(set);
+        found += usize::from(is_sound);
+        place += 1;
+        if is_sound { found <= BEAM } else { place == 1 }
+    });
     sets
 }
 
