@@ -1,7 +1,7 @@
 //! The rigs, the effects that each can hide, and what is asked of them.
 
 use crate::error::Error;
-use crate::{body, command, contact, drive, robot, sensor};
+use crate::{body, command, contact, drive, facility, robot, sensor};
 
 /// A test bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub enum Rig {
     Command,
     /// A free body under known wrenches.
     Body,
+    /// A whole loop: simulated bodies, robots that hold real parts, and the sensor between them.
+    Facility,
 }
 
 /// Which sizes of an effect show more of it.
@@ -95,6 +97,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
         Rig::Sensor => sensor::EFFECTS,
         Rig::Command => command::EFFECTS,
         Rig::Body => body::EFFECTS,
+        Rig::Facility => facility::EFFECTS,
     }
 }
 
@@ -107,6 +110,7 @@ pub fn outside(rig: Rig) -> &'static [EffectCase] {
         Rig::Sensor => sensor::OUTSIDE,
         Rig::Command => command::OUTSIDE,
         Rig::Body => body::OUTSIDE,
+        Rig::Facility => facility::OUTSIDE,
     }
 }
 

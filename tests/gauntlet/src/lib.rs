@@ -13,6 +13,7 @@ mod command;
 mod contact;
 mod drive;
 mod error;
+mod facility;
 mod instrument;
 mod motion;
 mod ode;

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
 use crate::told::Told;
-use crate::{body, command, contact, drive, robot, sensor};
+use crate::{body, command, contact, drive, facility, robot, sensor};
 use std::path::Path;
 use std::{fs, io};
 
@@ -66,6 +66,7 @@ fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
         Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
         Rig::Command => Box::new(command::CommandBench::new(sizes, seed)),
         Rig::Body => Box::new(body::BodyBench::new(sizes, seed)),
+        Rig::Facility => Box::new(facility::FacilityBench::new(sizes, seed)),
     }
 }
 

@@ -71,6 +71,28 @@ pub(crate) fn quaternion_rate([w, x, y, z]: Quaternion, [p, q, r]: Vector) -> Qu
     ]
 }
 
+/// An attitude after a further turn in world axes \[rad\].
+pub(crate) fn turned([w, i, j, k]: Quaternion, turn: Vector) -> Quaternion {
+    let angle = dot(turn, turn).sqrt();
+    let share = if angle > 1e-12 { (0.5 * angle).sin() / angle } else { 0.5 };
+    let (a, [x, y, z]) = ((0.5 * angle).cos(), scaled(share, turn));
+    [
+        a * w - x * i - y * j - z * k,
+        a * i + x * w + y * k - z * j,
+        a * j - x * k + y * w + z * i,
+        a * k + x * j - y * i + z * w,
+    ]
+}
+
+/// The turn from one attitude to another in world axes \[rad\], the shorter way round.
+pub(crate) fn turn_between([w, x, y, z]: Quaternion, [a, i, j, k]: Quaternion) -> Vector {
+    let cosine = a * w + i * x + j * y + k * z;
+    let way = [i * w - a * x - (j * z - k * y), j * w - a * y - (k * x - i * z), k * w - a * z - (i * y - j * x)];
+    let sine = dot(way, way).sqrt();
+    let angle = 2.0 * sine.atan2(cosine.abs());
+    scaled(if sine > 1e-12 { angle / sine } else { 2.0 } * cosine.signum(), way)
+}
+
 /// Quaternion of roll, pitch and yaw \[rad\]: about x, then y, then z of the world.
 pub(crate) fn from_angles([roll, pitch, yaw]: Vector) -> Quaternion {
     let [(sr, cr), (sp, cp), (sy, cy)] = [roll, pitch, yaw].map(|angle| (0.5 * angle).sin_cos());
@@ -105,6 +127,18 @@ mod tests {
             &[0.0, 1.0, 0.0],
             1e-14,
         );
+    }
+
+    #[test]
+    fn a_turn_there_is_the_turn_between() {
+        let from = from_angles([0.3, -0.4, 1.1]);
+        for turn in [[0.02, -0.7, 1.1], [1e-9, 0.0, -2e-9], [0.0; 3]] {
+            let to = turned(from, turn);
+            near(&turn_between(from, to), &turn, 1e-14);
+            near(&turn_between(from, to.map(|x| -x)), &turn, 1e-14);
+            let a = [0.2, -1.0, 0.7];
+            near(&into_world(to, a), &into_world(turned([1.0, 0.0, 0.0, 0.0], turn), into_world(from, a)), 1e-14);
+        }
     }
 
     #[test]

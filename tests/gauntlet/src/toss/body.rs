@@ -1,6 +1,6 @@
 //! A rigid cube whose corners strike a board: Newton's restitution and Coulomb's cone, impulse by impulse.
 
-use crate::space::{Quaternion, Vector, cross, dot, into_world, scaled, sum};
+use crate::space::{Quaternion, Vector, cross, dot, into_world, scaled, sum, turned};
 
 /// Sweeps over the corners that touch, until their impulses agree.
 const SWEEPS: usize = 30;
@@ -48,21 +48,7 @@ impl Body {
             contacts.iter_mut().for_each(|contact| self.strike(cube, contact));
         }
         self.position = sum(self.position, scaled(step, self.velocity));
-        self.attitude = self.attitude_turned(scaled(step, self.rate));
-    }
-
-    /// The attitude after a further turn in world axes \[rad\].
-    pub(super) fn attitude_turned(&self, turn: Vector) -> Quaternion {
-        let angle = dot(turn, turn).sqrt();
-        let share = if angle > 1e-12 { (0.5 * angle).sin() / angle } else { 0.5 };
-        let (a, [x, y, z]) = ((0.5 * angle).cos(), scaled(share, turn));
-        let [w, i, j, k] = self.attitude;
-        [
-            a * w - x * i - y * j - z * k,
-            a * i + x * w + y * k - z * j,
-            a * j - x * k + y * w + z * i,
-            a * k + x * j - y * i + z * w,
-        ]
+        self.attitude = turned(self.attitude, scaled(step, self.rate));
     }
 
     /// Corners below the board, with what they have to reach.
