@@ -1,6 +1,6 @@
 //! Recordings: CSV or Parquet, any columns, read through the model file's `[log]` into joint-side SI.
 
-use crate::recording::table::{Gaps, Wanted};
+use crate::recording::table::{Gaps, Named, Wanted};
 use crate::{Error, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
@@ -90,7 +90,7 @@ impl Columns {
 
     fn read(path: &Path, robot: &Robot) -> Result<Self> {
         let named = robot.log.iter().map(|channel| (channel.name.as_str(), channel.column.name.as_str())).collect();
-        let columns = Wanted { columns: named, model: &robot.file, gaps: Gaps::Refused }.read(path)?;
+        let columns = Wanted { columns: named, named: Named::By(&robot.file), gaps: Gaps::Refused }.read(path)?;
         let column = |(channel, values): (&Channel, Vec<f64>)| {
             let values = values.iter().map(|value| value * channel.column.factor + channel.column.offset).collect();
             Column { channel: channel.clone(), values }

@@ -1,13 +1,14 @@
-//! The log of a drive as softdock writes it: where the parts were simulated, where the robots held them, and the wrench
-//! that was measured between them.
+//! The log of a drive, by softdock or by any other driver that names its columns so: where the parts were simulated, where
+//! the robots held them, and the wrench that was measured between them.
 
 use super::grid::Finding;
+use super::table::{Gaps, Named, Wanted, column_names, is_parquet};
 use crate::{Error, Result};
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice};
 use softdock_kernels::space::{Motion, Wrench};
 use softdock_kernels::vector::Pose;
+use softdock_results::Metadata;
 use softdock_results::drive_log::open_drive_log;
-use softdock_results::foreign::number_columns;
 use std::path::Path;
 
 /// Fewest cycles of a run that can be judged.
@@ -44,22 +45,23 @@ pub(crate) struct DriveLog {
 /// Columns of a pose: position and attitude.
 const POSE: usize = 7;
 /// Columns that say where in the drive a row is.
-const PLACE: [&str; 4] = ["tick", "time_ns", "robot_1_limits", "robot_2_limits"];
+const PLACE: [&str; 2] = ["tick", "time_ns"];
+/// Columns that tell which commands met a limit; a log without them met none.
+const LIMITS: [&str; 2] = ["robot_1_limits", "robot_2_limits"];
+/// What to do about a log that lacks a column.
+const REMEDY: &str = "give the log.parquet that `softdock drive` leaves, or a CSV or Parquet file with the same columns: tick, \
+    time_ns, simulated_part_a_..., simulated_part_b_..., part_a_..., part_b_..., ft_compensated_...";
 
 impl DriveLog {
-    /// Reads `log.parquet` of a drive.
+    /// Reads the log of a drive: the `log.parquet` that softdock leaves, or a table with the same columns.
     ///
     /// # Errors
-    /// Another file than that, one that lacks a signal, a run that hardly began.
+    /// A file that lacks a signal, a run that hardly began.
     pub(crate) fn read(path: &Path, findings: &mut Vec<Finding>) -> Result<Self> {
-        let (_, metadata) = open_drive_log(path).map_err(|error| {
-            let remedy =
-                "give the log.parquet that `softdock drive` leaves; foreign recordings need a rig's model file";
-            Error::log(path, None, error.to_string(), remedy)
-        })?;
+        let metadata = metadata(path);
         let said = |key: &str| metadata.iter().find(|pair| pair.0 == key).map(|pair| pair.1.clone());
         let table = Table::read(path)?;
-        let name = path.parent().and_then(Path::file_name).unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let name = name(path);
         let rows = table.running(path)?;
         let mut note = |what: String| findings.push(Finding { recording: name.clone(), what });
         let ticks = table.ticks_at(rows.start + 1);
@@ -68,7 +70,7 @@ impl DriveLog {
         if end < rows.end {
             note(format!("the log lacks cycles after {:.3} s of the run: what follows is left out", table.time(end)));
         }
-        let cut = (rows.start..end).filter(|row| table.cell(2, *row) + table.cell(3, *row) > 0.0).count();
+        let cut = (rows.start..end).filter(|row| table.limits.iter().any(|limits| limits[*row] > 0.0)).count();
         if cut > 0 {
             note(format!(
                 "{cut} of {} commands met a limit: the robots were told less than is simulated",
@@ -86,9 +88,23 @@ impl DriveLog {
     }
 }
 
+/// What softdock says of a log of its own; nothing of another driver's.
+fn metadata(path: &Path) -> Metadata {
+    let own = is_parquet(path).then(|| open_drive_log(path).ok()).flatten();
+    own.map_or_else(Metadata::new, |(_, metadata)| metadata)
+}
+
+/// A log is called as its file; one that softdock left, as its folder.
+fn name(path: &Path) -> String {
+    let folder = path.parent().and_then(Path::file_name).filter(|_| path.file_name() == Some("log.parquet".as_ref()));
+    folder.or(path.file_stem()).unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
 /// The columns of a log that are looked at.
 struct Table {
     columns: Vec<Vec<f64>>,
+    /// Of each robot, where the log has them.
+    limits: Vec<Vec<f64>>,
 }
 
 /// Names of a signal's columns in the log.
@@ -107,8 +123,13 @@ impl Table {
             wanted.extend(names::<Motion<f64>>(part).into_iter().take(POSE));
         }
         wanted.extend(names::<Wrench<f64>>("ft_compensated"));
-        let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
-        Ok(Self { columns: number_columns(path, &wanted)? })
+        let needed = wanted.len();
+        let known = column_names(path)?;
+        wanted.extend(LIMITS.map(str::to_owned).into_iter().filter(|limits| known.contains(limits)));
+        let columns = wanted.iter().map(|name| ("", name.as_str())).collect();
+        let mut columns = Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept }.read(path)?;
+        let limits = columns.split_off(needed);
+        Ok(Self { columns, limits })
     }
 
     fn cell(&self, column: usize, row: usize) -> f64 {

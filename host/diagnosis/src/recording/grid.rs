@@ -1,6 +1,6 @@
 //! A recording of a rig: its signals in SI on an even grid, and what had to be done to get them there.
 
-use super::table::{Gaps, Wanted};
+use super::table::{Gaps, Named, Wanted};
 use crate::{Error, Result};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
@@ -68,7 +68,7 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
         return Err(Error::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
     }
     let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
-    let raw = Wanted { columns, model: &rig.file, gaps: Gaps::Kept }.read(path)?;
+    let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
     let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::Column), Vec<f64>)| {
         let values = values.iter().map(|value| value * column.factor + column.offset).collect();
         (name.clone(), values)

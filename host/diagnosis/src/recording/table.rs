@@ -1,4 +1,4 @@
-//! Columns of numbers from a CSV or Parquet file, by the names that a model file gives.
+//! Columns of numbers from a CSV or Parquet file, by the names that a model file gives or that are agreed.
 
 use crate::{Error, Result};
 use std::path::Path;
@@ -12,12 +12,21 @@ pub(crate) enum Gaps {
     Kept,
 }
 
+/// Who names the columns that are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Named<'a> {
+    /// The `[log]` of a model file.
+    By(&'a str),
+    /// Nobody: their names are agreed, and this is what to do about one that is missing.
+    Agreed(&'a str),
+}
+
 /// The columns that are wanted of a file.
 pub(crate) struct Wanted<'a> {
     /// Signal and column.
     pub(crate) columns: Vec<(&'a str, &'a str)>,
-    /// The model file whose `[log]` names them.
-    pub(crate) model: &'a str,
+    /// Who names them.
+    pub(crate) named: Named<'a>,
     /// What is made of cells without a number.
     pub(crate) gaps: Gaps,
 }
@@ -25,14 +34,17 @@ pub(crate) struct Wanted<'a> {
 impl Wanted<'_> {
     /// Reads the columns in their order; the ending `.parquet` tells Parquet from CSV.
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
-        let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
-        if is_parquet { self.parquet(path) } else { self.csv(path) }
+        if is_parquet(path) { self.parquet(path) } else { self.csv(path) }
     }
 
     /// The error for a column that the file lacks.
     fn no_column(&self, path: &Path, line: Option<usize>, name: &str, known: &[String]) -> Error {
+        let model = match self.named {
+            Named::By(model) => model,
+            Named::Agreed(remedy) => return Error::log(path, line, format!("there is no column `{name}`"), remedy),
+        };
         let signal = self.columns.iter().find(|column| column.1 == name).map_or("", |column| column.0);
-        let what = format!("there is no column `{name}`, which [log] of {} names for `{signal}`", self.model);
+        let what = format!("there is no column `{name}`, which [log] of {model} names for `{signal}`");
         let shown: Vec<&str> = known.iter().take(12).map(String::as_str).collect();
         let more = if known.len() > shown.len() { ", ..." } else { "" };
         Error::log(path, line, what, format!("name one of its columns there: {}{more}", shown.join(", ")))
@@ -45,9 +57,7 @@ impl Wanted<'_> {
             return Err(self.no_column(path, None, name, &known));
         }
         let columns = softdock_results::foreign::number_columns(path, &names).map_err(|error| match error {
-            softdock_results::Error::Contract { what, .. } => {
-                Error::log(path, None, what, format!("name columns of numbers in [log] of {}", self.model))
-            }
+            softdock_results::Error::Contract { what, .. } => Error::log(path, None, what, self.numbers()),
             other => other.into(),
         })?;
         for (name, values) in names.iter().zip(&columns) {
@@ -60,12 +70,16 @@ impl Wanted<'_> {
         Ok(columns)
     }
 
+    /// What to do about a column that holds no numbers.
+    fn numbers(&self) -> String {
+        match self.named {
+            Named::By(model) => format!("name columns of numbers in [log] of {model}"),
+            Named::Agreed(remedy) => remedy.to_owned(),
+        }
+    }
+
     fn csv(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
-        let bytes = std::fs::read(path)
-            .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
-        let text = String::from_utf8(bytes).map_err(|_| {
-            Error::log(path, None, "is not UTF-8 text", "save it as UTF-8, or as Parquet with the ending .parquet")
-        })?;
+        let text = text_of(path)?;
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let Some((_, header)) = lines.next() else {
             return Err(Error::log(
@@ -75,7 +89,7 @@ impl Wanted<'_> {
                 "name a CSV file with a header, or a Parquet file",
             ));
         };
-        let known: Vec<String> = header.split(',').map(|cell| clean(cell).to_owned()).collect();
+        let known = cells(header);
         let place = |name: &str| {
             let place = known.iter().position(|column| column == name);
             place.ok_or_else(|| self.no_column(path, Some(1), name, &known))
@@ -107,6 +121,34 @@ impl Wanted<'_> {
             _ => None,
         }
     }
+}
+
+/// Whether a file is Parquet by its ending; else it is CSV.
+pub(crate) fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
+}
+
+/// Names of a file's columns.
+pub(crate) fn column_names(path: &Path) -> Result<Vec<String>> {
+    if is_parquet(path) {
+        return Ok(softdock_results::foreign::column_names(path)?);
+    }
+    let text = text_of(path)?;
+    Ok(text.lines().find(|line| !line.trim().is_empty()).map_or_else(Vec::new, cells))
+}
+
+/// The text of a CSV file.
+fn text_of(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path)
+        .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
+    String::from_utf8(bytes).map_err(|_| {
+        Error::log(path, None, "is not UTF-8 text", "save it as UTF-8, or as Parquet with the ending .parquet")
+    })
+}
+
+/// The names in a header.
+fn cells(header: &str) -> Vec<String> {
+    header.split(',').map(|cell| clean(cell).to_owned()).collect()
 }
 
 /// What to do about a row without a number.

@@ -3,6 +3,7 @@
 mod body;
 mod command;
 mod contact;
+mod facility;
 mod sensor;
 mod toss;
 
