@@ -1,10 +1,13 @@
 //! The sections of a whole facility, from the logs of drives: what it was told to the motion of the parts, and that
 //! motion to the measured wrench.
 
+mod path;
+
 use super::{Channel, MeasuredBlock, Trial, nuisances};
 use crate::recording::drive_log::{Cycle, DriveLog};
 use crate::recording::smooth::Decimator;
 use nalgebra::DMatrix;
+use path::{held, held_rows, told_rows};
 use softdock_campaign::{Campaign, Scenario};
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
@@ -13,9 +16,8 @@ use softdock_kernels::frame::facility::readings;
 use softdock_kernels::model::Model;
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::command;
-use softdock_kernels::space::{Motion, Parts, Wrench};
-use softdock_kernels::vector::{Pose, Quat, Vec3};
+use softdock_kernels::space::{Parts, Wrench};
+use softdock_kernels::vector::Vec3;
 use std::sync::Arc;
 
 /// What a facility is compared with.
@@ -120,7 +122,7 @@ pub(crate) fn wrench_section(
     let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
     let trial = |log: &DriveLog| {
-        let mut rows = held_rows(&plant, log);
+        let mut rows = held_rows(&plant, log, 1.0 / MOTION_RATE);
         // Told a tick ahead and that much late, so that stamps may be early as well.
         rows.rotate_left(1);
         let last = rows.len() - 1;
@@ -250,96 +252,4 @@ fn quiet(log: &DriveLog, decimator: &Decimator) -> DMatrix<f64> {
     let flat: Vec<f64> = free(cycles).iter().flat_map(|cycle| to_vec(&(cycle.wrench - tare))).collect();
     let rows: Vec<Vec<f64>> = (0..WRENCH.len()).map(|row| decimator.pass(&flat, row, WRENCH.len())).collect();
     DMatrix::from_fn(rows.len(), rows[0].len(), |row, sample| rows[row][sample])
-}
-
-/// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.
-///
-/// What is told in a cycle is to be reached by its end. Wires carry positions alone: rates are those of the path, by the
-/// three-point backward difference.
-fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let told: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
-    let path = by_ticks(&told[..told.len() - 1], log.ticks);
-    let tick = log.cycle / log.ticks as f64;
-    let held = held(plant, log);
-    let mut rows = vec![moving(&held[0], &[(&held[1], 1.0), (&held[0], -1.0)], 1.0 / log.cycle)];
-    rows.extend((1..path.len()).map(|i| {
-        let older = &path[i.saturating_sub(2)];
-        moving(&path[i], &[(&path[i], 3.0), (&path[i - 1], -4.0), (older, 1.0)], 0.5 / tick)
-    }));
-    rows
-}
-
-/// Laboratory motions of the parts as the robots held them, tick by tick; rates by central differences.
-fn held_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let path = by_ticks(&held(plant, log), log.ticks);
-    let last = path.len() - 1;
-    let tick = log.cycle / log.ticks as f64;
-    let row = |i: usize| {
-        let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-        moving(&path[i], &[(&path[after], 1.0), (&path[before], -1.0)], 1.0 / (tick * (after - before) as f64))
-    };
-    (0..path.len()).map(row).collect()
-}
-
-/// Where the parts were held when each cycle of the run began, laboratory, at rest.
-fn held(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let of = |pair: &[Cycle]| {
-        // The log lays the share that each robot makes back onto the parts.
-        let (simulated, told) = (pair[0].simulated, shared(plant, &pair[0]));
-        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, told: &Motion<f64>| {
-            at_rest(pose.position - (simulated.position - told.position), pose.attitude)
-        };
-        Parts {
-            a: carried(&pair[1].held[0], &simulated[0], &told.a),
-            b: carried(&pair[1].held[1], &simulated[1], &told.b),
-        }
-    };
-    log.cycles.windows(2).map(of).collect()
-}
-
-/// Laboratory motions that a simulated pair of parts asks for.
-fn shared(plant: &Plant, cycle: &Cycle) -> Parts<f64> {
-    let [a, b] = cycle.simulated;
-    command(plant, &Parts { a, b })
-}
-
-fn at_rest(position: Vec3<f64>, attitude: Quat<f64>) -> Motion<f64> {
-    Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() }
-}
-
-/// A path of one pose a cycle as one pose a tick, on straight lines.
-fn by_ticks(path: &[Parts<f64>], ticks: usize) -> Vec<Parts<f64>> {
-    let between = |from: &Motion<f64>, to: &Motion<f64>, share: f64| {
-        let position = from.position + (to.position - from.position) * share;
-        at_rest(position, from.attitude.turned(turn(from.attitude, to.attitude) * share))
-    };
-    let mut out = vec![path[0]];
-    for pair in path.windows(2) {
-        out.extend((1..=ticks).map(|tick| {
-            let share = tick as f64 / ticks as f64;
-            Parts { a: between(&pair[0].a, &pair[1].a, share), b: between(&pair[0].b, &pair[1].b, share) }
-        }));
-    }
-    out
-}
-
-/// Parts where they are, moving as weighted neighbours on the path say.
-fn moving(at: &Parts<f64>, neighbours: &[(&Parts<f64>, f64)], scale: f64) -> Parts<f64> {
-    let part = |of: fn(&Parts<f64>) -> Motion<f64>| {
-        let own = of(at);
-        let mut motion = at_rest(own.position, own.attitude);
-        for (parts, weight) in neighbours {
-            let other = of(parts);
-            motion.velocity = motion.velocity + (other.position - own.position) * (weight * scale);
-            motion.omega = motion.omega + turn(own.attitude, other.attitude) * (weight * scale);
-        }
-        motion
-    };
-    Parts { a: part(|parts| parts.a), b: part(|parts| parts.b) }
-}
-
-/// Rotation vector from one attitude to another nearby, inertial axes.
-fn turn(from: Quat<f64>, to: Quat<f64>) -> Vec3<f64> {
-    let way = to.compose(from.conjugate());
-    way.v * (2.0 * way.w.signum())
 }

@@ -1,0 +1,123 @@
+//! Paths of the parts in the laboratory, from the log of a drive: as the robots were told, and as they held them.
+
+use crate::recording::drive_log::{Cycle, DriveLog};
+use nalgebra::DMatrix;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::command;
+use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::vector::{Pose, Quat, Vec3};
+
+/// Cycles over which a parabola tells how the robots move when a run begins: the difference of two readings would be
+/// noise, a longer stretch no parabola.
+const STRETCH: usize = 20;
+
+/// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.
+///
+/// What is told in a cycle is to be reached by its end. Wires carry positions alone: rates are those of the path, by the
+/// three-point backward difference; the first by two points, from which on the path is carried back before the run.
+pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let told: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
+    let path = by_ticks(&told[..told.len() - 1], log.ticks);
+    let tick = log.cycle / log.ticks as f64;
+    let mut rows = vec![under_way(&held(plant, log)[..STRETCH], log.cycle)];
+    rows.extend((1..path.len()).map(|i| match i.checked_sub(2) {
+        Some(older) => moving(&path[i], &[(&path[i - 1], -4.0), (&path[older], 1.0)], 0.5 / tick),
+        None => moving(&path[i], &[(&path[i - 1], -1.0)], 1.0 / tick),
+    }));
+    rows
+}
+
+/// Laboratory motions of the parts as the robots held them, tick by tick; rates by straight lines through what lies within a
+/// time \[s\] to either side: a difference of neighbours would be noise of the axes, which damping makes into force.
+pub(super) fn held_rows(plant: &Plant, log: &DriveLog, aside: f64) -> Vec<Parts<f64>> {
+    let path = by_ticks(&held(plant, log), log.ticks);
+    let tick = log.cycle / log.ticks as f64;
+    let reach = ((aside / tick).round() as usize).max(1);
+    let row = |i: usize| {
+        let (first, last) = (i.saturating_sub(reach), (i + reach).min(path.len() - 1));
+        let middle = 0.5 * (first + last) as f64;
+        let spread: f64 = (first..=last).map(|k| (k as f64 - middle).powi(2)).sum();
+        let near: Vec<_> = (first..=last).map(|k| (&path[k], (k as f64 - middle) / spread)).collect();
+        moving(&path[i], &near, 1.0 / tick)
+    };
+    (0..path.len()).map(row).collect()
+}
+
+/// Where the parts were held when each cycle of the run began, laboratory, at rest.
+pub(super) fn held(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let of = |pair: &[Cycle]| {
+        // The log lays the share that each robot makes back onto the parts.
+        let (simulated, told) = (pair[0].simulated, shared(plant, &pair[0]));
+        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, told: &Motion<f64>| {
+            at_rest(pose.position - (simulated.position - told.position), pose.attitude)
+        };
+        Parts {
+            a: carried(&pair[1].held[0], &simulated[0], &told.a),
+            b: carried(&pair[1].held[1], &simulated[1], &told.b),
+        }
+    };
+    log.cycles.windows(2).map(of).collect()
+}
+
+/// Laboratory motions that a simulated pair of parts asks for.
+fn shared(plant: &Plant, cycle: &Cycle) -> Parts<f64> {
+    let [a, b] = cycle.simulated;
+    command(plant, &Parts { a, b })
+}
+
+fn at_rest(position: Vec3<f64>, attitude: Quat<f64>) -> Motion<f64> {
+    Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() }
+}
+
+/// A path of one pose a cycle as one pose a tick, on straight lines.
+fn by_ticks(path: &[Parts<f64>], ticks: usize) -> Vec<Parts<f64>> {
+    let between = |from: &Motion<f64>, to: &Motion<f64>, share: f64| {
+        let position = from.position + (to.position - from.position) * share;
+        at_rest(position, from.attitude.turned(turn(from.attitude, to.attitude) * share))
+    };
+    let mut out = vec![path[0]];
+    for pair in path.windows(2) {
+        out.extend((1..=ticks).map(|tick| {
+            let share = tick as f64 / ticks as f64;
+            Parts { a: between(&pair[0].a, &pair[1].a, share), b: between(&pair[0].b, &pair[1].b, share) }
+        }));
+    }
+    out
+}
+
+/// Where the parts are at the first of some poses, a cycle \[s\] apart, and how they move there: by parabolas through them.
+fn under_way(held: &[Parts<f64>], cycle: f64) -> Parts<f64> {
+    let time = DMatrix::from_fn(held.len(), 3, |i, power| (i as f64).powi(power as i32));
+    let inverse = time.pseudo_inverse(1e-12).expect("powers of more than three instants");
+    let weighted =
+        |row: usize| -> Vec<(&Parts<f64>, f64)> { held.iter().zip(inverse.row(row).iter().copied()).collect() };
+    let moved = moving(&held[0], &weighted(0), 1.0);
+    let moving = moving(&held[0], &weighted(1), 1.0 / cycle);
+    let part = |at: &Motion<f64>, moved: &Motion<f64>, moving: &Motion<f64>| Motion {
+        position: at.position + moved.velocity,
+        attitude: at.attitude.turned(moved.omega),
+        ..*moving
+    };
+    Parts { a: part(&held[0].a, &moved.a, &moving.a), b: part(&held[0].b, &moved.b, &moving.b) }
+}
+
+/// Parts where they are, moving as weighted neighbours on the path say.
+fn moving(at: &Parts<f64>, neighbours: &[(&Parts<f64>, f64)], scale: f64) -> Parts<f64> {
+    let part = |of: fn(&Parts<f64>) -> Motion<f64>| {
+        let own = of(at);
+        let mut motion = at_rest(own.position, own.attitude);
+        for (parts, weight) in neighbours {
+            let other = of(parts);
+            motion.velocity = motion.velocity + (other.position - own.position) * (weight * scale);
+            motion.omega = motion.omega + turn(own.attitude, other.attitude) * (weight * scale);
+        }
+        motion
+    };
+    Parts { a: part(|parts| parts.a), b: part(|parts| parts.b) }
+}
+
+/// Rotation vector from one attitude to another nearby, inertial axes.
+fn turn(from: Quat<f64>, to: Quat<f64>) -> Vec3<f64> {
+    let way = to.compose(from.conjugate());
+    way.v * (2.0 * way.w.signum())
+}
