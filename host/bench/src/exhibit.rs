@@ -1,8 +1,9 @@
 //! A data set as a folder, which is all that a diagnosis is given.
 
 use crate::{Error, Result};
-use softdock_campaign::Rig;
-use softdock_diagnosis::diagnosis::{Options, Prepared, prepare};
+use softdock_campaign::{FileKind, Problems, Rig, Scenario, kind};
+use softdock_diagnosis::block::facility::FacilityModel;
+use softdock_diagnosis::diagnosis::{Options, Prepared, prepare, prepare_facility};
 use softdock_gauntlet::Set;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -37,12 +38,16 @@ impl Exhibit {
 
 /// Reads model and recordings of a folder; those of `holdout` are judged by, or the folder's own where there are none.
 pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &Options) -> Result<Prepared> {
-    let rig = Rig::load(&folder.join("model.toml")).map_err(|problems| Error::Model(problems.to_string()))?;
+    let (model, refused) = (folder.join("model.toml"), |problems: Problems| Error::Model(problems.to_string()));
     let training = files(&folder.join("training"))?;
     let own = if holdout.is_empty() { files(&folder.join("holdout"))? } else { holdout.to_vec() };
     let training: Vec<&Path> = training.iter().map(PathBuf::as_path).collect();
     let own: Vec<&Path> = own.iter().map(PathBuf::as_path).collect();
-    Ok(prepare(rig, &training, &own, options)?)
+    if kind(&model).map_err(refused)? == FileKind::Scenario {
+        let facility = FacilityModel::Scenario(Box::new(Scenario::load(&model).map_err(refused)?));
+        return Ok(prepare_facility(facility, &training, &own, options)?);
+    }
+    Ok(prepare(Rig::load(&model).map_err(refused)?, &training, &own, options)?)
 }
 
 /// Files of a folder, sorted.

@@ -8,10 +8,8 @@ use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::{Judged, Options};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::{Fresh, Set};
+use std::collections::BTreeSet;
 use std::path::Path;
-
-/// Repeats of the held-out motion, whose mean is judged.
-const REPEATS: f64 = 3.0;
 
 /// The true gain of a block's best explanation: recordings without noise in place of those that it was judged by, and a
 /// motion that no recording shows. `folder` is the diagnosed one; the held-out recordings in it are left alone.
@@ -24,6 +22,7 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fre
         return Ok(None);
     };
     let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
+    let repeats = repeats(block);
     let of = |name: &str, recordings: &[(String, String)], scale: f64| -> Result<f64> {
         let truth = folder.join(name);
         std::fs::create_dir_all(&truth).map_err(Error::file(&truth))?;
@@ -37,8 +36,15 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fre
         Ok(gain(&own, &judgement.noise, &sets, scale))
     };
     let held_out = of("exact", &exact.holdout, 1.0)?;
-    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), fresh.with_effect.clone())], REPEATS)?;
+    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), fresh.with_effect.clone())], repeats)?;
     Ok(Some(TrueGain { held_out, fresh }))
+}
+
+/// Repeats of a held-out motion, whose mean is judged; one where every recording is an experiment of its own.
+fn repeats(block: &MeasuredBlock) -> f64 {
+    let held_out = || block.trials.iter().filter(|trial| trial.held_out).map(|trial| &trial.experiment);
+    let experiments: BTreeSet<&String> = held_out().collect();
+    held_out().count() as f64 / experiments.len().max(1) as f64
 }
 
 /// By how much the root mean square of held-out residuals falls from the first parameter set to the second, noise of unit

@@ -48,6 +48,7 @@ fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -
     let estimates: Vec<&Estimate> = alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
     let expected = match alias.from {
         From::Zero => parameter.value,
+        From::Model => estimates[0].nominal + parameter.value,
         From::Nominal(factor) => estimates[0].nominal * truth.nuisance(factor)? + parameter.value,
         From::Factor(factor) => (1.0 + parameter.value) * truth.nuisance(factor)? - 1.0,
     };

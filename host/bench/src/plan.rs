@@ -58,6 +58,8 @@ pub struct Case {
 pub const MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 16.0];
 /// Sizes at which an effect is asked that is not in the library.
 const LEFT_OUT: [f64; 3] = [1.0, 4.0, 16.0];
+/// Draws of a plant whose cases take minutes.
+const FEW_DRAWS: u64 = 4;
 /// Sizes at which an effect should be told, and at which it is plain that something is wrong.
 const TELLING: f64 = 4.0;
 const OBVIOUS: f64 = 16.0;
@@ -73,14 +75,10 @@ const PAIRS: usize = 20;
 /// A plant that there is not.
 pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
     let plants = plants(&wanted.plants, wanted.extent)?;
-    let counts = Counts::of(wanted);
-    let mut cases = Vec::new();
-    for draw in 0..counts.most() {
-        for plant in &plants {
-            cases.extend(counts.cases(plant, draw));
-        }
-    }
-    Ok(cases)
+    let counts: Vec<Counts> = plants.iter().map(|plant| Counts::of(wanted, plant)).collect();
+    let most = counts.iter().map(Counts::most).max().unwrap_or(0);
+    let of_draw = |draw| plants.iter().zip(&counts).flat_map(move |(plant, counts)| counts.cases(plant, draw));
+    Ok((0..most).flat_map(of_draw).collect())
 }
 
 /// Plants by their names; without names, all, or the one that takes minutes.
@@ -103,9 +101,10 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(wanted: &Wanted) -> Self {
+    fn of(wanted: &Wanted, plant: &Plant) -> Self {
         let (extent, nulls, hidden) = match wanted.extent {
             Extent::Ci => (Extent::Ci, 3, 1),
+            Extent::Full if plant.slow => (Extent::Full, 3 * FEW_DRAWS, FEW_DRAWS),
             // 300 nulls without an alarm bound the rate of false alarms by 1 %.
             Extent::Full => (Extent::Full, 300, 20),
         };
@@ -134,15 +133,17 @@ impl Counts {
     }
 }
 
-/// All that can be hidden, in all sizes.
+/// All that can be hidden, in all sizes; of a slow plant in those at which much is asked.
 fn all(plant: &'static Plant) -> Vec<(Task, f64)> {
+    let wanted = |multiple: &f64| !plant.slow || *multiple >= TELLING;
+    let sizes = |list: &'static [f64]| list.iter().copied().filter(wanted);
     let mut asked = Vec::new();
     for effect in plant.effects() {
-        asked.extend(MULTIPLES.map(|multiple| (Task::Effect(effect), multiple)));
-        asked.extend(LEFT_OUT.map(|multiple| (Task::LeftOut(effect), multiple)));
+        asked.extend(sizes(&MULTIPLES).map(|multiple| (Task::Effect(effect), multiple)));
+        asked.extend(sizes(&LEFT_OUT).map(|multiple| (Task::LeftOut(effect), multiple)));
     }
     for form in plant.outside() {
-        asked.extend(MULTIPLES.map(|multiple| (Task::Outside(form), multiple)));
+        asked.extend(sizes(&MULTIPLES).map(|multiple| (Task::Outside(form), multiple)));
     }
     asked.extend(pairs(plant, PAIRS).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
     asked
@@ -236,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn every_case_has_an_id_of_its_own_and_every_plant_its_300_nulls() {
+    fn every_case_has_an_id_of_its_own_and_a_quick_plant_300_nulls() {
         let cases = full(&[]);
         let ids: BTreeSet<String> = cases.iter().map(Case::id).collect();
         assert_eq!(ids.len(), cases.len());
@@ -244,6 +245,16 @@ mod tests {
         let nulls = cases.iter().filter(|case| case.task == Task::Null && case.plant.name == "drive");
         let colours = NoiseColour::ALL.map(|colour| nulls.clone().filter(|case| case.noise == colour).count());
         assert_eq!(colours, [100; 3]);
+    }
+
+    #[test]
+    fn a_slow_plant_is_asked_for_four_draws_of_what_should_be_told() {
+        let cases = full(&["facility"]);
+        let draws =
+            |task: &dyn Fn(&Task) -> bool| cases.iter().filter(|case| task(&case.task)).map(|case| case.draw).max();
+        assert_eq!(draws(&|task| matches!(task, Task::Effect(_))), Some(3));
+        assert_eq!(draws(&|task| *task == Task::Null), Some(11));
+        assert!(cases.iter().all(|case| case.task == Task::Null || [4.0, 16.0].contains(&case.multiple)));
     }
 
     #[test]

@@ -22,6 +22,8 @@ pub struct Plant {
     aliases: &'static [Alias],
     /// Whether the baselines of other methods are made for it.
     pub baselines: bool,
+    /// Whether a case takes minutes: then the full size has few of them.
+    pub slow: bool,
 }
 
 /// A parameter of the generator and what the fitter calls it.
@@ -42,6 +44,8 @@ pub struct Alias {
 pub enum From {
     /// Nothing.
     Zero,
+    /// The nominal value, which no data set changes: the true value is their sum.
+    Model,
     /// The nominal value times the factor that the data set drew: the true value is their sum.
     Nominal(&'static str),
     /// The factor that the data set drew: the true share is (1 + share) factor - 1.
@@ -59,6 +63,10 @@ const fn on_nominal(
     factor: &'static str,
 ) -> Alias {
     Alias { effect, parameter, fields, from: From::Nominal(factor) }
+}
+
+const fn on_model(effect: &'static str, parameter: &'static str, fields: &'static [&'static str]) -> Alias {
+    Alias { effect, parameter, fields, from: From::Model }
 }
 
 /// All plants.
@@ -106,6 +114,7 @@ pub const PLANTS: &[Plant] = &[
             same("C7_rate_limit", "rate", &["rate_limit"]),
         ],
         baselines: true,
+        slow: false,
     },
     Plant {
         name: "robot",
@@ -131,6 +140,7 @@ pub const PLANTS: &[Plant] = &[
             same("J18_direction_friction", "half_difference", &["coulomb_asymmetry"]),
         ],
         baselines: false,
+        slow: true,
     },
     Plant {
         name: "sensor",
@@ -144,6 +154,7 @@ pub const PLANTS: &[Plant] = &[
             same("S6_quantisation", "quantum", &["resolution"]),
         ],
         baselines: false,
+        slow: false,
     },
     Plant {
         name: "contact",
@@ -162,6 +173,7 @@ pub const PLANTS: &[Plant] = &[
             same("S5_low_pass", "time_constant", &["lag"]),
         ],
         baselines: false,
+        slow: false,
     },
     Plant {
         name: "command",
@@ -177,6 +189,7 @@ pub const PLANTS: &[Plant] = &[
             same("C7_rate_limit", "rate", &["rate_limit"]),
         ],
         baselines: false,
+        slow: false,
     },
     Plant {
         name: "body",
@@ -186,6 +199,30 @@ pub const PLANTS: &[Plant] = &[
         close: &[],
         aliases: &[],
         baselines: false,
+        slow: false,
+    },
+    Plant {
+        name: "facility",
+        rig: Rig::Facility,
+        blocks: &[("C", "R2 command to motion"), ("robot_", "R2 command to motion"), ("", "R5 motion to wrench")],
+        unknown: &[],
+        close: &[],
+        aliases: &[
+            on_nominal("C1_transport_delay", "delay", &["loop_delay"], "loop_delay_factor"),
+            on_model("C2_lag", "lag", &["robot1_lag"]),
+            same("S3_gain", "share", &["sensor_gain_force_x"]),
+            same("S4_crosstalk", "share", &["sensor_crosstalk"]),
+            on_model("S5_low_pass", "time_constant", &["sensor_lag"]),
+            on_model("S5_delay", "delay", &["sensor_delay"]),
+            same("K1_stiffness", "share", &["contact_stiffness_error"]),
+            same("K2_exponent", "excess", &["contact_exponent_error"]),
+            same("K3_damping", "share", &["contact_damping_error"]),
+            same("K4_friction", "share", &["contact_friction_error"]),
+            same("K7_surface_offset", "offset", &["place_error_x"]),
+            same("K10_fixture", "compliance", &["fixture_compliance"]),
+        ],
+        baselines: false,
+        slow: true,
     },
 ];
 

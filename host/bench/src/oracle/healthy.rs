@@ -27,14 +27,10 @@ pub(super) struct Healthy {
 
 impl Healthy {
     pub(super) fn of(block: MeasuredBlock) -> Result<Self> {
-        let (learn, test) = (block.part(false), block.part(true));
-        let mut deviations = learn.deviations(&block.base);
-        deviations.extend(test.deviations(&block.base));
-        let noise = Noise::fit(&deviations).ok_or_else(|| Error::Model(format!("{} has no noise", block.name)))?;
-        let unknowns = block.nuisances.clone();
-        let start = Start { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns };
-        let shortcut = learn.shortcut(&noise, &block.base);
-        let null = fit(vec![start], &block.base, &|sets| shortcut.whitened(sets)).remove(0);
+        let test = block.part(true);
+        let silent = || Error::Model(format!("{} has no noise", block.name));
+        let noise = noise(&block).ok_or_else(silent)?;
+        let null = null(&block, &noise);
         let moved = |column: usize| {
             let mut z = null.z.clone();
             z[column] += STEP;
@@ -66,4 +62,31 @@ impl Healthy {
         let of = |held_out| other.part(held_out).whitened(&self.noise, std::slice::from_ref(&self.values)).remove(0);
         [of(false), of(true)]
     }
+}
+
+/// The noise of recordings with nothing hidden: by their repeats or quiet stretches, or, where every recording has its own
+/// commands, what the nuisances leave of them.
+fn noise(block: &MeasuredBlock) -> Option<Noise> {
+    let (learn, test) = (block.part(false), block.part(true));
+    let mut series = learn.deviations(&block.base);
+    series.extend(test.deviations(&block.base));
+    if series.is_empty() {
+        series.clone_from(&block.quiet);
+    }
+    if series.is_empty() {
+        let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
+        let values = null(block, &rough).values(&block.base);
+        series = learn.means(&values);
+        series.extend(test.means(&values));
+    }
+    Noise::above(&series, &block.floor)
+}
+
+/// The null hypothesis, fitted to what is learnt from.
+fn null(block: &MeasuredBlock, noise: &Noise) -> Fitted {
+    let learn = block.part(false);
+    let unknowns = block.nuisances.clone();
+    let start = Start { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns };
+    let shortcut = learn.shortcut(noise, &block.base);
+    fit(vec![start], &block.base, &|sets| shortcut.whitened(sets)).remove(0)
 }

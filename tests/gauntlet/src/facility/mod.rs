@@ -35,9 +35,9 @@ const STEPS: usize = 10;
 /// Cycles before the start over which the robots reach a steady pace: many times their slowest response.
 const RUN_UP: usize = 500;
 /// Standard deviation of what disturbs the drives: of a speed \[m/s\], of a rate \[rad/s\].
-const DISTURBANCE: [f64; 2] = [2e-4, 2e-4];
+const DISTURBANCE: [f64; 2] = [4e-4, 4e-4];
 /// The robots' axes as a pose: standard deviation of the noise and quantum \[m\], and of half an angle \[rad\].
-const POSE_NOISE: f64 = 1.5e-6;
+const POSE_NOISE: f64 = 2e-6;
 const POSE_QUANTUM: f64 = 2e-6;
 
 /// The bench with its effects and nuisances.

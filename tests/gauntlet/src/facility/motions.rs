@@ -5,7 +5,7 @@ use crate::session::{FRESH, HOLDOUT};
 use crate::space::{Vector, scaled, sum, turned};
 
 /// Length of a record \[s\].
-pub(crate) const DURATION_S: f64 = 1.6;
+pub(crate) const DURATION_S: f64 = 1.8;
 
 /// Training experiments.
 pub(crate) const TRAINING: &[&str] = &["head_on", "aslant", "turning"];
@@ -27,16 +27,20 @@ impl Start {
         let none = [[0.0; 3]; 2];
         let of = |position, velocity, tilt, rates| Self { position, velocity, tilt, rates };
         match experiment {
-            "head_on" => of([-0.036, 0.0, 0.01], [0.055, 0.07, -0.015], [0.0; 3], none),
-            "aslant" => of([-0.033, 0.012, -0.01], [0.04, -0.04, 0.05], [0.01, 0.02, -0.015], none),
+            "head_on" => of([-0.053, -0.02, 0.014], [0.055, 0.07, -0.015], [0.0; 3], none),
+            "aslant" => of([-0.045, 0.024, -0.025], [0.04, -0.04, 0.05], [0.01, 0.02, -0.015], none),
             "turning" => of(
                 [-0.035, -0.01, 0.01],
                 [0.05, 0.015, -0.07],
                 [0.0, -0.02, 0.01],
                 [[0.01, 0.0, 0.02], [0.03, -0.01, 0.0]],
             ),
-            HOLDOUT => of([-0.036, 0.01, 0.02], [0.06, -0.06, -0.055], [0.02, 0.0, 0.01], [[0.0, 0.02, 0.0], [0.0; 3]]),
-            FRESH => of([-0.035, -0.02, 0.0], [0.048, 0.06, 0.04], [0.0, 0.01, 0.02], [[0.0; 3], [0.0, 0.015, 0.01]]),
+            HOLDOUT => {
+                of([-0.054, 0.03, 0.037], [0.06, -0.06, -0.055], [0.02, 0.0, 0.01], [[0.0, 0.02, 0.0], [0.0; 3]])
+            }
+            FRESH => {
+                of([-0.05, -0.038, -0.012], [0.048, 0.06, 0.04], [0.0, 0.01, 0.02], [[0.0; 3], [0.0, 0.015, 0.01]])
+            }
             _ => unreachable!("experiments come from the list above"),
         }
     }

@@ -15,7 +15,7 @@ const LEVER: f64 = 0.1;
 pub(crate) const HYSTERESIS_TURN: f64 = 10.0;
 /// Standard deviation of a sample's own noise, of the noise that lasts, and of what the tare leaves \[N\].
 const NOISE: f64 = 0.3;
-const LASTING_NOISE: f64 = 0.1;
+const LASTING_NOISE: f64 = 0.01;
 const TARE: f64 = 0.05;
 /// Quantum of a reading \[N\].
 const QUANTUM: f64 = 0.02;

@@ -143,5 +143,5 @@ fn repeats_differ_by_noise_of_some_micrometres() {
     let (one, two) = (column("head_on_1.csv"), column("head_on_2.csv"));
     let squares: f64 = one.iter().zip(&two).take(150).map(|(a, b)| (a - b).powi(2)).sum();
     let off = (squares / 150.0 / 2.0).sqrt();
-    assert!((1e-6..1e-5).contains(&off), "{off}");
+    assert!((2e-6..2e-5).contains(&off), "{off}");
 }
