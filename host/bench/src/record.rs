@@ -125,6 +125,7 @@ pub struct Record {
     /// The answer; none if the case cannot be asked, as no size that the bench can show is as large as the case wants.
     pub answer: Option<Answer>,
     /// The answers with the recordings of the experiments that ambiguous answers proposed, one experiment after the other.
+    #[serde(default)]
     pub after: Vec<Answer>,
     /// True gain, where something was named that explains the data.
     pub gain: Option<TrueGain>,

@@ -88,9 +88,11 @@ fn an_axis_of_a_robot_is_named_and_its_model_extended() {
     assert_named(&diagnosis, &["J2_viscous"]);
     assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
     let answers: Vec<Verdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
-    assert_eq!(answers, [Verdict::NoEffect, Verdict::Named, Verdict::NoEffect]);
-    assert_eq!(diagnosis.effects[0].block, "R3 torque to motion, axis 2");
-    assert_eq!(bench.extended(&diagnosis).diagnose().answer, Verdict::NoEffect);
+    let [base, shoulder, elbow] = answers[..] else { panic!("{answers:?}") };
+    assert_eq!((shoulder, diagnosis.effects[0].block), (Verdict::Named, "R3 torque to motion, axis 2"));
+    let hardly = Verdict::NoPracticalEffect;
+    assert!(base <= hardly && elbow <= hardly, "{answers:?}");
+    assert!(bench.extended(&diagnosis).diagnose().answer <= hardly);
 }
 
 #[test]
