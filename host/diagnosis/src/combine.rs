@@ -9,8 +9,9 @@ use crate::library::Hypothesis;
 
 /// Combinations from which the next larger ones are made.
 const BEAM: usize = 3;
-/// Most effects of a combination.
+/// Most effects of a combination that is an answer, and of one whose remainder tells the noise: more would swallow some.
 const MOST: usize = 4;
+const MOST_FOR_NOISE: usize = 3;
 /// Effects that are tried on top of a combination, the most promising.
 const TRIED: usize = 8;
 /// Log-odds by the screening below which an effect is not tried on top of a combination.
@@ -40,7 +41,7 @@ pub(crate) fn combine(
     let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
     let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
     let mut beam = beam_of(all.clone(), &sound, &log);
-    for _ in 1..MOST {
+    for _ in 1..if strictly { MOST } else { MOST_FOR_NOISE } {
         // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
         if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
             beam.truncate(1);
