@@ -41,7 +41,8 @@ pub(crate) fn combine(
     let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
     let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
     let mut beam = beam_of(all.clone(), &sound, &log);
-    for _ in 1..if strictly { MOST } else { MOST_FOR_NOISE } {
+    let most = if strictly { MOST } else { MOST_FOR_NOISE };
+    for _ in 1..most {
         // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
         if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
             beam.truncate(1);
@@ -66,15 +67,8 @@ pub(crate) fn combine(
 /// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
 fn beam_of(mut sets: Vec<Set>, sound: &dyn Fn(&Set) -> bool, log: &dyn Fn(&Set) -> f64) -> Vec<Set> {
     sets.sort_by(|a, b| log(b).total_cmp(&log(a)));
-    let mut found = 0;
-    let mut place = 0;
-    sets.retain(|set| {
-        let is_sound = sound(set);
-        found += usize::from(is_sound);
-        place += 1;
-        if is_sound { found <= BEAM } else { place == 1 }
-    });
-    sets
+    let strained = sets.first().filter(|best| !sound(best)).cloned();
+    strained.into_iter().chain(sets.into_iter().filter(sound).take(BEAM)).collect()
 }
 
 /// A combination with one more effect, for every effect that promises something.

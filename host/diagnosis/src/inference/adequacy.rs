@@ -44,11 +44,10 @@ pub fn adequacy(with: &[f64], own: &[f64], without: &[f64]) -> Adequacy {
 /// 95 % interval of a function of both mean squares by the moving-block bootstrap (Kuensch 1989), over the samples that
 /// the hypothesis changes: a touch fills a small part of a recording, and that there is one is no chance.
 fn interval(with: &[f64], without: &[f64], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
-    let pairs = || with.iter().zip(without);
     let is_changed = |pair: &(&f64, &f64)| (pair.0 - pair.1).abs() > CHANGED;
-    let kept =
-        pairs().filter(|pair| !is_changed(pair)).fold((0.0, 0.0), |sum, (x, x0)| (sum.0 + x * x, sum.1 + x0 * x0));
-    let (with, without): (Vec<f64>, Vec<f64>) = pairs().filter(is_changed).unzip();
+    let (changed, kept): (Vec<_>, Vec<_>) = with.iter().zip(without).partition(is_changed);
+    let kept = kept.into_iter().fold((0.0, 0.0), |sum, (x, x0)| (sum.0 + x * x, sum.1 + x0 * x0));
+    let (with, without): (Vec<f64>, Vec<f64>) = changed.into_iter().unzip();
     let n = with.len();
     if n == 0 {
         return [f(kept.0, kept.1); 2];

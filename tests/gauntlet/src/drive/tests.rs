@@ -6,6 +6,7 @@ use super::nominal::{COULOMB, LINK_INERTIA, MOTOR_INERTIA, PRESLIDING_TRAVEL, VI
 use super::plant::{CURRENT, LINK, LINK_RATE, MOTOR, MOTOR_RATE, Plant, State};
 use crate::catalogue::{Hidden, Rig, Sizes};
 use crate::ode::{System, advance};
+use crate::{NoiseColour, Told, follow, generate};
 
 const NONE: Nuisances = Nuisances {
     coulomb: 1.0,
@@ -222,11 +223,12 @@ fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
     let rig = Rig::Drive { link_encoder: false };
     let own = super::motions::motion("creep");
     let path = (0..=1500).map(|i| own.at(f64::from(i) * 0.004)[0]).collect();
-    let asked = crate::follow(rig, &[], crate::NoiseColour::White, 5, &crate::Told { step_s: 0.004, path }, 1);
-    let asked = asked.expect("a legal bench").expect("a drive follows paths");
+    let told = Told { step_s: 0.004, path };
+    let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &told, 1).expect("a legal bench");
+    let asked = followed(rig).expect("a drive follows paths");
     let names: Vec<&str> = asked.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["asked1_1.csv", "asked1_2.csv", "asked1_3.csv"]);
-    let set = crate::generate(rig, &[], crate::NoiseColour::White, 5).expect("a legal bench");
+    let set = generate(rig, &[], NoiseColour::White, 5).expect("a legal bench");
     let own = &set.logs.iter().find(|(name, _)| name == "creep_1.csv").expect("an experiment").1;
     let angles = |text: &str| -> Vec<f64> {
         text.lines().skip(1).map(|row| row.split(',').nth(2).expect("q").parse().expect("a number")).collect()
@@ -234,16 +236,5 @@ fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
     let (asked, own) = (angles(&asked[0].1), angles(own));
     let apart = asked.iter().zip(&own).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(asked.len() == own.len() && apart < 2e-4 && apart > 0.0, "{apart}: other noise, the same motion");
-    assert!(
-        crate::follow(
-            Rig::Sensor,
-            &[],
-            crate::NoiseColour::White,
-            5,
-            &crate::Told { step_s: 0.004, path: vec![0.0; 9] },
-            1
-        )
-        .expect("legal")
-        .is_none()
-    );
+    assert!(followed(Rig::Sensor).is_none(), "that bench follows no path");
 }

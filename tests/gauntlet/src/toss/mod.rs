@@ -4,7 +4,7 @@ mod body;
 
 use crate::catalogue::EffectCase;
 use crate::random::Stream;
-use crate::space::{Quaternion, Vector, from_angles, turned};
+use crate::space::{Vector, from_angles, turned};
 use crate::table::{Column, Table, column};
 use crate::{Error, Hidden};
 use body::{Body, Cube};
@@ -116,8 +116,7 @@ fn record(cube: &Cube, number: u64, seed: u64, table: &mut Table) {
     };
     for frame in 0..FRAMES {
         let position: Vector = std::array::from_fn(|i| body.position[i] + POSITION_NOISE * noise.normal());
-        let seen = turned(body.attitude, noise.normals().map(|angle: f64| ATTITUDE_NOISE * angle));
-        let [w, i, j, k]: Quaternion = seen;
+        let [w, i, j, k] = turned(body.attitude, noise.normals().map(|angle: f64| ATTITUDE_NOISE * angle));
         let [x, y, z] = position;
         table.push(&[number as f64, frame as f64 * FRAME, x, y, z, w, i, j, k]);
         (0..STEPS).for_each(|_| body.advance(cube, FRAME / STEPS as f64));
