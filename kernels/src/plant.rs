@@ -39,6 +39,13 @@ pub struct PreparedSolid {
     pub profile: Option<Profile>,
 }
 
+impl PartialEq for Plant {
+    /// All the rest is made of the model and the effects.
+    fn eq(&self, other: &Self) -> bool {
+        self.model == other.model && self.effects == other.effects
+    }
+}
+
 impl Plant {
     /// Prepares a model.
     pub fn new(model: Model) -> Self {

@@ -17,7 +17,7 @@ use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 
 /// What all runs of a campaign have in common.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Job {
     /// The scenario's prepared constants.
     pub plant: Plant,

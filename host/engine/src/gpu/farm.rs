@@ -6,9 +6,9 @@ use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
-use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{self, word};
 use softdock_kernels::vector::vec3;
+use std::sync::Arc;
 
 /// Status of a lane, as the frame has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,30 +39,30 @@ struct Batch {
     key: [u32; 2],
 }
 
-/// The kernel's entry points, over one layout of bindings.
-#[derive(Clone, Debug)]
-pub(super) struct Pipelines {
+/// A job's kernel, its entry points compiled over one layout of bindings.
+#[derive(Debug)]
+pub(super) struct Compiled {
+    job: Job,
+    kernel: Kernel,
     bindings: wgpu::BindGroupLayout,
     begin: wgpu::ComputePipeline,
     slice: wgpu::ComputePipeline,
     end: wgpu::ComputePipeline,
 }
 
-impl Pipelines {
-    /// Of the engine's last batch if its kernel was the same, else newly compiled.
-    fn of(engine: &GpuEngine, text: &str) -> Result<Self, EngineError> {
-        let mut last = engine.kernel.lock().expect("no holder panics");
-        if let Some((known, pipelines)) = &*last
-            && known == text
-        {
-            return Ok(pipelines.clone());
+impl Compiled {
+    /// Of the engine's last batch if its job was the same, else newly traced and compiled.
+    fn of(engine: &GpuEngine, job: &Job) -> Result<Arc<Self>, EngineError> {
+        let mut last = engine.compiled.lock().expect("no holder panics");
+        if let Some(known) = last.as_ref().filter(|known| known.job == *job) {
+            return Ok(Arc::clone(known));
         }
-        let pipelines = Self::compile(engine, text)?;
-        *last = Some((text.to_owned(), pipelines.clone()));
-        Ok(pipelines)
+        let compiled = Arc::new(Self::new(engine, job)?);
+        *last = Some(Arc::clone(&compiled));
+        Ok(compiled)
     }
 
-    fn compile(engine: &GpuEngine, text: &str) -> Result<Self, EngineError> {
+    fn new(engine: &GpuEngine, job: &Job) -> Result<Self, EngineError> {
         use wgpu::BufferBindingType::{Storage, Uniform};
         let read = Storage { read_only: true };
         let write = Storage { read_only: false };
@@ -83,18 +83,17 @@ impl Pipelines {
             bind_group_layouts: &[Some(&bindings)],
             ..Default::default()
         });
-        let [begin, slice, end] = engine.compile(text, ["begin", "slice", "end"], Some(&layout))?;
-        Ok(Self { bindings, begin, slice, end })
+        let kernel = kernel(&job.plant, job.batch);
+        let [begin, slice, end] = engine.compile(&kernel.text, ["begin", "slice", "end"], Some(&layout))?;
+        Ok(Self { job: job.clone(), kernel, bindings, begin, slice, end })
     }
 }
 
-/// One batch on the device: buffers, pipelines, and who is in which lane.
+/// One batch on the device: kernel, buffers, and who is in which lane.
 pub(super) struct Farm<'a> {
     engine: &'a GpuEngine,
-    plant: &'a Plant,
-    kernel: Kernel,
+    compiled: Arc<Compiled>,
     batch: Batch,
-    pipelines: Pipelines,
     fresh: bool,
     buffers: Buffers,
     lanes: Vec<Control>,
@@ -114,7 +113,8 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn new(engine: &GpuEngine, kernel: &Kernel, lanes: usize, layout: &wgpu::BindGroupLayout) -> Self {
+    fn new(engine: &GpuEngine, compiled: &Compiled, lanes: usize) -> Self {
+        let kernel = &compiled.kernel;
         let words = |count: usize| (count.max(1) * lanes * size_of::<f32>()) as u64;
         let vectors = |numbers: usize| words(quads::words(numbers));
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
@@ -132,32 +132,20 @@ impl Buffers {
         let landing_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let landing = buffer("landing", words(kernel.outcome.max(4)), landing_usage);
         let bound = [&uniform, &controls, &inputs, &states, &lines, &outcomes];
-        Self { bindings: engine.bind(layout, &bound), uniform, controls, inputs, outcomes, landing }
+        Self { bindings: engine.bind(&compiled.bindings, &bound), uniform, controls, inputs, outcomes, landing }
     }
 }
 
 impl<'a> Farm<'a> {
-    pub(super) fn new(engine: &'a GpuEngine, job: &'a Job, lanes: usize) -> Result<Self, EngineError> {
-        let kernel = kernel(&job.plant, job.batch);
-        let pipelines = Pipelines::of(engine, &kernel.text)?;
-        let inputs = vec![0.0; quads::words(kernel.inputs.len()) * lanes];
+    pub(super) fn new(engine: &'a GpuEngine, job: &Job, lanes: usize) -> Result<Self, EngineError> {
+        let compiled = Compiled::of(engine, job)?;
+        let inputs = vec![0.0; quads::words(compiled.kernel.inputs.len()) * lanes];
         let parameters = vec![Vec::new(); lanes];
-        let buffers = engine.with_room(|| Buffers::new(engine, &kernel, lanes, &pipelines.bindings))?;
+        let buffers = engine.with_room(|| Buffers::new(engine, &compiled, lanes))?;
         let batch = Batch { lanes: lanes as u32, ticks: 0, key: job.batch.key };
         let idle = Control { run: [0; 2], status: Status::Idle as u32, tick: 0 };
         let lanes = vec![idle; lanes];
-        Ok(Self {
-            engine,
-            plant: &job.plant,
-            kernel,
-            batch,
-            pipelines,
-            fresh: false,
-            buffers,
-            lanes,
-            parameters,
-            inputs,
-        })
+        Ok(Self { engine, compiled, batch, fresh: false, buffers, lanes, parameters, inputs })
     }
 
     /// Puts waiting runs into idle lanes; `false` when no lane has work.
@@ -172,7 +160,7 @@ impl<'a> Farm<'a> {
             let run = [input.run as u32, (input.run >> 32) as u32];
             self.lanes[lane] = Control { run, status: Status::Fresh as u32, tick: 0 };
             self.parameters[lane] = to_vec(&input.params).into_iter().map(|value| value as f32).collect();
-            for (index, field) in self.kernel.inputs.iter().enumerate() {
+            for (index, field) in self.compiled.kernel.inputs.iter().enumerate() {
                 self.inputs[word(index, count, lane)] = self.parameters[lane][*field];
             }
             entered = true;
@@ -194,20 +182,20 @@ impl<'a> Farm<'a> {
         self.batch.ticks = ticks;
         self.engine.queue.write_buffer(&self.buffers.uniform, 0, bytemuck::bytes_of(&self.batch));
         if std::mem::take(&mut self.fresh) {
-            self.dispatch(&self.pipelines.begin);
+            self.dispatch(&self.compiled.begin);
         }
-        self.dispatch(&self.pipelines.slice);
+        self.dispatch(&self.compiled.slice);
         let controls: Vec<Control> =
             self.engine.read(&self.buffers.controls, &self.buffers.landing, self.lanes.len() * size_of::<Control>())?;
         self.lanes = controls;
         let ended: Vec<usize> =
             (0..self.lanes.len()).filter(|l| self.lanes[*l].status == Status::Finished as u32).collect();
         if !ended.is_empty() {
-            self.dispatch(&self.pipelines.end);
+            self.dispatch(&self.compiled.end);
             let outcomes: Vec<f32> = self.engine.read(
                 &self.buffers.outcomes,
                 &self.buffers.landing,
-                self.lanes.len() * self.kernel.outcome * 4,
+                self.lanes.len() * self.compiled.kernel.outcome * 4,
             )?;
             for lane in &ended {
                 out.push(self.finished(&outcomes, *lane));
@@ -221,7 +209,7 @@ impl<'a> Farm<'a> {
     /// One lane's outcome: parameters as it was given them, metrics of both loops, and what the flags are made of.
     fn finished(&self, outcomes: &[f32], lane: usize) -> Finished {
         let values: Vec<f64> =
-            (0..self.kernel.outcome).map(|field| f64::from(outcomes[field * self.lanes.len() + lane])).collect();
+            (0..self.compiled.kernel.outcome).map(|field| f64::from(outcomes[field * self.lanes.len() + lane])).collect();
         let params: Vec<f64> = self.parameters[lane].iter().map(|value| f64::from(*value)).collect();
         let (space, rest) = values.split_at(fields::<f64, Metrics<f64>>().len());
         let (hil, extra) = rest.split_at(space.len());
@@ -241,7 +229,7 @@ impl<'a> Farm<'a> {
             params: from_slice(&params),
             space,
             hil,
-            flags: run_flags(self.plant, end),
+            flags: run_flags(&self.compiled.job.plant, end),
             touch: [vec3(extra[7], extra[8], extra[9]), vec3(extra[10], extra[11], extra[12])],
         }
     }

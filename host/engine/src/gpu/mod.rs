@@ -5,7 +5,7 @@ mod compute;
 mod farm;
 
 use crate::{Engine, EngineError, Job, RunInput};
-use farm::{Farm, Pipelines};
+use farm::{Compiled, Farm};
 use softdock_kernels::outcome::Finished;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -35,8 +35,8 @@ pub struct GpuEngine {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     trouble: Arc<Mutex<Option<EngineError>>>,
-    /// Text and pipelines of the last batch: the next shard of a campaign has the same.
-    kernel: Mutex<Option<(String, Pipelines)>>,
+    /// Of the last batch: the next shard of a campaign has the same kernel.
+    compiled: Mutex<Option<Arc<Compiled>>>,
 }
 
 impl GpuEngine {
@@ -80,7 +80,7 @@ impl GpuEngine {
             let out_of_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
             record(&note, if out_of_memory { EngineError::OutOfMemory(text) } else { EngineError::DeviceLost(text) });
         }));
-        Ok(Self { device, queue, info: adapter.get_info(), trouble, kernel: Mutex::default() })
+        Ok(Self { device, queue, info: adapter.get_info(), trouble, compiled: Mutex::default() })
     }
 
     /// Whether the adapter is a software driver on this machine's own cores.
