@@ -230,9 +230,11 @@ fn reset() {
     hil_watch.done = select(1.0, 0.0, FACILITY);
     reset_bristles();
     let told = command(parts_of(kinematics(hil_masses(p), hil)));
-    for (var age = 1u; age < SLOTS; age++) {
-        put_command(SLOTS - age, carry_on(told, -f32(age)));
-        put_wrench(SLOTS - age, zero_wrench());
+    if (FACILITY) {
+        for (var age = 1u; age < SLOTS; age++) {
+            put_command(SLOTS - age, carry_on(told, -f32(age)));
+            put_wrench(SLOTS - age, zero_wrench());
+        }
     }
     place_robots(carry_on(told, -(transport(p, 0.0) + 1.0)));
     let mounted = mounted_parts(p, robot);

@@ -5,6 +5,7 @@ use crate::scenario::tests::FREE_BODY;
 use crate::{Campaign, histograms, json_schema, load, scenario_json_schema};
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
 use std::path::{Path, PathBuf};
 
 fn campaigns() -> PathBuf {
@@ -82,7 +83,13 @@ fn every_shipped_campaign_loads() {
     let names: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
     assert!(names.len() > 5, "{names:?}");
     for path in names {
-        load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+        let campaign = load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+        let plant = Plant::new(campaign.scenario.model);
+        assert!(
+            plant == plant.clone(),
+            "{}: without a number in it that is none a kernel serves every batch",
+            path.display()
+        );
     }
 }
 

@@ -208,8 +208,9 @@ impl<'a> Farm<'a> {
 
     /// One lane's outcome: parameters as it was given them, metrics of both loops, and what the flags are made of.
     fn finished(&self, outcomes: &[f32], lane: usize) -> Finished {
-        let values: Vec<f64> =
-            (0..self.compiled.kernel.outcome).map(|field| f64::from(outcomes[field * self.lanes.len() + lane])).collect();
+        let values: Vec<f64> = (0..self.compiled.kernel.outcome)
+            .map(|field| f64::from(outcomes[field * self.lanes.len() + lane]))
+            .collect();
         let params: Vec<f64> = self.parameters[lane].iter().map(|value| f64::from(*value)).collect();
         let (space, rest) = values.split_at(fields::<f64, Metrics<f64>>().len());
         let (hil, extra) = rest.split_at(space.len());

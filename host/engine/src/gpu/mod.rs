@@ -16,6 +16,8 @@ pub const WORKGROUP: usize = 64;
 const MOST_LANES: usize = 4096;
 /// A dispatch should take about this long \[s\]: far below every driver's watchdog, far above its overhead.
 const SLICE_SECONDS: f64 = 0.15;
+/// Ticks of a dispatch at most, whatever the clock said of the one before.
+const MOST_TICKS: u32 = 1 << 14;
 /// Share of the device's memory budget \[%\] beyond which buffers are refused: above it drivers swap or fail.
 const MEMORY_SHARE: u8 = 90;
 
@@ -155,7 +157,7 @@ impl Engine for GpuEngine {
             let ended = farm.slice(ticks, &mut out)?;
             // The slice's length changes no result: state goes through memory unrounded.
             let ratio = (SLICE_SECONDS / started.elapsed().as_secs_f64().max(1e-6)).clamp(0.5, 2.0);
-            ticks = ((f64::from(ticks) * ratio) as u32).clamp(1, 1024);
+            ticks = ((f64::from(ticks) * ratio) as u32).clamp(1, MOST_TICKS);
             if ended > 0 && !progress(ended) {
                 return Err(EngineError::Stopped);
             }
