@@ -1,17 +1,17 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
-use crate::block::body::{self, body_block};
-use crate::block::command::{self, command_block};
-use crate::block::contact::{self, contact_block};
+use crate::block::body::body_block;
+use crate::block::command::command_block;
+use crate::block::contact::contact_block;
 use crate::block::controller::{controller_block, torque_between};
-use crate::block::drive::{drive_block, followed};
+use crate::block::drive::drive_block;
 use crate::block::facility::FacilityModel;
 use crate::block::robot::robot_blocks;
-use crate::block::sensor::{self, sensor_block};
-use crate::block::toss::{self, toss_block};
-use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide, rivals};
-use crate::experiment::{self, Envelope, Experiment};
+use crate::block::sensor::sensor_block;
+use crate::block::toss::toss_block;
+use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
+use crate::experiment::Experiment;
 use crate::free_run::FreeRun;
 use crate::hold_out::{Every, default_of, last_third, split};
 use crate::isolability::BlockView;
@@ -21,7 +21,6 @@ use crate::outside::Outside;
 use crate::packets;
 use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::{Finding, Piece, read};
-use crate::recording::smooth::motion;
 use crate::suspects::suspects;
 use crate::timing;
 use crate::torque_error::TorqueError;
@@ -29,12 +28,14 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{CommandRig, DriveRig, Plant, RobotRig, TossRig};
+use softdock_campaign::rig::{DriveRig, Plant, TossRig};
 use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 mod facility;
+mod proposal;
+mod views;
 
 pub use facility::prepare_facility;
 
@@ -310,85 +311,6 @@ impl Prepared {
         blocks
     }
 
-    fn views(&self) -> Result<Vec<BlockView>> {
-        let views = match self.plant() {
-            None => facility::views(&self.blocks(1)),
-            Some(Plant::Drive(_)) => self.drive_views()?,
-            Some(Plant::Robot(rig)) => self.robot_views(rig)?,
-            Some(Plant::Sensor(_)) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
-            Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
-            Some(Plant::Command(rig)) => self.command_views(rig),
-            Some(Plant::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
-            Some(Plant::Toss(_)) => self.only_view(&toss::POSES, &toss::WAYS.map(|way| way.0)),
-        };
-        let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
-        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
-            let known: Vec<&str> = known.into_iter().collect();
-            return Err(Error::unfit(
-                format!("there is no effect `{id}` in any block"),
-                format!("write one of: {}", known.join(", ")),
-            ));
-        }
-        Ok(views)
-    }
-
-    /// Of a rig with one block, whose signals the model file must name.
-    fn only_view(&self, inputs: &[&'static str], outputs: &[&'static str]) -> Vec<BlockView> {
-        let of =
-            |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
-        self.blocks(1).iter().map(of).collect()
-    }
-
-    fn command_views(&self, rig: &CommandRig) -> Vec<BlockView> {
-        let mut views = self.only_view(&command::INPUTS, &command::OUTPUTS);
-        views[0].effects.extend(packets::visible(rig, self.pieces()));
-        views.extend(timing::views(self.pieces()));
-        views
-    }
-
-    /// Of every axis, which must have its angle and its torque.
-    fn robot_views(&self, rig: &RobotRig) -> Result<Vec<BlockView>> {
-        for signal in (1..=rig.drives.len()).flat_map(|axis| [format!("q.{axis}"), format!("tau.{axis}")]) {
-            if !self.has(&signal) {
-                let what =
-                    format!("the robot's model file names no column for `{signal}`: its axis could not be judged");
-                let remedy = format!("add it to [log] there: \"r1.{signal}\" = {{ column = \"...\", unit = \"...\" }}");
-                return Err(Error::unfit(what, remedy));
-            }
-        }
-        let view = |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| {
-            let outputs: &[&'static str] = if block.channels.len() > 1 { &["q", "q_link"] } else { &["q"] };
-            BlockView::judged(block, library, &["tau"], outputs)
-        };
-        Ok(self.blocks(1).iter().map(view).collect())
-    }
-
-    fn drive_views(&self) -> Result<Vec<BlockView>> {
-        for signal in ["q", "tau"] {
-            if !self.has(signal) {
-                let what =
-                    format!("the [log] of the model file names no column for `{signal}`: no block could be judged");
-                return Err(Error::unfit(
-                    what,
-                    format!("add it: \"{signal}\" = {{ column = \"...\", unit = \"...\" }}"),
-                ));
-            }
-        }
-        let mut views: Vec<BlockView> = Vec::new();
-        let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
-        for (block, library) in self.blocks(1) {
-            let is_drive = block.section.is(Kind::Drive);
-            let (inputs, outputs): (&[&str], &[&str]) =
-                if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
-            views.push(BlockView::judged(&block, &library, inputs, outputs));
-        }
-        if views.len() == 1 {
-            let missing: &[&str] = if self.has("ref") { &["[controller] in the model file"] } else { &["ref"] };
-            views.insert(0, BlockView::closed("R2 reference to torque", &["ref", "q"], &["tau"], missing));
-        }
-        Ok(views)
-    }
-
     /// Judges every block.
     ///
     /// # Errors
@@ -444,47 +366,6 @@ impl Prepared {
         FreeRun::of(rig, &self.pieces().iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
     }
 
-    /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
-    fn proposed(&self, judged: &Judged) -> Option<Experiment> {
-        let Some(Plant::Drive(rig)) = self.plant() else {
-            return None;
-        };
-        let Judged { block, library, judgement, .. } = judged;
-        let rivals = rivals(block, library, judgement);
-        let first = self.pieces().first().filter(|_| rivals.len() > 1)?;
-        let block_of = |path: &[f64]| {
-            let mut piece = followed(rig, first.step, path);
-            piece.signals.retain(|name, _| first.signals.contains_key(name));
-            let own = match &rig.controller {
-                Some(controller) if block.section.is(Kind::Controller) => {
-                    controller_block(rig, controller, &[piece], &|_| false)
-                }
-                _ => drive_block(rig, &[piece], &|_| false, 1, &[]),
-            };
-            MeasuredBlock { decimator: block.decimator.clone(), ..own }
-        };
-        experiment::best(&self.envelope(first.step), &rivals, &judgement.noise, &block_of)
-    }
-
-    /// What the recordings show that the joint can do.
-    fn envelope(&self, step: f64) -> Envelope {
-        let motions = self.pieces().iter().map(|piece| motion(&piece.signals["q"], piece.step, STEADY / piece.step, 1));
-        let mut envelope = Envelope { range: (f64::INFINITY, f64::NEG_INFINITY), rate: 0.0, acceleration: 0.0, step };
-        for motion in motions {
-            let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-            let (lo, hi) = envelope.range;
-            let range = motion.value.iter().fold((lo, hi), |(lo, hi), q| (lo.min(*q), hi.max(*q)));
-            let (rate, acceleration) = (most(&motion.rate), most(&motion.acceleration));
-            envelope = Envelope {
-                range,
-                rate: rate.max(envelope.rate),
-                acceleration: acceleration.max(envelope.acceleration),
-                step,
-            };
-        }
-        envelope
-    }
-
     /// The answer with the effects that have no mean.
     fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
         match self.plant() {
@@ -524,8 +405,6 @@ struct Exact {
     error: f64,
 }
 
-/// Cut-off of the motions by which the envelope is measured, in cycles a sample: noise is no acceleration.
-const STEADY: f64 = 0.08;
 /// Mean square by which half the step may change the whitened residuals.
 const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.

@@ -175,26 +175,60 @@ impl<'a> Bench<'a> {
         let (block, library) = (self.block, self.library);
         let shortcut = self.learn.shortcut(&self.noise, &block.base);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
-        let simulate = |sets: &[Vec<f64>]| self.learn.whitened(&self.noise, sets);
+        let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
         let near = fit(vec![null_start(block)], &block.base, &quick).remove(0);
-        let null = fit(vec![Start::at(&near)], &block.base, &simulate).remove(0);
-        let clamped = clamped(block, &null, &simulate);
+        let null = self.with_scatters(fit(vec![Start::at(&near)], &block.base, &simulate)).remove(0);
+        let clamped = self.with_scatters(vec![clamped(block, &null, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
 
         let starts = starts(block, library, &bank, &scores, &null);
-        let singles = polished(fit(starts, &block.base, &quick), &block.base, &simulate);
+        let singles = self.polished(fit(starts, &block.base, &quick));
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let alone = dispersion(&null, singles.iter(), samples);
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
-        let fit_jointly = |starts| polished(fit(starts, &block.base, &quick), &block.base, &simulate);
+        let fit_jointly = |starts| self.polished(fit(starts, &block.base, &quick));
         let sets = combine(block, library, &bank, singles, alone, strictly, &fit_jointly);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
         Found { null, clamped, scores, bank, dispersion, sets }
+    }
+
+    /// Whitened residuals by all repeats.
+    fn simulated(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        self.learn.whitened(&self.noise, sets)
+    }
+
+    /// Fits by one repeat of each experiment, carried on with all repeats: the best of them; of the others the residuals
+    /// alone.
+    pub(crate) fn polished(&self, quick: Vec<Fitted>) -> Vec<Fitted> {
+        let base = &self.block.base;
+        let sets: Vec<Vec<f64>> = quick.iter().map(|fitted| fitted.values(base)).collect();
+        let with = |(fitted, residual): (Fitted, DVector<f64>)| Fitted { residual, ..fitted };
+        let mut all: Vec<Fitted> = quick.into_iter().zip(self.simulated(&sets)).map(with).collect();
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by(|a, b| all[*a].cost().total_cmp(&all[*b].cost()));
+        order.truncate(POLISHED);
+        // Those that lie far behind the best are ruled out, whatever they reach.
+        let best = order.first().map_or((0.0, 1.0), |best| (all[*best].cost(), all[*best].mean_square().max(1.0)));
+        order.retain(|place| all[*place].cost() < best.0 + HOPELESS * best.1);
+        // In the order in which the fits come back.
+        order.sort_by_key(|place| all[*place].hypothesis);
+        let starts = order.iter().map(|place| Start::at(&all[*place])).collect();
+        for (place, fitted) in order.into_iter().zip(fit(starts, base, &|sets| self.simulated(sets))) {
+            all[place] = fitted;
+        }
+        self.with_scatters(all)
+    }
+
+    /// Fits with what repeats differ by under their parameters.
+    fn with_scatters(&self, fits: Vec<Fitted>) -> Vec<Fitted> {
+        let sets: Vec<Vec<f64>> = fits.iter().map(|fitted| fitted.values(&self.block.base)).collect();
+        let scatters = self.learn.scatters(&self.noise, &sets);
+        fits.into_iter().zip(scatters).map(|(fitted, scatter)| Fitted { scatter, ..fitted }).collect()
     }
 
     fn judged(self, noise_from: NoiseFrom) -> Judgement {
@@ -336,27 +370,6 @@ fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples
     (least / samples as f64).max(1.0)
 }
 
-/// Fits by one repeat of each experiment, carried on with all repeats: the best of them; of the others the residuals
-/// alone.
-pub(crate) fn polished(quick: Vec<Fitted>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
-    let sets: Vec<Vec<f64>> = quick.iter().map(|fitted| fitted.values(base)).collect();
-    let with = |(fitted, residual): (Fitted, DVector<f64>)| Fitted { residual, ..fitted };
-    let mut all: Vec<Fitted> = quick.into_iter().zip(simulate(&sets)).map(with).collect();
-    let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by(|a, b| all[*a].cost().total_cmp(&all[*b].cost()));
-    order.truncate(POLISHED);
-    // Those that lie far behind the best are ruled out, whatever they reach.
-    let best = order.first().map_or((0.0, 1.0), |best| (all[*best].cost(), all[*best].mean_square().max(1.0)));
-    order.retain(|place| all[*place].cost() < best.0 + HOPELESS * best.1);
-    // In the order in which the fits come back.
-    order.sort_by_key(|place| all[*place].hypothesis);
-    let starts = order.iter().map(|place| Start::at(&all[*place])).collect();
-    for (place, fitted) in order.into_iter().zip(fit(starts, base, simulate)) {
-        all[place] = fitted;
-    }
-    all
-}
-
 fn null_start(block: &MeasuredBlock) -> Start {
     Start { hypothesis: 0, unknowns: block.nuisances.clone(), z: vec![0.0; block.nuisances.len()] }
 }
@@ -394,7 +407,7 @@ fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
         let own = null.unknowns.iter().zip(&null.z).find(|(nuisance, _)| nuisance.field == unknown.field);
         *z = own.map_or(0.0, |(nuisance, z)| unknown.prior.place(nuisance.prior.value(*z)));
     }
-    single.residual = null.residual.clone();
+    (single.residual, single.scatter) = (null.residual.clone(), null.scatter);
     single
 }
 

@@ -12,7 +12,7 @@ use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::latent::{Latent, latent};
 use crate::inference::selection::{Linear, stable};
-use crate::judge::{Bench, Candidate, Judgement, carried, polished, unknowns};
+use crate::judge::{Bench, Candidate, Judgement, carried, unknowns};
 use crate::library::{Hypothesis, forms::forms};
 use softdock_engine::blocks::Kind;
 
@@ -173,7 +173,7 @@ impl Search<'_> {
         let anchor = from.values(self.base());
         let shortcut = self.bench.learn.shortcut(&self.bench.noise, &anchor);
         let quick = fit(starts, self.base(), &|sets| shortcut.whitened(sets));
-        polished(quick, self.base(), &|sets| self.bench.learn.whitened(&self.bench.noise, sets))
+        self.bench.polished(quick)
     }
 
     /// The terms without those that do not pay, and their fit.

@@ -155,8 +155,12 @@ impl<'a> Part<'a> {
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
-        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, &trials));
+        self.deviations_of(&self.of_trials(&self.all(), &[set.to_vec()]).remove(0))
+    }
+
+    /// The same of residuals, trial by trial.
+    fn deviations_of(&self, trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, trials));
         let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
         if let Some(clock) = self.block.clock {
             trend::removed(&mut all, &self.ages(clock));
@@ -173,6 +177,18 @@ impl<'a> Part<'a> {
             if starts.len() < 2 { Vec::new() } else { starts.iter().map(|start| start - mean).collect() }
         };
         self.experiments.iter().flat_map(of).collect()
+    }
+
+    /// Mean square of what the repeats differ by, in units of the noise, for every parameter set; 1 without repeats.
+    pub fn scatters(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
+        if !self.has_repeats() {
+            return vec![1.0; sets.len()];
+        }
+        let of = |trials: &Vec<DMatrix<f64>>| {
+            let whitened: Vec<f64> = self.deviations_of(trials).iter().flat_map(|x| noise.whiten(x, 1)).collect();
+            whitened.iter().map(|w| w * w).sum::<f64>() / whitened.len() as f64
+        };
+        self.of_trials(&self.all(), sets).par_iter().map(of).collect()
     }
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.

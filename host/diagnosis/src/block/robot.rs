@@ -9,6 +9,7 @@ use softdock_kernels::manipulator::{Manipulator, counterweight_torque, rigid_tor
 use softdock_kernels::model::{Link, MAX_JOINTS};
 use softdock_kernels::vector::{Sym3, Vec3};
 use softdock_kernels::with_joints;
+use std::f64::consts::TAU;
 
 /// The blocks' names, axis by axis.
 const NAMES: [&str; MAX_JOINTS] = [
@@ -25,6 +26,11 @@ const NAMES: [&str; MAX_JOINTS] = [
 const COUPLING: f64 = 40.0;
 /// Share of a recording's Nyquist frequency that the cut-off stays below.
 const BAND: f64 = 0.8;
+/// Up to this share of the frequency with which a link swings on its gear, the motor held, links are told from motors;
+/// nearer to it the noise of an encoder would be magnified.
+const SWING: f64 = 0.6;
+/// Passes in which links are told from motors; each leaves at most `SWING^2` of what the one before left.
+const PASSES: usize = 3;
 
 /// The axis of a block, from 1; `None` for blocks of other plants.
 pub fn axis(block: &str) -> Option<usize> {
@@ -39,7 +45,7 @@ pub fn robot_blocks(
     finer: usize,
 ) -> Vec<MeasuredBlock> {
     let carried: Vec<Vec<Vec<Carried>>> =
-        pieces.iter().map(|piece| with_joints!(rig.drives.len(), carried(&rig.model, piece))).collect();
+        pieces.iter().map(|piece| with_joints!(rig.drives.len(), carried(rig, piece))).collect();
     let block = |axis: usize| {
         let own: Vec<Piece> = pieces.iter().map(|piece| of_axis(piece, axis)).collect();
         let carrying = |piece: usize, motion: &Motion| resampled(&carried[piece][axis], motion.value.len(), between);
@@ -54,18 +60,61 @@ pub(crate) fn of_axis(piece: &Piece, axis: usize) -> Piece {
     Piece { signals: AXIS_SIGNALS.iter().filter_map(own).collect(), ..piece.clone() }
 }
 
-/// What each axis carries at each sample: `[axis][sample]`.
-fn carried<const N: usize>(robot: &Manipulator, piece: &Piece) -> Vec<Vec<Carried>> {
+/// The motion of every link: of every motor less the windup of its gear under what it carries.
+fn links<const N: usize>(rig: &RobotRig, piece: &Piece) -> [Motion; N] {
     let cutoff = COUPLING.min(BAND * 0.5 / piece.step);
-    let of_joint = |axis: usize| motion(&piece.signals[&format!("q.{}", axis + 1)], piece.step, cutoff, 1);
-    let motions: [Motion; N] = std::array::from_fn(of_joint);
+    let motors: [Motion; N] =
+        std::array::from_fn(|axis| motion(&piece.signals[&format!("q.{}", axis + 1)], piece.step, cutoff, 1));
+    let gears: [(f64, f64); N] = std::array::from_fn(|axis| {
+        let (compliance, inertia) = (rig.drives[axis].values.compliance, rig.drives[axis].link_inertia);
+        (compliance, cutoff.min(SWING / (TAU * (compliance * inertia).sqrt())))
+    });
+    let mut links = motors.clone();
+    if gears.iter().all(|(compliance, _)| *compliance == 0.0) {
+        return links;
+    }
+    for _ in 0..PASSES {
+        let torques: Vec<[f64; N]> = (0..piece.samples())
+            .map(|k| {
+                rigid_torques(
+                    &rig.model,
+                    at(&links, k, |m| &m.value),
+                    at(&links, k, |m| &m.rate),
+                    at(&links, k, |m| &m.acceleration),
+                )
+            })
+            .collect();
+        links = std::array::from_fn(|axis| {
+            let (compliance, cutoff) = gears[axis];
+            let windup: Vec<f64> = torques.iter().map(|torques| compliance * torques[axis]).collect();
+            less(&motors[axis], &motion(&windup, piece.step, cutoff, 1))
+        });
+    }
+    links
+}
+
+/// A number of each axis' motion at a sample.
+fn at<const N: usize>(motions: &[Motion; N], sample: usize, of: fn(&Motion) -> &Vec<f64>) -> [f64; N] {
+    std::array::from_fn(|axis| of(&motions[axis])[sample])
+}
+
+/// The difference of two motions.
+fn less(a: &Motion, b: &Motion) -> Motion {
+    let of = |of: fn(&Motion) -> &Vec<f64>| of(a).iter().zip(of(b)).map(|(a, b)| a - b).collect();
+    Motion { value: of(|m| &m.value), rate: of(|m| &m.rate), acceleration: of(|m| &m.acceleration) }
+}
+
+/// What each axis carries at each sample: `[axis][sample]`.
+fn carried<const N: usize>(rig: &RobotRig, piece: &Piece) -> Vec<Vec<Carried>> {
+    let robot = &rig.model;
+    let motions: [Motion; N] = links(rig, piece);
     let weightless = Manipulator { gravity: Vec3::zero(), ..robot.clone() };
     let laden = laden(robot);
     let laden_weightless = Manipulator { gravity: Vec3::zero(), ..laden.clone() };
     let mut all = vec![Vec::with_capacity(piece.samples()); N];
     for k in 0..piece.samples() {
-        let at = |of: fn(&Motion) -> &Vec<f64>| -> [f64; N] { std::array::from_fn(|axis| of(&motions[axis])[k]) };
-        let [angle, rate, acceleration] = [at(|m| &m.value), at(|m| &m.rate), at(|m| &m.acceleration)];
+        let now = |of| at(&motions, k, of);
+        let [angle, rate, acceleration] = [now(|m| &m.value), now(|m| &m.rate), now(|m| &m.acceleration)];
         let torques = |robot: &Manipulator| rigid_torques(robot, angle, rate, acceleration);
         let (whole, laden_whole) = (torques(robot), torques(&laden));
         for (axis, all) in all.iter_mut().enumerate() {
@@ -119,7 +168,7 @@ mod tests {
     use softdock_kernels::manipulator::inverse_dynamics;
     use std::path::Path;
 
-    /// The shipped robot with axes that slide without friction, and its drives.
+    /// The shipped robot with axes that slide without friction on rigid gears, and its drives.
     fn robot() -> RobotRig {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/rigs/kr300.toml");
         let Plant::Robot(mut rig) = Rig::load(&file).expect("the shipped rig").plant else { panic!("a robot") };
@@ -127,25 +176,29 @@ mod tests {
             let friction = &mut joint.friction;
             (friction.coulomb, friction.stribeck, friction.viscous, friction.load_coefficient) = (0.0, 0.0, 0.0, 0.0);
         }
+        rig.drives.iter_mut().for_each(|drive| drive.values.compliance = 0.0);
         *rig
+    }
+
+    /// Every axis of six swings at its own pace.
+    fn swings(step: f64) -> Piece {
+        let swing = |axis: usize, i: usize| 0.4 * ((1.0 + 0.3 * axis as f64) * i as f64 * step + axis as f64).sin();
+        let signal = |axis: usize| (format!("q.{}", axis + 1), (0..1500).map(|i| swing(axis, i)).collect());
+        let signals = (0..6).map(signal).collect();
+        Piece { experiment: "swing".to_owned(), repeat: 1, start: 0.0, step, signals }
     }
 
     #[test]
     fn what_an_axis_carries_and_what_its_own_inertias_take_is_the_torque_of_the_whole_robot() {
         let (rig, step) = (robot(), 0.004);
-        let swing = |axis: usize, i: usize| 0.4 * ((1.0 + 0.3 * axis as f64) * i as f64 * step + axis as f64).sin();
-        let signal = |axis: usize| (format!("q.{}", axis + 1), (0..1500).map(|i| swing(axis, i)).collect());
-        let signals = (0..6).map(signal).collect();
-        let piece = Piece { experiment: "swing".to_owned(), repeat: 1, start: 0.0, step, signals };
-        let motions: Vec<Motion> =
-            (0..6).map(|axis| motion(&piece.signals[&format!("q.{}", axis + 1)], step, COUPLING, 1)).collect();
+        let piece = swings(step);
+        let motions = links::<6>(&rig, &piece);
         for (model, kilograms) in [(rig.model.clone(), 0.0), (laden(&rig.model), 1.0)] {
-            let carried = carried::<6>(&rig.model, &piece);
+            let carried = carried::<6>(&rig, &piece);
             for k in (300..1200).step_by(50) {
-                let at =
-                    |of: fn(&Motion) -> &Vec<f64>| -> [f64; 6] { std::array::from_fn(|axis| of(&motions[axis])[k]) };
-                let acceleration = at(|m| &m.acceleration);
-                let whole = inverse_dynamics(&model, at(|m| &m.value), at(|m| &m.rate), acceleration, [0.0; 6]);
+                let (angle, rate) = (at(&motions, k, |m| &m.value), at(&motions, k, |m| &m.rate));
+                let acceleration = at(&motions, k, |m| &m.acceleration);
+                let whole = inverse_dynamics(&model, angle, rate, acceleration, [0.0; 6]);
                 for (axis, whole) in whole.iter().enumerate() {
                     let (own, values) = (&carried[axis][k], &rig.drives[axis].values);
                     let inertia = values.motor_inertia + own.inertia + kilograms * own.payload_inertia;
@@ -157,6 +210,29 @@ mod tests {
                         axis + 1
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn links_are_where_motors_are_less_what_their_gears_wind_up() {
+        let (mut rig, step) = (robot(), 0.004);
+        let mut piece = swings(step);
+        let truth = links::<6>(&rig, &piece);
+        rig.drives.iter_mut().for_each(|drive| drive.values.compliance = 1e-6);
+        for k in 0..piece.samples() {
+            let now = |of| at(&truth, k, of);
+            let torques = rigid_torques(&rig.model, now(|m| &m.value), now(|m| &m.rate), now(|m| &m.acceleration));
+            for (axis, torque) in torques.iter().enumerate() {
+                piece.signals.get_mut(&format!("q.{}", axis + 1)).expect("its angle")[k] += 1e-6 * torque;
+            }
+        }
+        let found = links::<6>(&rig, &piece);
+        for k in (300..1200).step_by(50) {
+            for (found, truth) in found.iter().zip(&truth) {
+                assert!((found.value[k] - truth.value[k]).abs() < 1e-7, "{} {}", found.value[k], truth.value[k]);
+                let (own, right) = (found.acceleration[k], truth.acceleration[k]);
+                assert!((own - right).abs() < 1e-3, "{own} {right}");
             }
         }
     }

@@ -90,9 +90,9 @@ fn an_axis_of_a_robot_is_named_and_its_model_extended() {
     let answers: Vec<Verdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
     let [base, shoulder, elbow] = answers[..] else { panic!("{answers:?}") };
     assert_eq!((shoulder, diagnosis.effects[0].block), (Verdict::Named, "R3 torque to motion, axis 2"));
-    let hardly = Verdict::NoPracticalEffect;
-    assert!(base <= hardly && elbow <= hardly, "{answers:?}");
-    assert!(bench.extended(&diagnosis).diagnose().answer <= hardly);
+    // Their controllers answer to their encoders' noise, which a stiffer gear would make smaller.
+    assert_eq!((base, elbow), (Verdict::NoEffect, Verdict::NoEffect));
+    assert!(bench.extended(&diagnosis).diagnose().answer <= Verdict::NoPracticalEffect);
 }
 
 #[test]
