@@ -1,8 +1,10 @@
 //! How far runs differ that were made twice: by the campaign's backend and in f64, at the substep and at half of it.
 
 use serde::{Deserialize, Serialize};
+use softdock_kernels::metrics::flags::HIL_UNSTABLE;
 use softdock_results::parity::Repetition;
 use softdock_results::{Column, Kind, Table, Values};
+use std::collections::BTreeSet;
 
 use crate::summary::Share;
 
@@ -16,6 +18,8 @@ pub struct Parity {
     pub runs: u64,
     /// Runs of which some verdict differs.
     pub flipped: Share,
+    /// Of those the runs in which the facility's loop diverged in one of the two alone.
+    pub diverged: u64,
     /// Differences of each metric and margin.
     pub metrics: Vec<MetricParity>,
     /// The verdicts that differ, at most 100.
@@ -52,6 +56,9 @@ pub struct Flip {
     pub margin: Option<f64>,
     /// Whether that margin is within three RMS differences of zero.
     pub within_three_rms: Option<bool>,
+    /// Whether the facility's loop diverged in one of the two alone: where every touch creates energy, rounding decides
+    /// which run gets away.
+    pub diverged: bool,
 }
 
 /// Flips that are listed one by one.
@@ -63,18 +70,29 @@ impl Parity {
         let runs = table.u64s("run").unwrap_or_default();
         let metrics: Vec<MetricParity> =
             pairs(kind, table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
+        let flags = [table.u32s("flags"), table.u32s(&format!("{}flags", kind.prefix))];
+        let diverged = |row: usize| {
+            let [one, two] = flags.map(|flags| flags.is_some_and(|flags| flags[row] & HIL_UNSTABLE != 0));
+            one != two
+        };
         let mut flips: Vec<Flip> = Vec::new();
         for (backend, truth) in pairs(kind, table) {
             let differing = (0..runs.len()).filter(|row| differs(&backend.values, &truth.values, *row));
-            flips.extend(differing.map(|row| flip(kind, table, &metrics, backend, runs[row], row)));
+            flips.extend(
+                differing.map(|row| Flip {
+                    diverged: diverged(row),
+                    ..flip(kind, table, &metrics, backend, runs[row], row)
+                }),
+            );
         }
-        let mut flipped: Vec<u64> = flips.iter().map(|flip| flip.run).collect();
-        flipped.sort_unstable();
-        flipped.dedup();
+        let runs_of =
+            |flips: &mut dyn Iterator<Item = &Flip>| flips.map(|flip| flip.run).collect::<BTreeSet<u64>>().len() as u64;
+        let flipped = runs_of(&mut flips.iter());
+        let diverged = runs_of(&mut flips.iter().filter(|flip| flip.diverged));
         flips.sort_by(|one, two| (one.run, &one.column).cmp(&(two.run, &two.column)));
         flips.truncate(LISTED_FLIPS);
         let cases = runs.len() as u64;
-        Self { runs: cases, flipped: Share::of(flipped.len() as u64, cases), metrics, flips }
+        Self { runs: cases, flipped: Share::of(flipped, cases), diverged, metrics, flips }
     }
 }
 
@@ -123,5 +141,5 @@ fn flip(kind: &Repetition, table: &Table, metrics: &[MetricParity], backend: &Co
     let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{}{name}", kind.prefix))?[row]);
     let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
     let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);
-    Flip { run, column: backend.name.clone(), margin, within_three_rms }
+    Flip { run, column: backend.name.clone(), margin, within_three_rms, diverged: false }
 }

@@ -133,6 +133,9 @@ fn repetition_lines(out: &mut String, name: &str, kind: &Repetition, parity: &Pa
         flips.count,
         interval(&flips.interval)
     );
+    if parity.diverged > 0 {
+        let _ = writeln!(out, "  {} of them: the facility's loop diverged in one of the two alone", parity.diverged);
+    }
     let forces = parity.metrics.iter().filter(|metric| metric.column.ends_with("peak_force_n"));
     for metric in forces {
         let (max, rms) =

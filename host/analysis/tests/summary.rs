@@ -174,9 +174,11 @@ fn parity_measures_differences_and_flips() {
     write_campaign(results.path(), RUNS);
     let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
     let parity = summary.parity.as_ref().unwrap();
-    assert_eq!((parity.runs, parity.flipped.count), (100, 1));
+    assert_eq!((parity.runs, parity.flipped.count, parity.diverged), (100, 2, 1));
     assert_eq!((parity.flips[0].run, parity.flips[0].column.as_str()), (280, "hil_pass_dck_010"));
     assert_eq!(parity.flips[0].within_three_rms, Some(false));
+    let fates: Vec<(u64, bool)> = parity.flips.iter().map(|flip| (flip.run, flip.diverged)).collect();
+    assert_eq!(fates, [(280, false), (287, true)]);
     let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
     assert!(force.rms_difference > 0.0 && force.max_difference <= 0.01 && force.unit == "N");
     let halved = summary.half_step.as_ref().unwrap();
@@ -184,6 +186,7 @@ fn parity_measures_differences_and_flips() {
     let force = halved.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
     assert!((force.rms_difference - 0.3).abs() < 1e-9 && (force.max_difference - 0.3).abs() < 1e-9);
     let text = verdict_text(&summary);
+    assert!(text.contains("  1 of them: the facility's loop diverged in one of the two alone"), "{text}");
     assert!(text.contains("step size  50 runs repeated at half the substep: 0 with another verdict"), "{text}");
     let json = serde_json::to_value(&summary).unwrap();
     for key in ["schema", "campaign_hash", "seed", "verdict", "exit_code", "completeness", "requirements", "agreement"]

@@ -179,6 +179,10 @@ pub(crate) fn write_campaign(results: &Path, runs: u64) {
         if run == 40 {
             backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
         }
+        if run == 41 {
+            backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
+            backend.flags ^= flags::HIL_UNSTABLE;
+        }
         RepeatedRow { first: backend, second: truth }
     });
     write_repetition(&PARITY, results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
