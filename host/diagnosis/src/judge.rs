@@ -177,8 +177,8 @@ impl<'a> Bench<'a> {
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
         let near = fit(vec![null_start(block)], &block.base, &quick).remove(0);
-        let null = self.with_scatters(fit(vec![Start::at(&near)], &block.base, &simulate)).remove(0);
-        let clamped = self.with_scatters(vec![clamped(block, &null, &simulate)]).remove(0);
+        let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, &simulate)).remove(0);
+        let clamped = self.with_carried(vec![clamped(block, &null, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
 
@@ -221,14 +221,14 @@ impl<'a> Bench<'a> {
         for (place, fitted) in order.into_iter().zip(fit(starts, base, &|sets| self.simulated(sets))) {
             all[place] = fitted;
         }
-        self.with_scatters(all)
+        self.with_carried(all)
     }
 
-    /// Fits with what repeats differ by under their parameters.
-    fn with_scatters(&self, fits: Vec<Fitted>) -> Vec<Fitted> {
+    /// Fits with the noise that the simulation carries under their parameters.
+    fn with_carried(&self, fits: Vec<Fitted>) -> Vec<Fitted> {
         let sets: Vec<Vec<f64>> = fits.iter().map(|fitted| fitted.values(&self.block.base)).collect();
-        let scatters = self.learn.scatters(&self.noise, &sets);
-        fits.into_iter().zip(scatters).map(|(fitted, scatter)| Fitted { scatter, ..fitted }).collect()
+        let carried = self.learn.carried(&self.noise, &sets);
+        fits.into_iter().zip(carried).map(|(fitted, carried)| Fitted { carried, ..fitted }).collect()
     }
 
     fn judged(self, noise_from: NoiseFrom) -> Judgement {
@@ -407,7 +407,7 @@ fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
         let own = null.unknowns.iter().zip(&null.z).find(|(nuisance, _)| nuisance.field == unknown.field);
         *z = own.map_or(0.0, |(nuisance, z)| unknown.prior.place(nuisance.prior.value(*z)));
     }
-    (single.residual, single.scatter) = (null.residual.clone(), null.scatter);
+    (single.residual, single.carried) = (null.residual.clone(), null.carried);
     single
 }
 

@@ -155,12 +155,8 @@ impl<'a> Part<'a> {
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        self.deviations_of(&self.of_trials(&self.all(), &[set.to_vec()]).remove(0))
-    }
-
-    /// The same of residuals, trial by trial.
-    fn deviations_of(&self, trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
-        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, trials));
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, &trials));
         let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
         if let Some(clock) = self.block.clock {
             trend::removed(&mut all, &self.ages(clock));
@@ -179,16 +175,29 @@ impl<'a> Part<'a> {
         self.experiments.iter().flat_map(of).collect()
     }
 
-    /// Mean square of what the repeats differ by, in units of the noise, for every parameter set; 1 without repeats.
-    pub fn scatters(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
+    /// Power of the noise that the simulation carries into the residuals for every parameter set, beyond what it carries
+    /// for the model's own, in units of the noise: by what repeats differ by. 0 without repeats.
+    pub fn carried(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
         if !self.has_repeats() {
-            return vec![1.0; sets.len()];
+            return vec![0.0; sets.len()];
         }
-        let of = |trials: &Vec<DMatrix<f64>>| {
-            let whitened: Vec<f64> = self.deviations_of(trials).iter().flat_map(|x| noise.whiten(x, 1)).collect();
+        // What a drive that warms up changes from one repeat to the next is no noise: all begin at one time.
+        let field = self.block.section.inputs().iter().position(|field| field.name == "time");
+        let at_once = |trial: usize| {
+            let own = self.experiments.iter().find(|(_, members)| members.contains(&trial));
+            self.on_average(&own.expect("every trial belongs to an experiment").1, trial, field)
+        };
+        let recordings: Vec<Cow<'a, Recorded>> = self.all().into_iter().map(at_once).collect();
+        let recordings: Vec<&Recorded> = recordings.iter().map(AsRef::as_ref).collect();
+        let power = |residuals: &Vec<DMatrix<f64>>| {
+            let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
+            let deviations: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
+            let whitened: Vec<f64> = deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect();
             whitened.iter().map(|w| w * w).sum::<f64>() / whitened.len() as f64
         };
-        self.of_trials(&self.all(), sets).par_iter().map(of).collect()
+        let all: Vec<Vec<f64>> = std::iter::once(&self.block.base).chain(sets).cloned().collect();
+        let powers: Vec<f64> = self.of_recordings(&recordings, &self.all(), &all).par_iter().map(power).collect();
+        powers[1..].iter().map(|power| power - powers[0]).collect()
     }
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.
@@ -239,19 +248,21 @@ impl<'a> Part<'a> {
 
     /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
     fn typical(&self) -> Vec<Cow<'a, Recorded>> {
-        let firsts = self.experiments.iter().map(|(_, members)| Cow::Borrowed(self.recordings[members[0]]));
-        let Some(clock) = self.block.clock else {
-            return firsts.collect();
-        };
         let fields = self.block.section.inputs();
-        let field = fields.iter().position(|field| field.name == clock).expect("an input's name");
+        let field = self.block.clock.and_then(|clock| fields.iter().position(|field| field.name == clock));
+        self.experiments.iter().map(|(_, members)| self.on_average(members, members[0], field)).collect()
+    }
+
+    /// A repeat as if it had begun when all repeats of its experiment did on the average; `field` is the place of the
+    /// time among the inputs.
+    fn on_average(&self, members: &[usize], trial: usize, field: Option<usize>) -> Cow<'a, Recorded> {
+        let Some(field) = field else { return Cow::Borrowed(self.recordings[trial]) };
         let start = |trial: &usize| self.recordings[*trial].inputs[field];
-        let later = |(mut first, (_, members)): (Cow<'a, Recorded>, &(&str, Vec<usize>))| {
-            let shift = members.iter().map(start).sum::<f64>() / members.len() as f64 - start(&members[0]);
-            first.to_mut().inputs.iter_mut().skip(field).step_by(fields.len()).for_each(|time| *time += shift);
-            first
-        };
-        firsts.zip(&self.experiments).map(later).collect()
+        let shift = members.iter().map(start).sum::<f64>() / members.len() as f64 - start(&trial);
+        let mut recorded = self.recordings[trial].clone();
+        let width = self.block.section.inputs().len();
+        recorded.inputs.iter_mut().skip(field).step_by(width).for_each(|time| *time += shift);
+        Cow::Owned(recorded)
     }
 }
 

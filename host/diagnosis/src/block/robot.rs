@@ -219,12 +219,12 @@ mod tests {
         let (mut rig, step) = (robot(), 0.004);
         let mut piece = swings(step);
         let truth = links::<6>(&rig, &piece);
-        rig.drives.iter_mut().for_each(|drive| drive.values.compliance = 1e-6);
+        rig.drives.iter_mut().for_each(|drive| drive.values.compliance = 1e-7);
         for k in 0..piece.samples() {
             let now = |of| at(&truth, k, of);
             let torques = rigid_torques(&rig.model, now(|m| &m.value), now(|m| &m.rate), now(|m| &m.acceleration));
             for (axis, torque) in torques.iter().enumerate() {
-                piece.signals.get_mut(&format!("q.{}", axis + 1)).expect("its angle")[k] += 1e-6 * torque;
+                piece.signals.get_mut(&format!("q.{}", axis + 1)).expect("its angle")[k] += 1e-7 * torque;
             }
         }
         let found = links::<6>(&rig, &piece);

@@ -56,19 +56,19 @@ pub struct Fitted {
     pub residual: DVector<f64>,
     /// Their derivatives by `z`, one column each.
     pub jacobian: DMatrix<f64>,
-    /// Mean square of what repeats differ by under these parameters, in units of the noise; 1 until it is looked at, and
-    /// without repeats.
-    pub scatter: f64,
+    /// Power of the noise that the simulation carries into the residuals under these parameters, beyond what it carries
+    /// under the model's own, in units of the noise; 0 until it is looked at.
+    pub carried: f64,
 }
 
 impl Fitted {
-    /// Sum of squares of the whitened residuals, as if their noise were of unit size under these parameters too.
+    /// Sum of squares of the whitened residuals, as if the simulation carried the same noise whatever the parameters.
     ///
     /// What was measured of an input has noise, which a simulation carries into the residuals, and most of all where a
     /// controller answers to the very noise that the output was read with. Parameters that make this noise smaller explain
-    /// nothing: by as much as the scatter of repeats falls, the sum of squares of their mean falls by itself.
+    /// nothing: by as much as repeats scatter less, the sum of squares of their mean is smaller by itself.
     pub fn chi2(&self) -> f64 {
-        self.residual.norm_squared() - (self.scatter - 1.0) * self.residual.len() as f64
+        self.residual.norm_squared() - self.carried * self.residual.len() as f64
     }
 
     /// Mean square of the whitened residuals; 1 if nothing but noise is left.
@@ -119,7 +119,7 @@ fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
     let climb = |(start, residual): (Start, DVector<f64>)| {
         let Start { hypothesis, unknowns, z } = start;
         let jacobian = DMatrix::zeros(0, 0);
-        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, scatter: 1.0 };
+        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0 };
         Climb { at, damping: 1e-3, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()

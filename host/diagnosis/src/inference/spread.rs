@@ -75,7 +75,7 @@ mod tests {
             z: vec![-mean],
             residual: residual.add_scalar(-mean),
             jacobian,
-            scatter: 1.0,
+            carried: 0.0,
         }
     }
 
