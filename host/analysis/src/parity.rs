@@ -70,20 +70,10 @@ impl Parity {
         let runs = table.u64s("run").unwrap_or_default();
         let metrics: Vec<MetricParity> =
             pairs(kind, table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
-        let flags = [table.u32s("flags"), table.u32s(&format!("{}flags", kind.prefix))];
-        let diverged = |row: usize| {
-            let [one, two] = flags.map(|flags| flags.is_some_and(|flags| flags[row] & HIL_UNSTABLE != 0));
-            one != two
-        };
         let mut flips: Vec<Flip> = Vec::new();
         for (backend, truth) in pairs(kind, table) {
             let differing = (0..runs.len()).filter(|row| differs(&backend.values, &truth.values, *row));
-            flips.extend(
-                differing.map(|row| Flip {
-                    diverged: diverged(row),
-                    ..flip(kind, table, &metrics, backend, runs[row], row)
-                }),
-            );
+            flips.extend(differing.map(|row| flip(kind, table, &metrics, backend, runs[row], row)));
         }
         let runs_of =
             |flips: &mut dyn Iterator<Item = &Flip>| flips.map(|flip| flip.run).collect::<BTreeSet<u64>>().len() as u64;
@@ -141,5 +131,9 @@ fn flip(kind: &Repetition, table: &Table, metrics: &[MetricParity], backend: &Co
     let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{}{name}", kind.prefix))?[row]);
     let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
     let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);
-    Flip { run, column: backend.name.clone(), margin, within_three_rms, diverged: false }
+    let [one, two] = ["", kind.prefix].map(|prefix| {
+        let flags = table.u32s(&format!("{prefix}flags"));
+        flags.is_some_and(|flags| flags[row] & HIL_UNSTABLE != 0)
+    });
+    Flip { run, column: backend.name.clone(), margin, within_three_rms, diverged: one != two }
 }

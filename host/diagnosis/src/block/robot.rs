@@ -74,16 +74,13 @@ fn links<const N: usize>(rig: &RobotRig, piece: &Piece) -> [Motion; N] {
         return links;
     }
     for _ in 0..PASSES {
-        let torques: Vec<[f64; N]> = (0..piece.samples())
-            .map(|k| {
-                rigid_torques(
-                    &rig.model,
-                    at(&links, k, |m| &m.value),
-                    at(&links, k, |m| &m.rate),
-                    at(&links, k, |m| &m.acceleration),
-                )
-            })
-            .collect();
+        let through_gears = |k: usize| {
+            let now = |of| at(&links, k, of);
+            let angle = now(|m| &m.value);
+            let torques = rigid_torques(&rig.model, angle, now(|m| &m.rate), now(|m| &m.acceleration));
+            std::array::from_fn(|axis| torques[axis] - helped(&rig.model, axis, angle[axis]))
+        };
+        let torques: Vec<[f64; N]> = (0..piece.samples()).map(through_gears).collect();
         links = std::array::from_fn(|axis| {
             let (compliance, cutoff) = gears[axis];
             let windup: Vec<f64> = torques.iter().map(|torques| compliance * torques[axis]).collect();
@@ -96,6 +93,11 @@ fn links<const N: usize>(rig: &RobotRig, piece: &Piece) -> [Motion; N] {
 /// A number of each axis' motion at a sample.
 fn at<const N: usize>(motions: &[Motion; N], sample: usize, of: fn(&Motion) -> &Vec<f64>) -> [f64; N] {
     std::array::from_fn(|axis| of(&motions[axis])[sample])
+}
+
+/// What a counterweight takes off an axis \[N m\].
+fn helped(robot: &Manipulator, axis: usize, angle: f64) -> f64 {
+    robot.joints[axis].counterweight.map_or(0.0, |counterweight| counterweight_torque(&counterweight, angle))
 }
 
 /// The difference of two motions.
@@ -122,10 +124,9 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece) -> Vec<Vec<Carried>> {
             let inertia = |robot: &Manipulator| rigid_torques(robot, angle, [0.0; N], unit)[axis];
             let own = inertia(&weightless);
             let payload_inertia = inertia(&laden_weightless) - own;
-            let helped = robot.joints[axis].counterweight.map_or(0.0, |c| counterweight_torque(&c, angle[axis]));
             let without = |torque: f64, inertia: f64| torque - inertia * acceleration[axis];
             all.push(Carried {
-                load: without(whole[axis], own) - helped,
+                load: without(whole[axis], own) - helped(robot, axis, angle[axis]),
                 inertia: own,
                 payload_weight: without(laden_whole[axis] - whole[axis], payload_inertia),
                 payload_inertia,
@@ -222,9 +223,11 @@ mod tests {
         rig.drives.iter_mut().for_each(|drive| drive.values.compliance = 1e-7);
         for k in 0..piece.samples() {
             let now = |of| at(&truth, k, of);
-            let torques = rigid_torques(&rig.model, now(|m| &m.value), now(|m| &m.rate), now(|m| &m.acceleration));
+            let angle = now(|m| &m.value);
+            let torques = rigid_torques(&rig.model, angle, now(|m| &m.rate), now(|m| &m.acceleration));
             for (axis, torque) in torques.iter().enumerate() {
-                piece.signals.get_mut(&format!("q.{}", axis + 1)).expect("its angle")[k] += 1e-7 * torque;
+                let windup = 1e-7 * (torque - helped(&rig.model, axis, angle[axis]));
+                piece.signals.get_mut(&format!("q.{}", axis + 1)).expect("its angle")[k] += windup;
             }
         }
         let found = links::<6>(&rig, &piece);
