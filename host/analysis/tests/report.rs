@@ -76,7 +76,8 @@ fn the_page_has_every_section_and_figure_and_needs_no_network() {
     }
     assert!(page.contains("tribology &lt;vacuum&gt; &amp; air"), "text is not escaped");
     assert!(page.contains("50 runs were repeated at half the substep. In 0 of them some verdict differs"));
-    assert!(page.contains("100 runs were repeated in f64. In 1 of them some verdict differs"));
+    assert!(page.contains("100 runs were repeated in f64. In 2 of them some verdict differs"));
+    assert!(page.contains("In 1 of these the facility's loop diverged in one of the two alone"));
     assert!(page.contains("✗ Not verified") && page.contains("✓ Verified"));
     assert!(page.len() < 3_000_000, "{} bytes", page.len());
     let path = write_summary(&results, &summary).unwrap();
