@@ -105,14 +105,12 @@ impl Judgement {
 /// `None` if its noise cannot be told.
 pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
     let (learn, test, finer) = (block.part(false), block.part(true), Some(finer.part(false)));
-    if learn.has_repeats() {
-        let mut deviations = learn.deviations(&block.base);
-        deviations.extend(test.deviations(&block.base));
-        let noise = Noise::above(&deviations, &block.floor)?;
-        return Some(Bench { block, library, learn, test, finer, noise }.judged(NoiseFrom::Repeats));
+    let from = if learn.has_repeats() { NoiseFrom::Repeats } else { NoiseFrom::Quiet };
+    if let Some(noise) = Noise::above(&block.noise_alone(), &block.floor) {
+        return Some(Bench { block, library, learn, test, finer, noise }.judged(from));
     }
-    if let Some(noise) = Noise::above(&block.quiet, &block.floor) {
-        return Some(Bench { block, library, learn, test, finer, noise }.judged(NoiseFrom::Quiet));
+    if from == NoiseFrom::Repeats {
+        return None;
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
@@ -176,7 +174,7 @@ impl<'a> Bench<'a> {
         let shortcut = self.learn.shortcut(&self.noise, &block.base);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
-        let near = fit(vec![null_start(block)], &block.base, &quick).remove(0);
+        let near = fit(vec![Start::nominal(block.nuisances.clone())], &block.base, &quick).remove(0);
         let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, &simulate)).remove(0);
         let clamped = self.with_carried(vec![clamped(block, &null, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
@@ -370,10 +368,6 @@ fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples
     (least / samples as f64).max(1.0)
 }
 
-fn null_start(block: &MeasuredBlock) -> Start {
-    Start { hypothesis: 0, unknowns: block.nuisances.clone(), z: vec![0.0; block.nuisances.len()] }
-}
-
 /// The null hypothesis with no nuisance pulled beyond what its tolerance makes plausible.
 fn clamped(block: &MeasuredBlock, null: &Fitted, simulate: &Simulate) -> Fitted {
     if null.z.iter().all(|z| z.abs() <= CLAMP) {
@@ -387,9 +381,7 @@ fn clamped(block: &MeasuredBlock, null: &Fitted, simulate: &Simulate) -> Fitted 
             false => free.push(unknown.clone()),
         }
     }
-    let count = free.len();
-    let start = Start { hypothesis: 0, unknowns: free, z: vec![0.0; count] };
-    let mut fitted = fit(vec![start], &base, simulate).remove(0);
+    let mut fitted = fit(vec![Start::nominal(free)], &base, simulate).remove(0);
     for (unknown, z) in null.unknowns.iter().zip(&null.z).filter(|(_, z)| z.abs() > CLAMP) {
         fitted.unknowns.push(unknown.clone());
         fitted.z.push(z.clamp(-CLAMP, CLAMP));

@@ -67,13 +67,9 @@ impl Healthy {
 /// The noise of recordings with nothing hidden: by their repeats or quiet stretches, or, where every recording has its own
 /// commands, what the nuisances leave of them.
 fn noise(block: &MeasuredBlock) -> Option<Noise> {
-    let (learn, test) = (block.part(false), block.part(true));
-    let mut series = learn.deviations(&block.base);
-    series.extend(test.deviations(&block.base));
+    let mut series = block.noise_alone();
     if series.is_empty() {
-        series.clone_from(&block.quiet);
-    }
-    if series.is_empty() {
+        let (learn, test) = (block.part(false), block.part(true));
         let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
         let values = null(block, &rough).values(&block.base);
         series = learn.means(&values);
@@ -85,8 +81,7 @@ fn noise(block: &MeasuredBlock) -> Option<Noise> {
 /// The null hypothesis, fitted to what is learnt from.
 fn null(block: &MeasuredBlock, noise: &Noise) -> Fitted {
     let learn = block.part(false);
-    let unknowns = block.nuisances.clone();
-    let start = Start { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns };
+    let start = Start::nominal(block.nuisances.clone());
     let shortcut = learn.shortcut(noise, &block.base);
     fit(vec![start], &block.base, &|sets| shortcut.whitened(sets)).remove(0)
 }

@@ -99,6 +99,18 @@ impl MeasuredBlock {
         part
     }
 
+    /// Residuals that hold nothing but noise: what repeats differ by at the nominal parameters, or quiet stretches; none
+    /// where the recordings have neither.
+    pub fn noise_alone(&self) -> Vec<DMatrix<f64>> {
+        let learn = self.part(false);
+        if !learn.has_repeats() {
+            return self.quiet.clone();
+        }
+        let mut series = learn.deviations(&self.base);
+        series.extend(self.part(true).deviations(&self.base));
+        series
+    }
+
     /// From one judged sample of a trial to the next \[s\].
     pub fn judged_step(&self, trial: &Trial) -> f64 {
         trial.recorded.step * (trial.recorded.stride * self.decimator.every()) as f64

@@ -36,6 +36,11 @@ pub struct Start {
 }
 
 impl Start {
+    /// Of the only hypothesis, every number where its prior has it.
+    pub fn nominal(unknowns: Vec<Unknown>) -> Self {
+        Self { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns }
+    }
+
     /// Where a fit ended.
     pub fn at(fitted: &Fitted) -> Self {
         let Fitted { hypothesis, unknowns, z, .. } = fitted;
