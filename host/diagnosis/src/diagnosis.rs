@@ -1,22 +1,15 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
-use crate::block::body::body_block;
-use crate::block::command::command_block;
-use crate::block::contact::contact_block;
-use crate::block::controller::{controller_block, torque_between};
-use crate::block::drive::drive_block;
+use crate::block::controller::torque_between;
 use crate::block::facility::FacilityModel;
-use crate::block::robot::robot_blocks;
-use crate::block::sensor::sensor_block;
-use crate::block::toss::toss_block;
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
 use crate::experiment::Experiment;
 use crate::free_run::FreeRun;
 use crate::hold_out::{Every, default_of, last_third, split};
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
-use crate::library::{self, Hypothesis};
+use crate::library::Hypothesis;
 use crate::outside::Outside;
 use crate::packets;
 use crate::recording::drive_log::DriveLog;
@@ -28,15 +21,19 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{DriveRig, Plant, TossRig};
+use softdock_campaign::rig::{Plant, TossRig};
 use softdock_engine::blocks::Kind;
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+mod axes;
+mod blocks;
 mod facility;
 mod proposal;
 mod views;
 
+use axes::{Axes, PASSES};
 pub use facility::prepare_facility;
 
 /// How a diagnosis is made.
@@ -74,6 +71,8 @@ pub struct Prepared {
     first: usize,
     /// The torque of each recording of a drive between the log's samples too, once its controller is understood.
     torque: Vec<Vec<f64>>,
+    /// What the axes of a robot carry, once it was asked for.
+    axes: OnceCell<Axes>,
     /// Reasons why the answer can be provisional only.
     pub provisional: Vec<String>,
     /// What was found in the recordings.
@@ -169,10 +168,10 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
         learn.extend(test);
         provisional.push(timing::reason(&learn));
-        let (held_out, without) = (BTreeSet::new(), options.without.clone());
         let isolability = timing::views(&learn);
-        let (subject, torque) = (Subject::Rig(Box::new(rig), learn), Vec::new());
-        return Ok(Prepared { subject, held_out, without, first: 1, torque, provisional, findings, isolability });
+        let subject = Subject::Rig(Box::new(rig), learn);
+        let prepared = Prepared::new(subject, BTreeSet::new(), provisional, findings, options);
+        return Ok(Prepared { isolability, ..prepared });
     }
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
@@ -197,9 +196,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
     let subject = Subject::Rig(Box::new(rig), pieces);
-    let (without, torque, isolability) = (options.without.clone(), Vec::new(), Vec::new());
-    let first = options.first();
-    Prepared { subject, held_out, without, first, torque, provisional, findings, isolability }.seen()
+    Prepared::new(subject, held_out, provisional, findings, options).seen()
 }
 
 /// What stands for the noise where nothing was repeated.
@@ -226,6 +223,26 @@ fn moves(piece: &Piece) -> Result<()> {
 const HELD_OUT: &str = ", held out";
 
 impl Prepared {
+    fn new(
+        subject: Subject,
+        held_out: BTreeSet<String>,
+        provisional: Vec<String>,
+        findings: Vec<Finding>,
+        options: &Options,
+    ) -> Self {
+        Self {
+            subject,
+            held_out,
+            without: options.without.clone(),
+            first: options.first(),
+            torque: Vec::new(),
+            axes: OnceCell::new(),
+            provisional,
+            findings,
+            isolability: Vec::new(),
+        }
+    }
+
     /// The same with what its channels can tell apart.
     fn seen(mut self) -> Result<Self> {
         self.isolability = self.views()?;
@@ -252,65 +269,6 @@ impl Prepared {
         self.pieces().iter().all(|piece| piece.signals.contains_key(signal))
     }
 
-    /// The blocks that these channels allow with their libraries, simulated in steps so many times finer than usual.
-    pub fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
-        let is_held = |experiment: &str| self.held_out.contains(experiment);
-        let (rig, pieces) = match &self.subject {
-            Subject::Facility(model, logs) => return facility::sections(model, logs, &is_held, finer),
-            Subject::Rig(rig, pieces) => (rig, pieces),
-        };
-        match &rig.plant {
-            Plant::Drive(rig) => self.drive_blocks(rig, finer),
-            Plant::Robot(rig) => {
-                let with_library = |block| {
-                    let library = library::drive::effects(&block);
-                    (block, library)
-                };
-                robot_blocks(rig, pieces, &is_held, finer).into_iter().map(with_library).collect()
-            }
-            Plant::Sensor(rig) => {
-                let block = sensor_block(rig, pieces, &is_held, finer);
-                let library = library::sensor::effects(&block);
-                vec![(block, library)]
-            }
-            Plant::Contact(rig) => {
-                let block = contact_block(rig, pieces, &is_held, finer);
-                let library = library::contact::effects(&block);
-                vec![(block, library)]
-            }
-            Plant::Command(rig) if rig.echoed => {
-                let block = command_block(rig, pieces, &is_held, finer);
-                let library = library::command::effects(&block);
-                vec![(block, library)]
-            }
-            Plant::Command(_) => Vec::new(),
-            Plant::Body(rig) => {
-                let block = body_block(rig, pieces, &is_held, finer);
-                let library = library::body::effects(&block);
-                vec![(block, library)]
-            }
-            Plant::Toss(rig) => {
-                let block = toss_block(rig, pieces, &is_held, finer);
-                let library = library::toss::effects(&block);
-                vec![(block, library)]
-            }
-        }
-    }
-
-    fn drive_blocks(&self, rig: &DriveRig, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
-        let is_held = |experiment: &str| self.held_out.contains(experiment);
-        let mut blocks = Vec::new();
-        if let Some(controller) = rig.controller.as_ref().filter(|_| self.has("ref")) {
-            let block = controller_block(rig, controller, self.pieces(), &is_held);
-            let library = library::controller::effects(&block);
-            blocks.push((block, library));
-        }
-        let block = drive_block(rig, self.pieces(), &is_held, finer, &self.torque);
-        let library = library::drive::effects(&block);
-        blocks.push((block, library));
-        blocks
-    }
-
     /// Judges every block.
     ///
     /// # Errors
@@ -322,16 +280,35 @@ impl Prepared {
             let suspects = suspects(rig, self.pieces());
             self.findings.extend(suspects);
         }
-        let (mut answers, mut judged, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        let mut timed = Vec::new();
         if let Some(Plant::Command(rig)) = self.plant() {
             prismatic = rig.prismatic;
-            let (timed, findings) = timing::answers(rig, self.pieces());
-            answers.extend(timed);
+            let findings;
+            (timed, findings) = timing::answers(rig, self.pieces());
             self.findings.extend(findings);
         }
-        for place in 0..self.blocks(1).len() {
+        let mut all = self.judged(prismatic)?;
+        for _ in 1..PASSES {
+            if !self.carries_otherwise(&all.judged) {
+                break;
+            }
+            all = self.judged(prismatic)?;
+        }
+        let Blocks { answers, judged, errors } = all;
+        let proposed = answers
+            .iter()
+            .zip(&judged)
+            .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
+        let answers = timed.into_iter().chain(answers).collect();
+        Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+    }
+
+    /// Judges every block by what is known by now.
+    fn judged(&mut self, prismatic: bool) -> Result<Blocks> {
+        let mut all = Blocks::default();
+        for place in 0..self.places() {
             let Exact { block, library, finer, error } = self.exact_enough(place)?;
-            errors.push(error);
+            all.errors.push(error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
@@ -350,14 +327,10 @@ impl Prepared {
             if let Some(Plant::Toss(rig)) = self.plant() {
                 answer.free_run = self.free_run(rig, &own, &answer);
             }
-            answers.push(self.with_random(&own.block, answer));
-            judged.push(own);
+            all.answers.push(self.with_random(&own.block, answer));
+            all.judged.push(own);
         }
-        let proposed = answers
-            .iter()
-            .zip(&judged)
-            .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
-        Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+        Ok(all)
     }
 
     /// How free runs of a tossed body do, on what is held out if anything is.
@@ -377,9 +350,9 @@ impl Prepared {
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
     fn exact_enough(&self, place: usize) -> Result<Exact> {
-        let (mut finer, mut coarse) = (self.first, self.blocks(self.first).swap_remove(place));
+        let (mut finer, mut coarse) = (self.first, self.block(place, self.first));
         loop {
-            let fine = self.blocks(2 * finer).swap_remove(place);
+            let fine = self.block(place, 2 * finer);
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
                 return Ok(Exact { block: coarse.0, library: coarse.1, finer: fine.0, error });
@@ -393,6 +366,15 @@ impl Prepared {
             coarse = fine;
         }
     }
+}
+
+/// What was said of every block.
+#[derive(Default)]
+struct Blocks {
+    answers: Vec<BlockAnswer>,
+    judged: Vec<Judged>,
+    /// Mean square of what a step of half the length changes in the whitened residuals.
+    errors: Vec<f64>,
 }
 
 /// A block in steps that are short enough.

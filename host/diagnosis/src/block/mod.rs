@@ -6,6 +6,7 @@ pub mod contact;
 pub mod controller;
 pub mod drive;
 pub mod facility;
+mod links;
 pub mod response;
 pub mod robot;
 pub mod sensor;

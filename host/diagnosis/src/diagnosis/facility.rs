@@ -2,9 +2,9 @@
 
 use super::{Options, Prepared, Subject};
 use crate::block::MeasuredBlock;
-use crate::block::facility::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
+use crate::block::facility::{FacilityModel, MOTION, WRENCH};
 use crate::isolability::BlockView;
-use crate::library::{self, Hypothesis};
+use crate::library::Hypothesis;
 use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::Finding;
 use crate::{Error, Result};
@@ -43,10 +43,8 @@ pub fn prepare_facility(
     let why = "no drive repeats another's commands: the motion's noise is what the richest explanation leaves";
     let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
-    let (without, isolability) = (options.without.clone(), Vec::new());
     let subject = Subject::Facility(Box::new(model), logs);
-    let (first, torque) = (options.first(), Vec::new());
-    Prepared { subject, held_out, without, first, torque, provisional, findings, isolability }.seen()
+    Prepared::new(subject, held_out, provisional, findings, options).seen()
 }
 
 /// Drives of another campaign than the one they are compared with.
@@ -73,21 +71,6 @@ fn named_apart<'a>(logs: impl Iterator<Item = &'a mut DriveLog>) {
             log.name = format!("{name} ({number})");
         }
     }
-}
-
-/// The sections with their libraries.
-pub(super) fn sections(
-    model: &FacilityModel,
-    logs: &[DriveLog],
-    held_out: &dyn Fn(&str) -> bool,
-    finer: usize,
-) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
-    let scenario = &model.scenario().model;
-    let motion = motion_section(model, logs, held_out, finer);
-    let wrench = wrench_section(model, logs, held_out, finer);
-    let of_motion = library::facility::of_motion(&motion, scenario);
-    let of_wrench = library::facility::of_wrench(&wrench, scenario);
-    vec![(motion, of_motion), (wrench, of_wrench)]
 }
 
 /// What the sections can show.

@@ -182,12 +182,17 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
             &grid([-0.5, 0.5]),
         );
     } else {
+        // A softer gear swings more slowly, so that the same damping is a larger share of what is critical.
+        let damping = shelf.base("gear_damping").max(0.01);
         shelf.add(
             "J8_elasticity",
             "elasticity of the gear",
-            &[("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size)],
-            &[-1.0, 1.0],
-            &[],
+            &[
+                ("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size),
+                ("gear_damping", Prior::LogNormal { centre: damping, spread: 0.7 }, Role::Form),
+            ],
+            &[-2.0, -1.0, 1.0, 2.0],
+            &grid([0.0, 1.0]),
         );
     }
     let wave = either(0.0, 1e-4);

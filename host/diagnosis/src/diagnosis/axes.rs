@@ -1,0 +1,61 @@
+//! What the axes of a robot carry: told by the model's gears first, and again by those that were found.
+
+use super::{Judged, Prepared};
+use crate::block::robot::{Loads, loads};
+use crate::inference::unknown::Role;
+use softdock_campaign::rig::{Plant, RobotRig};
+use softdock_kernels::block::drive::DriveValues;
+use softdock_kernels::fields::from_slice;
+
+/// A gear that winds up otherwise by less than this share moves no link otherwise.
+const SAME: f64 = 0.02;
+/// Times that the axes are judged: by the model's gears, by those found, and by what these showed.
+pub(super) const PASSES: usize = 3;
+
+/// What the axes carry, and the gears that told it.
+pub(super) struct Axes {
+    drives: Vec<DriveValues<f64>>,
+    pub(super) loads: Loads,
+}
+
+impl Prepared {
+    /// What the axes of a robot carry by what is known of its gears by now.
+    pub(super) fn axes(&self, rig: &RobotRig) -> &Axes {
+        self.axes.get_or_init(|| self.carrying(rig, rig.drives.iter().map(|drive| drive.values).collect()))
+    }
+
+    fn carrying(&self, rig: &RobotRig, drives: Vec<DriveValues<f64>>) -> Axes {
+        Axes { loads: loads(rig, self.pieces(), &drives), drives }
+    }
+
+    /// Tells anew what the axes carry, if a gear was found that winds up otherwise: its link, which loads the other
+    /// axes, moves otherwise than was told. `false` if all gears are as they were.
+    pub(super) fn carries_otherwise(&mut self, judged: &[Judged]) -> bool {
+        let Some(Plant::Robot(rig)) = self.plant() else {
+            return false;
+        };
+        let found = judged.iter().zip(&rig.drives).map(|(own, drive)| own.gear().unwrap_or(drive.values));
+        let found: Vec<DriveValues<f64>> = found.collect();
+        let same = |(a, b): (&DriveValues<f64>, &DriveValues<f64>)| {
+            (a.compliance - b.compliance).abs() <= SAME * a.compliance.abs()
+        };
+        if self.axes(rig).drives.iter().zip(&found).all(same) {
+            return false;
+        }
+        self.axes = self.carrying(rig, found).into();
+        true
+    }
+}
+
+impl Judged {
+    /// The drive that was found, if it is explained best by a gear that winds up otherwise than the model's.
+    fn gear(&self) -> Option<DriveValues<f64>> {
+        let of_gear = |number: &usize| {
+            let mut own = self.library[*number].unknowns.iter();
+            own.any(|unknown| unknown.name == "compliance" && unknown.role == Role::Size)
+        };
+        let best = self.judgement.ranking.iter().find(|candidate| candidate.sound)?;
+        let present = best.log_odds > self.judgement.threshold && best.hypotheses.iter().any(of_gear);
+        present.then(|| from_slice(&best.fitted.values(&self.block.base)))
+    }
+}

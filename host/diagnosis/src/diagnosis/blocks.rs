@@ -1,0 +1,73 @@
+//! The blocks that a subject's channels allow, each with its library.
+
+use super::{Prepared, Subject};
+use crate::block::MeasuredBlock;
+use crate::block::body::body_block;
+use crate::block::command::command_block;
+use crate::block::contact::contact_block;
+use crate::block::controller::controller_block;
+use crate::block::drive::drive_block;
+use crate::block::facility::{motion_section, wrench_section};
+use crate::block::robot::robot_block;
+use crate::block::sensor::sensor_block;
+use crate::block::toss::toss_block;
+use crate::library::{self, Hypothesis};
+use softdock_campaign::rig::{ControllerRig, DriveRig, Plant};
+
+impl Prepared {
+    /// All blocks, simulated in steps so many times finer than usual.
+    pub fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        (0..self.places()).map(|place| self.block(place, finer)).collect()
+    }
+
+    /// How many blocks there are.
+    pub(super) fn places(&self) -> usize {
+        match self.plant() {
+            None => 2,
+            Some(Plant::Drive(rig)) if self.controller(rig).is_some() => 2,
+            Some(Plant::Robot(rig)) => rig.drives.len(),
+            Some(Plant::Command(rig)) if !rig.echoed => 0,
+            Some(_) => 1,
+        }
+    }
+
+    /// The block at a place, simulated in steps so many times finer than usual.
+    pub(super) fn block(&self, place: usize, finer: usize) -> (MeasuredBlock, Vec<Hypothesis>) {
+        let held = |experiment: &str| self.held_out.contains(experiment);
+        let (rig, pieces) = match &self.subject {
+            Subject::Facility(model, logs) => {
+                let scenario = &model.scenario().model;
+                return match place {
+                    0 => with(motion_section(model, logs, &held, finer), |b| library::facility::of_motion(b, scenario)),
+                    _ => with(wrench_section(model, logs, &held, finer), |b| library::facility::of_wrench(b, scenario)),
+                };
+            }
+            Subject::Rig(rig, pieces) => (rig, pieces),
+        };
+        match &rig.plant {
+            Plant::Drive(rig) => match self.controller(rig).filter(|_| place == 0) {
+                Some(own) => with(controller_block(rig, own, pieces, &held), library::controller::effects),
+                None => with(drive_block(rig, pieces, &held, finer, &self.torque), library::drive::effects),
+            },
+            Plant::Robot(rig) => {
+                let loads = &self.axes(rig).loads;
+                with(robot_block(rig, place, pieces, loads, &held, finer), library::drive::effects)
+            }
+            Plant::Sensor(rig) => with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
+            Plant::Contact(rig) => with(contact_block(rig, pieces, &held, finer), library::contact::effects),
+            Plant::Command(rig) => with(command_block(rig, pieces, &held, finer), library::command::effects),
+            Plant::Body(rig) => with(body_block(rig, pieces, &held, finer), library::body::effects),
+            Plant::Toss(rig) => with(toss_block(rig, pieces, &held, finer), library::toss::effects),
+        }
+    }
+
+    /// A drive's controller, if what it was asked is known.
+    fn controller<'r>(&self, rig: &'r DriveRig) -> Option<&'r ControllerRig> {
+        rig.controller.as_ref().filter(|_| self.has("ref"))
+    }
+}
+
+fn with(block: MeasuredBlock, library: impl Fn(&MeasuredBlock) -> Vec<Hypothesis>) -> (MeasuredBlock, Vec<Hypothesis>) {
+    let library = library(&block);
+    (block, library)
+}
