@@ -414,11 +414,17 @@ pub(crate) struct Part {
 impl RunArgs {
     /// The engine to open: the command line before the campaign.
     pub(crate) fn choice(&self, campaign: &Campaign) -> Choice {
-        match self.backend {
-            Some(BackendArg::Auto) => Choice::Auto,
-            Some(BackendArg::Gpu) => Choice::Gpu,
-            Some(BackendArg::Cpu) => Choice::Cpu,
-            None => choice(campaign.execution.backend),
+        self.backend.map_or_else(|| choice(campaign.execution.backend), BackendArg::choice)
+    }
+}
+
+impl BackendArg {
+    /// The engine to open.
+    pub(crate) fn choice(self) -> Choice {
+        match self {
+            Self::Auto => Choice::Auto,
+            Self::Gpu => Choice::Gpu,
+            Self::Cpu => Choice::Cpu,
         }
     }
 }

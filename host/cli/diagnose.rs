@@ -2,7 +2,9 @@
 
 use crate::args::{DiagnoseArgs, default_results};
 use crate::compare_models::Comparison;
+use crate::farm::failed;
 use crate::found::{file_name, file_names, listed, paths, told, write};
+use crate::run::unusable;
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::rig::{
@@ -12,6 +14,8 @@ use softdock_campaign::{Campaign, FileKind, Rig, Scenario};
 use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
+use softdock_engine::EngineError;
+use softdock_engine::simulator::Simulator;
 use std::path::Path;
 
 /// Diagnoses a rig.
@@ -25,6 +29,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         hold_out_experiments: args.hold_out_experiments,
         without: args.without.clone(),
         half_step: args.half_step,
+        simulator: Simulator::open(args.backend.choice(), tell_lanes).map_err(unusable)?,
     };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
     let mut whole = false;
@@ -71,6 +76,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(format!("{}\n\n{comparison}{}", words::text(&diagnosis), listed(&folder, &files)));
     }
     Ok(Exit::Done)
+}
+
+/// Says that CPU lanes simulate from now on, and why.
+fn tell_lanes(error: &EngineError) {
+    warn(format!("{}; CPU lanes simulate the rest", failed(error)));
 }
 
 /// The extended model in the results folder.

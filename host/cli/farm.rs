@@ -19,13 +19,18 @@ const GPU_BATCH: u64 = 1 << 16;
 /// Told how many runs have ended since the last call; answers `false` to stop.
 pub(crate) type Watcher<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 
-/// Says that the CPU makes the shards that are left, and why.
-pub(crate) fn tell_failover(error: &EngineError) {
-    let why = match error {
+/// What became of a GPU.
+pub(crate) fn failed(error: &EngineError) -> String {
+    match error {
         EngineError::OutOfMemory(why) => format!("the GPU has no room for a batch ({why})"),
         EngineError::DeviceLost(why) => format!("the GPU was lost in mid-batch ({why})"),
         other => other.to_string(),
-    };
+    }
+}
+
+/// Says that the CPU makes the shards that are left, and why.
+pub(crate) fn tell_failover(error: &EngineError) {
+    let why = failed(error);
     warn(format!("{why}; finished shards stay, the CPU makes the rest: each shard states its backend"));
 }
 

@@ -20,25 +20,31 @@ pub(crate) const REPLAY_FRAME: [&str; 5] = ["lanes", "instants", "stride", "late
 /// Parameter sets: more than a workgroup.
 const SETS: u64 = 100;
 const INSTANTS: usize = 2000;
+/// Their distance \[s\].
+const STEP: f64 = 5e-4;
 
 /// Between 0 and 1, another for every name and set.
 fn draw(name: &str, set: u64) -> f64 {
     philox::uniform(5, name, set, 0)
 }
 
-/// A swing of a joint: instants of 0.5 ms, asked every eighth.
+/// A swing of a joint: angle, rate and acceleration.
+fn swing(t: f64) -> [f64; 3] {
+    let omega = 9.0_f64;
+    [(omega * t).sin() / omega, (omega * t).cos(), -omega * (omega * t).sin()]
+}
+
+/// The swing's recording, asked every eighth instant.
 fn recorded(row: impl Fn(f64, [f64; 3]) -> Vec<f64>, late: impl Fn(f64, [f64; 3]) -> Vec<f64>) -> Recorded {
-    let (step, omega) = (5e-4, 9.0_f64);
-    let motion = |t: f64| [(omega * t).sin() / omega, (omega * t).cos(), -omega * (omega * t).sin()];
     let of = |make: &dyn Fn(f64, [f64; 3]) -> Vec<f64>| {
-        (0..INSTANTS).flat_map(|i| make(i as f64 * step, motion(i as f64 * step))).collect()
+        (0..INSTANTS).flat_map(|i| make(i as f64 * STEP, swing(i as f64 * STEP))).collect()
     };
-    Recorded { step, instants: INSTANTS, stride: 8, inputs: of(&row), late: of(&late), offsets: Vec::new() }
+    Recorded { step: STEP, instants: INSTANTS, stride: 8, inputs: of(&row), late: of(&late), offsets: Vec::new() }
 }
 
 fn drives() -> (Recorded, Vec<Vec<f64>>) {
     let recorded = recorded(
-        |t, [q, v, a]| vec![q, v, a, 60.0 * q.cos(), 15.0, 8.0, 0.6, t],
+        |t, [q, v, a]| vec![q, v, a, 60.0 * q.cos(), 15.0, 8.0, 0.6, t, q - swing(t - STEP)[0]],
         |_, [q, v, a]| vec![25.0 * a + 30.0 * v + 20.0 * v.signum() + 60.0 * q.cos()],
     );
     let set = |i: u64| {
@@ -256,7 +262,7 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {
             let exact = simulate(*kind, &[recorded], sets);
-            let rounded = gpu.simulate(*kind, std::slice::from_ref(recorded), sets).expect("the device runs it");
+            let rounded = gpu.simulate(*kind, &[recorded], sets).expect("the device runs it");
             for (set, (a, b)) in exact[0].iter().zip(&rounded[0]).enumerate() {
                 assert_eq!(a.len(), b.len());
                 let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -1,5 +1,6 @@
 //! Arguments of `diagnose`.
 
+use super::BackendArg;
 use clap::Args;
 use softdock_diagnosis::hold_out::Every;
 use std::path::PathBuf;
@@ -43,6 +44,9 @@ pub(crate) struct DiagnoseArgs {
     /// Simulate in steps half as long as usual: to see that the answer does not depend on them.
     #[arg(long)]
     pub(crate) half_step: bool,
+    /// Who simulates.
+    #[arg(long, value_name = "BACKEND", default_value = "cpu")]
+    pub(crate) backend: BackendArg,
     /// Campaign whose verdicts are compared: with the model as it is, and with what was found; for whole facilities.
     #[arg(long, value_name = "CAMPAIGN")]
     pub(crate) compare: Option<PathBuf>,

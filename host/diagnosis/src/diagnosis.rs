@@ -23,6 +23,7 @@ use serde::Serialize;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{Plant, TossRig};
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -47,6 +48,8 @@ pub struct Options {
     pub without: Vec<String>,
     /// Simulates in steps half as long as usual: an answer must not depend on them.
     pub half_step: bool,
+    /// Who simulates.
+    pub simulator: Simulator,
 }
 
 impl Options {
@@ -71,6 +74,7 @@ pub struct Prepared {
     first: usize,
     /// The torque of each recording of a drive between the log's samples too, once its controller is understood.
     torque: Vec<Vec<f64>>,
+    simulator: Simulator,
     /// What the axes of a robot carry, once it was asked for.
     axes: OnceCell<Axes>,
     /// Reasons why the answer can be provisional only.
@@ -236,6 +240,7 @@ impl Prepared {
             without: options.without.clone(),
             first: options.first(),
             torque: Vec::new(),
+            simulator: options.simulator.clone(),
             axes: OnceCell::new(),
             provisional,
             findings,

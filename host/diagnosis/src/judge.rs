@@ -171,24 +171,24 @@ impl<'a> Bench<'a> {
     /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.
     fn search(&self, strictly: bool) -> Found {
         let (block, library) = (self.block, self.library);
-        let shortcut = self.learn.shortcut(&self.noise, &block.base);
+        let (shortcut, quotient) = (self.learn.shortcut(&self.noise, &block.base), block.quotient());
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
-        let near = fit(vec![Start::nominal(block.nuisances.clone())], &block.base, &quick).remove(0);
-        let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, &simulate)).remove(0);
+        let near = fit(vec![Start::nominal(block.nuisances.clone())], &block.base, quotient, &quick).remove(0);
+        let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, quotient, &simulate)).remove(0);
         let clamped = self.with_carried(vec![clamped(block, &null, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
 
         let starts = starts(block, library, &bank, &scores, &null);
-        let singles = self.polished(fit(starts, &block.base, &quick));
+        let singles = self.polished(fit(starts, &block.base, quotient, &quick));
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let alone = dispersion(&null, singles.iter(), samples);
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
-        let fit_jointly = |starts| self.polished(fit(starts, &block.base, &quick));
+        let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
         let sets = combine(block, library, &bank, singles, alone, strictly, &fit_jointly);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
@@ -216,7 +216,9 @@ impl<'a> Bench<'a> {
         // In the order in which the fits come back.
         order.sort_by_key(|place| all[*place].hypothesis);
         let starts = order.iter().map(|place| Start::at(&all[*place])).collect();
-        for (place, fitted) in order.into_iter().zip(fit(starts, base, &|sets| self.simulated(sets))) {
+        for (place, fitted) in
+            order.into_iter().zip(fit(starts, base, self.block.quotient(), &|sets| self.simulated(sets)))
+        {
             all[place] = fitted;
         }
         self.with_carried(all)
@@ -381,7 +383,7 @@ fn clamped(block: &MeasuredBlock, null: &Fitted, simulate: &Simulate) -> Fitted 
             false => free.push(unknown.clone()),
         }
     }
-    let mut fitted = fit(vec![Start::nominal(free)], &base, simulate).remove(0);
+    let mut fitted = fit(vec![Start::nominal(free)], &base, block.quotient(), simulate).remove(0);
     for (unknown, z) in null.unknowns.iter().zip(&null.z).filter(|(_, z)| z.abs() > CLAMP) {
         fitted.unknowns.push(unknown.clone());
         fitted.z.push(z.clamp(-CLAMP, CLAMP));

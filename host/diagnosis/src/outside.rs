@@ -172,7 +172,7 @@ impl Search<'_> {
         let starts = choices.iter().enumerate().map(start).collect();
         let anchor = from.values(self.base());
         let shortcut = self.bench.learn.shortcut(&self.bench.noise, &anchor);
-        let quick = fit(starts, self.base(), &|sets| shortcut.whitened(sets));
+        let quick = fit(starts, self.base(), self.bench.block.quotient(), &|sets| shortcut.whitened(sets));
         self.bench.polished(quick)
     }
 

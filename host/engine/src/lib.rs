@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod instructions;
 pub mod map;
 pub mod section;
+pub mod simulator;
 
 use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::outcome::Finished;

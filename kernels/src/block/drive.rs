@@ -3,7 +3,8 @@
 //! The drive is simulated under the measured torque and held to the measured motion by a weak observer, a spring and a
 //! damper on the motor that stand far below every effect: what is left between measured and simulated angle is what the
 //! model lacks, and the encoder's noise stays at the output, where it does not depend on the parameters. The damper also
-//! calms a gear's resonance, which the torque's noise would excite.
+//! calms a gear's resonance, which the torque's noise would excite. Angles count from the measured one, so that single
+//! precision resolves what an encoder does.
 //! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
 
 use super::Block;
@@ -69,6 +70,7 @@ bundle! {
         payload_weight: R, "m^2/s^2", "torque of the weight of a kilogram at the payload's place, N m/kg";
         payload_inertia: R, "m^2", "inertia of a kilogram at the payload's place, kg m^2/kg";
         time: R, "s", "time since the drive was switched on";
+        travel: R, "rad", "motor angle gained since the instant before";
     }
 }
 
@@ -82,8 +84,8 @@ bundle! {
 bundle! {
     /// What is hidden in a drive.
     DriveHidden {
-        centre: R, "rad", "angle of motor and link, weighted by their inertias";
-        centre_rate: R, "rad/s", "its rate, half a step later";
+        centre: R, "rad", "angle of motor and link, weighted by their inertias, beyond the measured motor's";
+        centre_rate: R, "rad/s", "rate of that weighted angle, half a step later";
         centre_acceleration: R, "rad/s^2", "its acceleration";
         windup: R, "rad", "motor angle less link angle, transmission error included";
         windup_rate: R, "rad/s", "its rate";
@@ -98,7 +100,7 @@ bundle! {
 bundle! {
     /// What a drive's model says of a recording.
     DriveOutput {
-        angle: R, "rad", "motor angle";
+        lead: R, "rad", "motor angle beyond the measured one";
         twist: R, "rad", "link angle less motor angle";
     }
 }
@@ -147,7 +149,7 @@ impl Block for Drive {
         let given = limited(p, late.torque);
         let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
         DriveHidden {
-            centre: u.angle - inertia.share() * windup,
+            centre: -(inertia.share() * windup),
             centre_rate: u.rate,
             centre_acceleration: u.acceleration,
             windup,
@@ -172,7 +174,7 @@ impl Block for Drive {
     ) -> DriveHidden<R> {
         let dt = R::lit(step);
         let inertia = Inertia::of(p, u);
-        let centre = s.centre_rate.mul_add(dt, s.centre);
+        let centre = s.centre_rate.mul_add(dt, -u.travel) + s.centre;
         let centre_rate = s.centre_acceleration.mul_add(dt * R::lit(0.5), s.centre_rate);
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
@@ -186,7 +188,7 @@ impl Block for Drive {
         let sliding = Sliding::of(p, u, direction(moved), motor_rate, bearing);
         let bristles = sliding.approached(s.bristles, moved);
         let drag = drag(p, u, motor_rate);
-        let behind = u.angle - s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
+        let behind = -s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
         let driving = applied(p, u, given) - bristles - drag + observer;
@@ -216,10 +218,10 @@ impl Block for Drive {
         u: &DriveMotion<R>,
         _late: &Torque<R>,
     ) -> DriveOutput<R> {
-        let angle = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
+        let lead = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
         // So long ago, by the motion as it is now.
         let since = u.acceleration.mul_add(p.link_age * R::lit(-0.5), u.rate) * p.link_age;
-        DriveOutput { angle, twist: p.link_zero - s.windup + wave(p, u).angle - since }
+        DriveOutput { lead, twist: p.link_zero - s.windup + wave(p, u).angle - since }
     }
 }
 

@@ -26,7 +26,8 @@ fn driven(
     for i in 0..instants {
         let t = i as f64 * step;
         let [angle, rate, acceleration] = motion(t);
-        inputs.extend([angle, rate, acceleration, load(t), LINK, 2.0, 0.5, t]);
+        let travel = angle - motion(t - step)[0];
+        inputs.extend([angle, rate, acceleration, load(t), LINK, 2.0, 0.5, t, travel]);
         late.push(torque(t));
     }
     Recorded { step, instants, stride: 1, inputs, late, offsets: Vec::new() }
@@ -34,7 +35,11 @@ fn driven(
 
 /// Motor and link angle of a drive, sample by sample.
 fn run(p: DriveValues<f64>, recorded: &Recorded) -> Vec<[f64; 2]> {
-    replay::<f64, Drive>(&Drive, recorded, &p).chunks(2).map(|out| [out[0], out[0] + out[1]]).collect()
+    let width = recorded.inputs.len() / recorded.instants;
+    let measured = recorded.inputs.iter().step_by(width * recorded.stride);
+    let outputs = replay::<f64, Drive>(&Drive, recorded, &p);
+    let of = |(out, measured): (&[f64], &f64)| [out[0] + measured, out[0] + out[1] + measured];
+    outputs.chunks(2).zip(measured).map(of).collect()
 }
 
 fn drive() -> DriveValues<f64> {

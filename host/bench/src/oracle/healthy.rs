@@ -83,5 +83,5 @@ fn null(block: &MeasuredBlock, noise: &Noise) -> Fitted {
     let learn = block.part(false);
     let start = Start::nominal(block.nuisances.clone());
     let shortcut = learn.shortcut(noise, &block.base);
-    fit(vec![start], &block.base, &|sets| shortcut.whitened(sets)).remove(0)
+    fit(vec![start], &block.base, block.quotient(), &|sets| shortcut.whitened(sets)).remove(0)
 }

@@ -5,6 +5,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::BodyRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -48,6 +49,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         decimator: Decimator::new(steps.min(MOST_STEPS)),
         floor: Vec::new(),
         clock: None,
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }

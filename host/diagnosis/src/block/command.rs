@@ -6,6 +6,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers, motion};
 use softdock_campaign::rig::CommandRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::fields::to_vec;
@@ -63,6 +64,7 @@ pub fn command_block(
         decimator: Decimator::new(STEPS),
         floor: Vec::new(),
         clock: None,
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }

@@ -5,6 +5,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -43,6 +44,7 @@ pub fn contact_block(
         decimator: Decimator::new(STEPS),
         floor: Vec::new(),
         clock: None,
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }

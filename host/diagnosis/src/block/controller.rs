@@ -7,6 +7,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::{ControllerRig, DriveRig};
 use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::fields::to_vec;
@@ -32,6 +33,7 @@ pub fn controller_block(
         decimator: Decimator::new(judged_steps(pieces, "tau")),
         floor: Vec::new(),
         clock: None,
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }

@@ -5,6 +5,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::manipulator::GRAVITY;
@@ -97,6 +98,7 @@ pub(crate) fn loaded_block(
         decimator,
         floor: Vec::new(),
         clock: None,
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }
@@ -143,14 +145,17 @@ fn trial(
         None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
     };
     let step = piece.step / each as f64;
-    let mut inputs = Vec::with_capacity(q.value.len() * 8);
+    let mut inputs = Vec::with_capacity(q.value.len() * 9);
     for (i, carried) in carrying(&q).into_iter().enumerate() {
         let Carried { load, inertia, payload_weight, payload_inertia } = carried;
         let time = piece.start + i as f64 * step;
         inputs.extend([q.value[i], q.rate[i], q.acceleration[i]]);
-        inputs.extend([load, inertia, payload_weight, payload_inertia, time]);
+        let travel = q.value[i] - q.value[i.saturating_sub(1)];
+        inputs.extend([load, inertia, payload_weight, payload_inertia, time, travel]);
     }
-    let mut measured = vec![piece.signals["q"].clone()];
+    // What the motion that the drive is held to leaves of the encoder's reading.
+    let rest = piece.signals["q"].iter().zip(q.value.iter().step_by(each)).map(|(q, held)| q - held).collect();
+    let mut measured = vec![rest];
     if linked {
         // What both encoders share, the motion, tells nothing of the gear between them.
         let pairs = piece.signals["q_link"].iter().zip(&piece.signals["q"]);

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use path::{held, held_rows, told_rows};
 use softdock_campaign::{Campaign, Scenario};
 use softdock_engine::section::Section;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::frame::facility::readings;
@@ -103,6 +104,7 @@ pub(crate) fn motion_section(
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, MOTION_RATE),
         floor: vec![RESOLUTION; MOTION.len()],
+        simulator: Simulator::default(),
         quiet: Vec::new(),
         clock: None,
         section,
@@ -140,6 +142,7 @@ pub(crate) fn wrench_section(
         base,
         channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
+        simulator: Simulator::default(),
         quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
         decimator,
         floor: Vec::new(),

@@ -19,7 +19,9 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use softdock_engine::blocks::Outputs;
 use softdock_engine::section::Section;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -70,6 +72,8 @@ pub struct MeasuredBlock {
     pub floor: Vec<f64>,
     /// The input that is the session's clock, where what grows with it must not count as noise.
     pub clock: Option<&'static str>,
+    /// Who simulates it.
+    pub simulator: Simulator,
     /// Residuals that hold nothing but noise, where the recordings have some; one row a channel.
     pub quiet: Vec<DMatrix<f64>>,
 }
@@ -98,6 +102,16 @@ impl MeasuredBlock {
             part.measured.push(table(trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect()));
         }
         part
+    }
+
+    /// Simulates it for every recording and every parameter set.
+    pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+        self.simulator.simulate(&self.section, recordings, sets)
+    }
+
+    /// Share of a parameter's standard deviation over which difference quotients are taken.
+    pub fn quotient(&self) -> f64 {
+        if self.simulator.is_single(&self.section) { QUOTIENT_SINGLE } else { QUOTIENT }
     }
 
     /// Residuals that hold nothing but noise: what repeats differ by at the nominal parameters, or quiet stretches; none
@@ -143,7 +157,7 @@ impl<'a> Part<'a> {
     /// The same, for the inputs of some recordings and what was measured in trials.
     fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
-            let outputs = self.block.section.simulate(recordings, sets);
+            let outputs = self.block.simulate(recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
                 residual -= self.passed(&outputs[place][set]);
@@ -279,6 +293,9 @@ impl<'a> Part<'a> {
     }
 }
 
+/// Difference quotients in double precision, and in single, where a smaller difference would be one of roundings.
+const QUOTIENT: f64 = 2e-3;
+const QUOTIENT_SINGLE: f64 = 5e-2;
 /// Parameter sets whose outputs are held at once: those of ten recordings of six channels fill some hundred megabytes.
 const MOST_SETS: usize = 128;
 

@@ -49,12 +49,12 @@ impl Part<'_> {
     /// What a unit at each knot takes from the residual of a recording.
     fn columns(&self, recorded: &Recorded, set: &[f64], knots: &[usize]) -> Vec<DMatrix<f64>> {
         let sets = [set.to_vec()];
-        let without = self.block.section.simulate(&[recorded], &sets).remove(0).remove(0);
+        let without = self.block.simulate(&[recorded], &sets).remove(0).remove(0);
         let mut all = Vec::with_capacity(knots.len());
         let places: Vec<usize> = (0..knots.len()).collect();
         for some in places.chunks(MOST_KNOTS) {
             let with: Vec<Recorded> = some.iter().map(|place| added(recorded, knots, *place)).collect();
-            let outputs = self.block.section.simulate(&with.iter().collect::<Vec<_>>(), &sets);
+            let outputs = self.block.simulate(&with.iter().collect::<Vec<_>>(), &sets);
             all.extend(outputs.iter().map(|sets| self.passed(&without) - self.passed(&sets[0])));
         }
         all

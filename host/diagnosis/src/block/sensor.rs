@@ -5,6 +5,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::sensor::{SensorLoad, tool_wrench};
 use softdock_kernels::fields::to_vec;
@@ -54,6 +55,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         floor: Vec::new(),
         clock: Some("time"),
+        simulator: Simulator::default(),
         quiet: Vec::new(),
     }
 }

@@ -12,6 +12,7 @@ use crate::recording::state::{Poses, RATE_NOISE, REACH, State};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use softdock_campaign::rig::TossRig;
 use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -59,6 +60,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         decimator: Decimator::none(),
         clock: None,
         floor: Vec::new(),
+        simulator: Simulator::default(),
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
     }
 }

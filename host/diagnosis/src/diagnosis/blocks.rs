@@ -38,26 +38,28 @@ impl Prepared {
             Subject::Facility(model, logs) => {
                 let scenario = &model.scenario().model;
                 return match place {
-                    0 => with(motion_section(model, logs, &held, finer), |b| library::facility::of_motion(b, scenario)),
-                    _ => with(wrench_section(model, logs, &held, finer), |b| library::facility::of_wrench(b, scenario)),
+                    0 => self
+                        .with(motion_section(model, logs, &held, finer), |b| library::facility::of_motion(b, scenario)),
+                    _ => self
+                        .with(wrench_section(model, logs, &held, finer), |b| library::facility::of_wrench(b, scenario)),
                 };
             }
             Subject::Rig(rig, pieces) => (rig, pieces),
         };
         match &rig.plant {
             Plant::Drive(rig) => match self.controller(rig).filter(|_| place == 0) {
-                Some(own) => with(controller_block(rig, own, pieces, &held), library::controller::effects),
-                None => with(drive_block(rig, pieces, &held, finer, &self.torque), library::drive::effects),
+                Some(own) => self.with(controller_block(rig, own, pieces, &held), library::controller::effects),
+                None => self.with(drive_block(rig, pieces, &held, finer, &self.torque), library::drive::effects),
             },
             Plant::Robot(rig) => {
                 let loads = &self.axes(rig).loads;
-                with(robot_block(rig, place, pieces, loads, &held, finer), library::drive::effects)
+                self.with(robot_block(rig, place, pieces, loads, &held, finer), library::drive::effects)
             }
-            Plant::Sensor(rig) => with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
-            Plant::Contact(rig) => with(contact_block(rig, pieces, &held, finer), library::contact::effects),
-            Plant::Command(rig) => with(command_block(rig, pieces, &held, finer), library::command::effects),
-            Plant::Body(rig) => with(body_block(rig, pieces, &held, finer), library::body::effects),
-            Plant::Toss(rig) => with(toss_block(rig, pieces, &held, finer), library::toss::effects),
+            Plant::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
+            Plant::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), library::contact::effects),
+            Plant::Command(rig) => self.with(command_block(rig, pieces, &held, finer), library::command::effects),
+            Plant::Body(rig) => self.with(body_block(rig, pieces, &held, finer), library::body::effects),
+            Plant::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), library::toss::effects),
         }
     }
 
@@ -65,9 +67,15 @@ impl Prepared {
     fn controller<'r>(&self, rig: &'r DriveRig) -> Option<&'r ControllerRig> {
         rig.controller.as_ref().filter(|_| self.has("ref"))
     }
-}
 
-fn with(block: MeasuredBlock, library: impl Fn(&MeasuredBlock) -> Vec<Hypothesis>) -> (MeasuredBlock, Vec<Hypothesis>) {
-    let library = library(&block);
-    (block, library)
+    /// A block by the simulator that was chosen, with its library.
+    fn with(
+        &self,
+        block: MeasuredBlock,
+        library: impl Fn(&MeasuredBlock) -> Vec<Hypothesis>,
+    ) -> (MeasuredBlock, Vec<Hypothesis>) {
+        let block = MeasuredBlock { simulator: self.simulator.clone(), ..block };
+        let library = library(&block);
+        (block, library)
+    }
 }

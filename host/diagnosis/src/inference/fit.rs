@@ -3,8 +3,6 @@
 use super::unknown::{Role, Unknown, applied};
 use nalgebra::{DMatrix, DVector};
 
-/// Difference quotients are taken over this share of a standard deviation.
-const STEP: f64 = 2e-3;
 /// Trial damping factors of a round, times the last good one.
 const DAMPINGS: [f64; 4] = [0.2, 1.0, 6.0, 36.0];
 /// Most rounds.
@@ -101,14 +99,15 @@ struct Climb {
     done: bool,
 }
 
-/// Fits all starts; the best of each hypothesis comes back, in the order of their numbers.
-pub fn fit(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Fitted> {
+/// Fits all starts by difference quotients over such a share of a standard deviation; the best of each hypothesis comes
+/// back, in the order of their numbers.
+pub fn fit(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Fitted> {
     let mut climbs = begun(starts, base, simulate);
     for round in 0..ROUNDS {
         if climbs.iter().all(|climb| climb.done) {
             break;
         }
-        differentiate(&mut climbs, base, simulate);
+        differentiate(&mut climbs, base, quotient, simulate);
         step(&mut climbs, base, simulate);
         if round + 1 >= PATIENCE {
             drop_trailing(&mut climbs);
@@ -131,19 +130,19 @@ fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
 }
 
 /// Jacobians of all fits under way, by forward differences in one batch.
-fn differentiate(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
+fn differentiate(climbs: &mut [Climb], base: &[f64], quotient: f64, simulate: &Simulate) {
     let mut sets = Vec::new();
     for climb in climbs.iter().filter(|climb| !climb.done) {
         for column in 0..climb.at.z.len() {
             let mut z = climb.at.z.clone();
-            z[column] += STEP;
+            z[column] += quotient;
             sets.push(applied(base, &climb.at.unknowns, &z));
         }
     }
     let mut moved = simulate(&sets).into_iter();
     for climb in climbs.iter_mut().filter(|climb| !climb.done) {
         let columns: Vec<DVector<f64>> = (0..climb.at.z.len())
-            .map(|_| (moved.next().expect("one residual a set") - &climb.at.residual) / STEP)
+            .map(|_| (moved.next().expect("one residual a set") - &climb.at.residual) / quotient)
             .collect();
         climb.at.jacobian = match columns.is_empty() {
             true => DMatrix::zeros(climb.at.residual.len(), 0),
@@ -252,7 +251,7 @@ mod tests {
             unknown(1, Prior::LogNormal { centre: 4.0, spread: 0.5 }, Role::Form),
         ];
         let start = |z: [f64; 2]| Start { hypothesis: 3, unknowns: unknowns.clone(), z: z.into() };
-        let found = fit(vec![start([0.1, 0.0]), start([0.1, 1.8])], &[0.0, 1.0], &wave([0.7, 5.0]));
+        let found = fit(vec![start([0.1, 0.0]), start([0.1, 1.8])], &[0.0, 1.0], 2e-3, &wave([0.7, 5.0]));
         assert_eq!((found.len(), found[0].hypothesis), (1, 3));
         let values = found[0].values(&[0.0, 1.0]);
         assert!((values[0] - 0.7).abs() < 1e-3 && (values[1] - 5.0).abs() < 1e-3, "{values:?}");
@@ -263,7 +262,7 @@ mod tests {
     fn a_size_that_would_be_negative_stays_at_nothing() {
         let unknowns = vec![unknown(0, Prior::Positive { scale: 1.0 }, Role::Size)];
         let start = Start { hypothesis: 0, unknowns, z: vec![0.5] };
-        let found = fit(vec![start], &[0.0, 5.0], &wave([-0.3, 5.0]));
+        let found = fit(vec![start], &[0.0, 5.0], 2e-3, &wave([-0.3, 5.0]));
         assert_eq!(found[0].z, [0.0]);
     }
 }

@@ -100,7 +100,7 @@ impl Lacking {
 
     fn of(block: &MeasuredBlock, trial: &Trial) -> Self {
         let sets = [block.base.clone()];
-        let simulated = block.section.simulate(&[&trial.recorded], &sets).remove(0).remove(0);
+        let simulated = block.simulate(&[&trial.recorded], &sets).remove(0).remove(0);
         let field = |name: &str| block.base[block.field(name)];
         let (gain, rate_gain) = (field("position_gain"), field("velocity_gain") + field("viscous"));
         let (inertia, coulomb, speed) = (field("inertia"), field("coulomb"), field("coulomb_speed"));

@@ -7,6 +7,8 @@ mod measured;
 use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::decide::Verdict;
 use softdock_diagnosis::diagnosis::Options;
+use softdock_engine::Choice;
+use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;
 
 #[test]
@@ -63,22 +65,32 @@ fn friction_is_told_by_where_it_acts() {
     assert_eq!(warm.effects[0].id, "J6_temperature", "{:?}", warm.effects);
 }
 
+/// What is said of a drive with two hidden effects: verdict, causes, numbers.
+fn told(options: &Options) -> (Verdict, Vec<&'static str>, Vec<f64>) {
+    let bench = Bench::drive(&[("J2_viscous", 5.0), ("C2_lag", 0.004)], 9);
+    let diagnosis = bench.diagnose_with(options).expect("good recordings").0;
+    let numbers = diagnosis.effects.iter().flat_map(|effect| effect.parameters.values().map(|number| number.value));
+    (diagnosis.answer, diagnosis.effects.iter().map(|effect| effect.id).collect(), numbers.collect())
+}
+
+/// The same in other steps or another precision: the same words, and numbers that differ a little.
+fn assert_told_alike(options: &Options) {
+    let (usual, other) = (told(&Options::default()), told(options));
+    assert_eq!((usual.0, &usual.1), (other.0, &other.1));
+    assert_eq!((usual.0, &usual.1[..]), (Verdict::Named, &["C2_lag", "J2_viscous"][..]));
+    let same = usual.2.iter().zip(&other.2).all(|(usual, other)| (usual / other - 1.0).abs() < 0.01);
+    assert!(same && usual.2 != other.2, "{usual:?} {other:?}");
+}
+
 #[test]
 fn half_the_step_gives_the_same_answer() {
-    let bench = Bench::drive(&[("J2_viscous", 5.0), ("C2_lag", 0.004)], 9);
-    let answer = |half_step: bool| {
-        let options = Options { half_step, ..Options::default() };
-        let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
-        let numbers: Vec<f64> =
-            diagnosis.effects.iter().flat_map(|effect| effect.parameters.values().map(|number| number.value)).collect();
-        let ids: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
-        (diagnosis.answer, ids, numbers)
-    };
-    let (usual, half) = (answer(false), answer(true));
-    assert_eq!((usual.0, &usual.1), (half.0, &half.1));
-    assert_eq!((usual.0, &usual.1[..]), (Verdict::Named, &["C2_lag", "J2_viscous"][..]));
-    let same = usual.2.iter().zip(&half.2).all(|(usual, half)| (usual / half - 1.0).abs() < 0.01);
-    assert!(same && usual.2 != half.2, "{usual:?} {half:?}");
+    assert_told_alike(&Options { half_step: true, ..Options::default() });
+}
+
+#[test]
+fn a_device_gives_the_same_answer_in_single_precision() {
+    let simulator = Simulator::open(Choice::Gpu, |error| panic!("{error}")).expect("tests/run.sh installs lavapipe");
+    assert_told_alike(&Options { simulator, ..Options::default() });
 }
 
 #[test]

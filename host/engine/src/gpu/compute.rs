@@ -31,8 +31,20 @@ impl GpuEngine {
         workgroups: u32,
         buffers: &[Vec<u32>],
     ) -> Result<(Vec<Vec<u32>>, f64), EngineError> {
-        self.check()?;
         let [pipeline] = self.compile(text, [entry], None)?;
+        let (on_device, seconds) = self.carry_out(&pipeline, workgroups, buffers)?;
+        let read: Result<Vec<_>, _> = on_device.iter().map(|buffer| self.words(buffer)).collect();
+        Ok((read?, seconds))
+    }
+
+    /// Runs a pipeline once on such buffers, and gives them back with the seconds from the dispatch to its end.
+    pub(super) fn carry_out(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        workgroups: u32,
+        buffers: &[Vec<u32>],
+    ) -> Result<(Vec<wgpu::Buffer>, f64), EngineError> {
+        self.check()?;
         let (on_device, bindings) = self.with_room(|| {
             let on_device: Vec<_> =
                 buffers.iter().map(|words| self.filled("words", bytemuck::cast_slice(words))).collect();
@@ -41,22 +53,20 @@ impl GpuEngine {
         })?;
         self.wait()?;
         let began = Instant::now();
-        self.dispatch(&pipeline, &bindings, workgroups);
+        self.dispatch(pipeline, &bindings, workgroups);
         self.wait()?;
-        let seconds = began.elapsed().as_secs_f64();
-        let read: Result<Vec<_>, _> = on_device
-            .iter()
-            .map(|buffer| {
-                let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: None,
-                    size: buffer.size(),
-                    usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                });
-                self.read(buffer, &landing, buffer.size() as usize)
-            })
-            .collect();
-        Ok((read?, seconds))
+        Ok((on_device, began.elapsed().as_secs_f64()))
+    }
+
+    /// What a buffer holds.
+    pub(super) fn words(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, EngineError> {
+        let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.read(buffer, &landing, buffer.size() as usize)
     }
 
     /// Compiles the entry points of a module; a fault in it is our own, and is said with the driver's words.

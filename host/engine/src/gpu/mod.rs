@@ -5,6 +5,7 @@ mod compute;
 mod farm;
 
 use crate::{Engine, EngineError, Job, RunInput};
+use blocks::Replay;
 use farm::{Compiled, Farm};
 use softdock_kernels::outcome::Finished;
 use std::sync::{Arc, Mutex};
@@ -39,6 +40,8 @@ pub struct GpuEngine {
     trouble: Arc<Mutex<Option<EngineError>>>,
     /// Of the last batch: the next shard of a campaign has the same kernel.
     compiled: Mutex<Option<Arc<Compiled>>>,
+    /// Of the blocks that were simulated, by their steps.
+    replays: Mutex<Vec<(Replay, wgpu::ComputePipeline)>>,
 }
 
 impl GpuEngine {
@@ -82,7 +85,8 @@ impl GpuEngine {
             let out_of_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
             record(&note, if out_of_memory { EngineError::OutOfMemory(text) } else { EngineError::DeviceLost(text) });
         }));
-        Ok(Self { device, queue, info: adapter.get_info(), trouble, compiled: Mutex::default() })
+        let info = adapter.get_info();
+        Ok(Self { device, queue, info, trouble, compiled: Mutex::default(), replays: Mutex::default() })
     }
 
     /// Whether the adapter is a software driver on this machine's own cores.
