@@ -161,6 +161,15 @@ impl<B: Block> OnLanes for Tile<'_, B> {
 }
 
 /// The numbers of each of the first lanes.
-pub(crate) fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
-    (0..count).map(|lane| lanes.iter().map(|value| value.lane(lane)).collect())
+///
+/// Loops, no closures: these would be functions of their own, without the instruction set that the lanes are read by.
+#[inline(always)]
+pub(crate) fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> Vec<Vec<f64>> {
+    let mut all = vec![vec![0.0; lanes.len()]; count];
+    for (place, value) in lanes.iter().enumerate() {
+        for (lane, own) in all.iter_mut().enumerate() {
+            own[place] = value.lane(lane);
+        }
+    }
+    all
 }

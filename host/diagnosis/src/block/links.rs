@@ -106,13 +106,13 @@ impl<'a, const N: usize> Gears<'a, N> {
         self.windup = std::array::from_fn(|axis| self.compliance[axis] * torques[axis]);
     }
 
-    /// Goes on to sample `k`: `c M e'' + T e' + e = c (tau - M a_motor)`, where `tau` is what the gears would carry if
-    /// the links accelerated as the motors do.
+    /// Goes on to sample `k`: `c M e'' + T e' + e = c tau` of the windups `e`, where `tau` is what the gears would carry
+    /// if the links accelerated as the motors do.
     fn step(&mut self, motors: &[Motion; N], k: usize, h: f64) {
-        let late: [f64; N] =
+        let windup: [f64; N] =
             std::array::from_fn(|i| self.windup[i] + h * self.rate[i] + h * h * (0.5 - BETA) * self.acceleration[i]);
         let rate: [f64; N] = std::array::from_fn(|i| self.rate[i] + h * (1.0 - GAMMA) * self.acceleration[i]);
-        let torques = self.carried(motors, k, &late, &rate);
+        let torques = self.carried(motors, k, &windup, &rate);
         let angle = at(motors, k, |m| &m.value);
         let unit = |axis: usize| std::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
         let columns: [[f64; N]; N] =
@@ -122,12 +122,12 @@ impl<'a, const N: usize> Gears<'a, N> {
             self.compliance[i] * columns[j][i] + own
         });
         let right =
-            DVector::from_fn(N, |i, _| self.compliance[i] * torques[i] - self.relaxation[i] * rate[i] - late[i]);
+            DVector::from_fn(N, |i, _| self.compliance[i] * torques[i] - self.relaxation[i] * rate[i] - windup[i]);
         // Inertias of a robot that was checked, and a diagonal of their own for gears that are rigid.
         let next = matrix.lu().solve(&right).expect("a matrix with a positive diagonal");
         self.acceleration = std::array::from_fn(|i| next[i]);
         self.rate = std::array::from_fn(|i| rate[i] + h * GAMMA * next[i]);
-        self.windup = std::array::from_fn(|i| late[i] + h * h * BETA * next[i]);
+        self.windup = std::array::from_fn(|i| windup[i] + h * h * BETA * next[i]);
     }
 
     fn push_links(&self, motors: &[Motion; N], k: usize, links: &mut [Motion; N]) {
