@@ -12,7 +12,7 @@ use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
-use softdock_kernels::effects::Effect;
+use softdock_kernels::effects::{Effect, GROUPS, Group};
 use std::collections::BTreeMap;
 
 /// What a diagnosis can answer.
@@ -366,10 +366,13 @@ impl Context<'_> {
         candidate.log_odds - candidate.hypotheses.len() as f64 * (self.library.len() as f64).ln()
     }
 
-    /// Whether an effect of the best one's group was not in the library.
+    /// Whether an effect that shares any group with one of the best's was not in the library.
     fn lacks_partner(&self, best: &Candidate, missing: &[&'static str]) -> bool {
-        let groups = || best.hypotheses.iter().map(|number| self.library[*number].effect.group());
-        groups().any(|group| group.id != "own" && missing.iter().any(|id| group.members.contains(id)))
+        let share = |group: &Group| {
+            let found = best.hypotheses.iter().any(|number| group.members.contains(&self.id(*number)));
+            found && missing.iter().any(|id| group.members.contains(id))
+        };
+        GROUPS.iter().any(|group| group.id != "own" && share(group))
     }
 
     /// The effects of some candidates, each with its probability over all that were fitted.
