@@ -13,7 +13,7 @@ use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
 use softdock_kernels::effects::{Effect, GROUPS, Group};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a diagnosis can answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -71,6 +71,8 @@ pub struct RuledOut {
     pub block: &'static str,
     /// By how much the best answer is more probable: natural logarithm of the odds.
     pub log_odds: f64,
+    /// Whether its best numbers are not what its name says: a size that is nothing, or a form that is implausible.
+    pub implausible: bool,
     /// Root mean square of what it leaves on held-out motion, in units of the noise.
     pub residual: Option<f64>,
 }
@@ -417,6 +419,7 @@ impl Context<'_> {
             id: self.id(candidate.hypotheses[0]),
             block: self.block.name,
             log_odds: self.score(best) - self.score(candidate),
+            implausible: !candidate.sound,
             residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
         };
         self.judgement.ranking.iter().filter(out).map(told).collect()
@@ -438,7 +441,9 @@ impl Context<'_> {
         let count = self.library.len();
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
         let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
-        alike.map(|(a, b)| [self.id(a), self.id(b)]).collect()
+        // Two forms of one effect may both be like a third.
+        let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
+        pairs.into_iter().collect()
     }
 
     fn strained(&self) -> Vec<(String, f64)> {
@@ -467,17 +472,20 @@ pub(crate) fn parameters(
     all
 }
 
-/// Covariance of an effect's numbers in a fit, in the order of their names.
+/// Covariance of an effect's numbers in a fit, in the order of their names, as large as their deviations have it.
 fn covariance(candidate: &Candidate, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
-    let Candidate { fitted, evidence, .. } = candidate;
+    let Candidate { fitted, evidence, deviations, .. } = candidate;
     let own = |unknown: &Unknown| unknown.role != Role::Nuisance;
     let of_effect = |unknown: &Unknown| hypothesis.unknowns.iter().any(|one| one.field == unknown.field);
     let mut places: Vec<usize> = (0..fitted.unknowns.len())
         .filter(|place| own(&fitted.unknowns[*place]) && of_effect(&fitted.unknowns[*place]))
         .collect();
     places.sort_by(|a, b| fitted.unknowns[*a].name.cmp(&fitted.unknowns[*b].name));
-    let slope = |place: usize| fitted.unknowns[place].prior.slope(fitted.z[place]);
-    let cell = |a: usize, b: usize| slope(a) * evidence.covariance[(a, b)] * slope(b);
+    let scale = |place: usize| {
+        let curvature = evidence.covariance[(place, place)].sqrt();
+        fitted.unknowns[place].prior.slope(fitted.z[place]) * deviations[place] / curvature
+    };
+    let cell = |a: usize, b: usize| scale(a) * evidence.covariance[(a, b)] * scale(b);
     places.iter().map(|a| places.iter().map(|b| cell(*a, *b)).collect()).collect()
 }
 

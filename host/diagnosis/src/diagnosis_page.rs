@@ -12,7 +12,7 @@ use crate::judge::NoiseFrom;
 use crate::outside::Missing;
 use crate::recording::smooth::band_powers;
 use crate::template::render;
-use crate::words::{self, behaviour, estimated, headline, torque_error, verdict};
+use crate::words::{self, behaviour, estimated, headline, ruled_out_by, torque_error, verdict};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_analysis::STYLE;
@@ -138,7 +138,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         ruled_out: answer
             .ruled_out
             .iter()
-            .map(|out| [out.id.to_owned(), significant(out.log_odds, 3), residual(out.residual)])
+            .map(|out| [out.id.to_owned(), ruled_out_by(out), residual(out.residual)])
             .collect(),
         not_visible: answer
             .not_visible

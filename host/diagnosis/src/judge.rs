@@ -4,6 +4,7 @@ use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Set, combine};
 use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
+use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
@@ -20,7 +21,7 @@ const STARTS: usize = 3;
 const POLISHED: usize = 5;
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
 const OWN_NOISE: usize = 3;
-/// Best candidates that are simulated in steps half as long.
+/// Best candidates whose numbers go without the pull of input noise, and that are simulated in steps half as long.
 const REFINED: usize = 3;
 /// Gain on held-out motion that one more effect must bring.
 const WORTH: f64 = 0.01;
@@ -247,6 +248,7 @@ impl<'a> Bench<'a> {
             })
             .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&clamped, &mut ranking);
         drop_worthless(&mut ranking);
@@ -268,6 +270,22 @@ impl<'a> Bench<'a> {
             visibility,
             likeness,
             ranking,
+        }
+    }
+
+    /// Takes from the numbers of the best candidates what the noise of measured inputs pulls; their ranking stays.
+    pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
+        if !self.learn.has_repeats() {
+            return;
+        }
+        let (mean, deviation) = (
+            |sets: &[Vec<f64>]| self.simulated(sets),
+            |sets: &[Vec<f64>]| self.learn.whitened_deviations(&self.noise, sets),
+        );
+        for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
+            let compensated = compensated(&candidate.fitted, &self.block.base, &mean, &deviation);
+            candidate.fitted = self.with_carried(vec![compensated]).remove(0);
+            candidate.evidence.covariance = evidence(&candidate.fitted, dispersion).covariance;
         }
     }
 
@@ -300,7 +318,8 @@ impl<'a> Bench<'a> {
             let with = &with[place];
             let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
             let own = own.unwrap_or_else(|| with.clone());
-            candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice()));
+            let carried = [candidate.fitted.carried, clamped.carried];
+            candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice(), carried));
         }
     }
 

@@ -206,6 +206,7 @@ impl Search<'_> {
         let hypotheses = members.to_vec();
         let (evidence, deviations) = (own, Vec::new());
         let mut one = [Candidate { hypotheses, fitted, evidence, deviations, log_odds, sound: true, adequacy: None }];
+        self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.clamped, &mut one);
         let [candidate] = one;

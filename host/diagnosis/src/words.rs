@@ -1,6 +1,6 @@
 //! A diagnosis in plain words.
 
-use crate::decide::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, Verdict};
+use crate::decide::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, RuledOut, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::experiment::Experiment;
 use crate::free_run::{Compared, FreeRun, Median};
@@ -109,7 +109,7 @@ fn block_text(block: &BlockAnswer) -> String {
     }
     if !block.ruled_out.is_empty() {
         let told = block.ruled_out.iter().take(MOST_TOLD);
-        let told: Vec<String> = told.map(|out| format!("{} by {}", out.id, significant(out.log_odds, 3))).collect();
+        let told: Vec<String> = told.map(|out| format!("{} by {}", out.id, ruled_out_by(out))).collect();
         lines.push(format!("  ruled out (log-odds): {}{}", told.join(", "), more(block.ruled_out.len())));
     }
     if !block.not_visible.is_empty() {
@@ -121,6 +121,12 @@ fn block_text(block: &BlockAnswer) -> String {
         lines.push(format!("  hardly differ in these motions: {}", told.join(", ")));
     }
     lines.join("\n")
+}
+
+/// Log-odds by which a cause is ruled out, or that it cannot be what its best numbers make it.
+pub(crate) fn ruled_out_by(out: &RuledOut) -> String {
+    let odds = significant(out.log_odds, 3);
+    if out.implausible { format!("{odds} (and its numbers are implausible)") } else { odds }
 }
 
 /// What something outside the library behaves like.

@@ -199,7 +199,7 @@ impl Oracle {
         let (lead, rival) = self.nearest(learn, 0.5 * left - occam);
         let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
         let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
-        let gain = adequacy(held_out, held_out, without.as_slice()).gain_lo;
+        let gain = adequacy(held_out, held_out, without.as_slice(), [0.0; 2]).gain_lo;
         Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
     }
 

@@ -208,6 +208,14 @@ impl<'a> Part<'a> {
         if !self.has_repeats() {
             return vec![0.0; sets.len()];
         }
+        let all: Vec<Vec<f64>> = std::iter::once(&self.block.base).chain(sets).cloned().collect();
+        let powers = self.whitened_deviations(noise, &all).into_iter().map(|own| own.norm_squared() / own.len() as f64);
+        let powers: Vec<f64> = powers.collect();
+        powers[1..].iter().map(|power| power - powers[0]).collect()
+    }
+
+    /// What the repeats of each experiment differ by, whitened, one after the other, for every parameter set.
+    pub fn whitened_deviations(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         // What a drive that warms up changes from one repeat to the next is no noise: all begin at one time.
         let field = self.block.section.inputs().iter().position(|field| field.name == "time");
         let at_once = |trial: usize| {
@@ -216,15 +224,12 @@ impl<'a> Part<'a> {
         };
         let recordings: Vec<Cow<'a, Recorded>> = self.all().into_iter().map(at_once).collect();
         let recordings: Vec<&Recorded> = recordings.iter().map(AsRef::as_ref).collect();
-        let power = |residuals: &Vec<DMatrix<f64>>| {
+        let whitened = |residuals: &Vec<DMatrix<f64>>| {
             let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
             let deviations: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
-            let whitened: Vec<f64> = deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect();
-            whitened.iter().map(|w| w * w).sum::<f64>() / whitened.len() as f64
+            DVector::from_vec(deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect())
         };
-        let all: Vec<Vec<f64>> = std::iter::once(&self.block.base).chain(sets).cloned().collect();
-        let powers: Vec<f64> = self.of_recordings(&recordings, &self.all(), &all).par_iter().map(power).collect();
-        powers[1..].iter().map(|power| power - powers[0]).collect()
+        self.of_recordings(&recordings, &self.all(), sets).par_iter().map(whitened).collect()
     }
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.

@@ -30,18 +30,22 @@ pub struct Adequacy {
     pub gain_hi: f64,
 }
 
-/// Compares whitened residuals of the same held-out samples with and without a hypothesis; `own` are those with it,
-/// whitened by the noise under it.
-pub fn adequacy(with: &[f64], own: &[f64], without: &[f64]) -> Adequacy {
+/// Compares whitened residuals of the same held-out samples with and without a hypothesis, `carried` the power in either
+/// of noise that the simulation lets through beyond what the model's own lets through; `own` are those with it, whitened
+/// by the noise under it.
+pub fn adequacy(with: &[f64], own: &[f64], without: &[f64], carried: [f64; 2]) -> Adequacy {
     let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64;
-    let (x, own, x0) = (power(with), power(own), power(without));
+    let less = |power: f64, carried: f64| (power - carried).max(0.0);
+    let (x, own, x0) = (less(power(with), carried[0]), power(own), less(power(without), carried[1]));
     let gain = |x: f64, x0: f64| 1.0 - (x / x0).sqrt();
-    let [gain_lo, gain_hi] = interval(with, without, &gain);
+    let count = with.len() as f64;
+    let of_sums = |x: f64, x0: f64| gain(less(x / count, carried[0]), less(x0 / count, carried[1]));
+    let [gain_lo, gain_hi] = interval(with, without, &of_sums);
     let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
     Adequacy { with: x, own, without: x0, explained, gain: gain(x, x0), gain_lo, gain_hi }
 }
 
-/// 95 % interval of a function of both mean squares by the moving-block bootstrap (Kuensch 1989), over the samples that
+/// 95 % interval of a function of both sums of squares by the moving-block bootstrap (Kuensch 1989), over the samples that
 /// the hypothesis changes: a touch fills a small part of a recording, and that there is one is no chance.
 fn interval(with: &[f64], without: &[f64], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
     let is_changed = |pair: &(&f64, &f64)| (pair.0 - pair.1).abs() > CHANGED;
@@ -87,9 +91,19 @@ mod tests {
     fn a_hypothesis_that_halves_the_residual_gains_a_half() {
         let without: Vec<f64> = (0..2000).map(|i| 10.0 * (0.1 * f64::from(i)).sin()).collect();
         let with: Vec<f64> = without.iter().map(|w| 0.5 * w).collect();
-        let found = adequacy(&with, &with, &without);
+        let found = adequacy(&with, &with, &without, [0.0; 2]);
         assert!((found.gain - 0.5).abs() < 1e-12 && found.gain_lo > 0.49 && found.gain_hi < 0.51, "{found:?}");
         assert!((found.without - 50.0).abs() < 0.5 && (found.explained - 0.765).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn noise_that_a_hypothesis_lets_through_is_no_loss() {
+        let noise = |i: i32, k: f64| (f64::from(i) * k).sin() * 2_f64.sqrt();
+        let without: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 0.01)).collect();
+        let with: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 1.37)).collect();
+        let found = adequacy(&with, &with, &without, [1.0, 0.0]);
+        assert!((found.gain - (1.0 - 0.5_f64.sqrt())).abs() < 0.02, "{found:?}");
+        assert!(found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
     }
 
     #[test]
@@ -98,9 +112,9 @@ mod tests {
         let touch = |i: i32| if (5000..5100).contains(&i) { 20.0 } else { 0.0 };
         let without: Vec<f64> = (0..10_000).map(|i| noise(i) + touch(i)).collect();
         let with: Vec<f64> = (0..10_000).map(|i| noise(i) + 0.1 * touch(i)).collect();
-        let found = adequacy(&with, &with, &without);
+        let found = adequacy(&with, &with, &without, [0.0; 2]);
         assert!(found.gain_lo > 0.5 && found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
-        let same = adequacy(&with, &with, &with);
+        let same = adequacy(&with, &with, &with, [0.0; 2]);
         assert_eq!((same.gain_lo, same.gain_hi), (0.0, 0.0), "nothing changed");
     }
 }

@@ -22,14 +22,14 @@ pub struct Evidence {
 /// ch. 27).
 pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
     let size = fitted.z.len();
-    let precision = fitted.jacobian.transpose() * &fitted.jacobian / dispersion + DMatrix::identity(size, size);
+    let precision = fitted.information() / dispersion + DMatrix::identity(size, size);
     let cholesky = precision.cholesky().expect("the identity makes it positive definite");
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let covariance = cholesky.inverse();
     let prior: f64 = fitted.z.iter().map(|z| z * z).sum();
     let mut log = -0.5 * (fitted.chi2() / dispersion + prior + log_det);
     let z = DVector::from_column_slice(&fitted.z);
-    let gradient = fitted.jacobian.tr_mul(&fitted.residual) / dispersion + &z;
+    let gradient = fitted.gradient() / dispersion + &z;
     let shift = &covariance * &gradient;
     for (i, unknown) in fitted.unknowns.iter().enumerate() {
         if unknown.prior.is_one_sided() {

@@ -62,6 +62,17 @@ pub struct Fitted {
     /// Power of the noise that the simulation carries into the residuals under these parameters, beyond what it carries
     /// under the model's own, in units of the noise; 0 until it is looked at.
     pub carried: f64,
+    /// What the noise of measured inputs does to it; none until that is taken off.
+    pub input_noise: Option<InputNoise>,
+}
+
+/// What the noise of measured inputs does to a fit, by its `z`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputNoise {
+    /// What it adds to the gradient of half the sum of squares.
+    pub pull: DVector<f64>,
+    /// What it adds to the information `J'J`.
+    pub information: DMatrix<f64>,
 }
 
 impl Fitted {
@@ -77,6 +88,18 @@ impl Fitted {
     /// Mean square of the whitened residuals; 1 if nothing but noise is left.
     pub fn mean_square(&self) -> f64 {
         self.chi2() / self.residual.len() as f64
+    }
+
+    /// Gradient of half the sum of squares, without what the noise of inputs pulls where that is known.
+    pub fn gradient(&self) -> DVector<f64> {
+        let gradient = self.jacobian.tr_mul(&self.residual);
+        self.input_noise.as_ref().map_or(gradient.clone(), |noise| gradient - &noise.pull)
+    }
+
+    /// Information `J'J` of the data on the `z`, without what is noise of inputs where that is known.
+    pub fn information(&self) -> DMatrix<f64> {
+        let information = self.jacobian.tr_mul(&self.jacobian);
+        self.input_noise.as_ref().map_or(information.clone(), |noise| information - &noise.information)
     }
 
     /// What the fit minimises: the sum of squares with the priors' share.
@@ -123,7 +146,7 @@ fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
     let climb = |(start, residual): (Start, DVector<f64>)| {
         let Start { hypothesis, unknowns, z } = start;
         let jacobian = DMatrix::zeros(0, 0);
-        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0 };
+        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None };
         Climb { at, damping: 1e-3, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()

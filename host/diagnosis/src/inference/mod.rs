@@ -2,6 +2,7 @@
 
 pub mod adequacy;
 pub mod bank;
+pub mod errors_in_variables;
 pub mod evidence;
 pub mod fit;
 pub mod latent;

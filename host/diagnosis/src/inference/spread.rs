@@ -25,6 +25,10 @@ pub fn deviations(
         let shift = &evidence.covariance * fitted.jacobian.tr_mul(change) / dispersion;
         variance += shift.component_mul(&shift);
     }
+    if let Some(noise) = &fitted.input_noise {
+        // Noise that comes through the sensitivities tells nothing, and moves the numbers all the same.
+        variance += (&evidence.covariance * &noise.information * &evidence.covariance).diagonal() / dispersion;
+    }
     variance += gap(fitted, evidence, dispersion, experiments);
     variance.iter().map(|variance| variance.sqrt()).collect()
 }
@@ -38,7 +42,10 @@ fn gap(fitted: &Fitted, evidence: &Evidence, dispersion: f64, experiments: &[Ran
     }
     for rows in experiments {
         let own = fitted.jacobian.rows(rows.start, rows.len());
-        let pull = covariance * (own.tr_mul(&fitted.residual.rows(rows.start, rows.len())) / dispersion);
+        let share = rows.len() as f64 / fitted.residual.len() as f64;
+        let mut pull = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
+        fitted.input_noise.iter().for_each(|noise| pull -= &noise.pull * share);
+        let pull = covariance * (pull / dispersion);
         // Of noise that the fit follows: cov (G - G cov G) cov, G the experiment's own precision.
         let weight = covariance * (own.transpose() * own / dispersion);
         let noise = &weight * covariance - &weight * &weight * covariance;
@@ -76,6 +83,7 @@ mod tests {
             residual: residual.add_scalar(-mean),
             jacobian,
             carried: 0.0,
+            input_noise: None,
         }
     }
 

@@ -1,0 +1,127 @@
+//! Takes from a fit what the noise of measured inputs pulls.
+//!
+//! The noise of an input reaches the residuals through the simulation, as strongly as the parameters let it. Least squares
+//! prefer parameters that let less of it through: a torque constant comes out too small by the share of noise in the
+//! measured torque's power. Repeats tell how much comes through for any parameters, so what is minimised should be
+//! `r'r - N c(z)`, c the carried power in units of the noise (Söderström, Errors-in-variables methods in system
+//! identification, 2018, ch. 5: bias-compensated least squares).
+
+use super::fit::{Fitted, InputNoise, Simulate};
+use super::unknown::applied;
+use nalgebra::{DMatrix, DVector};
+
+/// Most Gauss-Newton steps, and the shift in standard deviations below which no further one is taken.
+const STEPS: usize = 4;
+const SETTLED: f64 = 0.1;
+
+/// The fit without that pull: `mean` simulates the whitened mean residuals, `deviation` what repeats differ by, whitened by
+/// the same noise. The fit itself where input noise is all that the data seem to tell of some number.
+pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -> Fitted {
+    let mut at = fitted.clone();
+    for _ in 0..STEPS {
+        let Some((next, moved)) = stepped(&at, base, mean, deviation) else { return fitted.clone() };
+        at = next;
+        if moved < SETTLED {
+            break;
+        }
+    }
+    at
+}
+
+/// A Gauss-Newton step, and how far it moved the number that it moved furthest, in standard deviations.
+fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -> Option<(Fitted, f64)> {
+    let steps = curvature(from).cholesky()?.inverse().diagonal().map(f64::sqrt);
+    let moved = |place: usize| {
+        let mut z = from.z.clone();
+        z[place] += steps[place];
+        applied(base, &from.unknowns, &z)
+    };
+    let sets: Vec<Vec<f64>> = std::iter::once(from.values(base)).chain((0..from.z.len()).map(moved)).collect();
+    let (noise, through) = derived(deviation(&sets), &steps);
+    let (residual, jacobian) = derived(mean(&sets), &steps);
+    // Whitened means count as single repeats do: their noise has the same power.
+    let share = residual.len() as f64 / noise.len() as f64;
+    let pull = through.tr_mul(&noise) * share;
+    let input_noise = Some(InputNoise { pull, information: through.tr_mul(&through) * share });
+    let here = Fitted { residual, jacobian, input_noise, ..from.clone() };
+    let shift = curvature(&here).cholesky()?.solve(&-(here.gradient() + DVector::from_column_slice(&here.z)));
+    let to = |(i, z): (usize, &f64)| here.unknowns[i].prior.allowed(z + shift[i]);
+    let z: Vec<f64> = here.z.iter().enumerate().map(to).collect();
+    let residual = mean(&[applied(base, &here.unknowns, &z)]).remove(0);
+    Some((Fitted { z, residual, ..here }, shift.component_div(&steps).amax()))
+}
+
+/// Curvature of half of what is minimised, the priors' share in it.
+fn curvature(at: &Fitted) -> DMatrix<f64> {
+    at.information() + DMatrix::identity(at.z.len(), at.z.len())
+}
+
+/// The first of some vectors, and its derivatives by the numbers that the others were moved by.
+fn derived(mut all: Vec<DVector<f64>>, steps: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let here = all.remove(0);
+    let columns: Vec<DVector<f64>> = all.iter().zip(steps).map(|(moved, step)| (moved - &here) / *step).collect();
+    (here, DMatrix::from_columns(&columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::{Start, fit};
+    use super::super::unknown::{Prior, Role, Unknown};
+    use super::*;
+    use softdock_kernels::philox;
+
+    const SAMPLES: usize = 3000;
+    const REPEATS: usize = 3;
+    /// Gain between an input and an output, and standard deviations of the noise of both.
+    const GAIN: f64 = 2.0;
+    const NOISE: [f64; 2] = [0.3, 0.1];
+
+    fn normal(stream: &str, i: usize) -> f64 {
+        (0..12).map(|k| philox::uniform(5, stream, i as u64, k)).sum::<f64>() - 6.0
+    }
+
+    /// Residuals of the repeats under a gain: output less gain times input, both as measured, in units of their noise
+    /// under no gain.
+    fn residuals(gain: f64) -> Vec<DVector<f64>> {
+        let one = |repeat: usize| {
+            let at = |i: usize, _| {
+                let (input, number) = ((0.01 * i as f64).sin(), repeat * SAMPLES + i);
+                let measured = input + NOISE[0] * normal("input", number);
+                (GAIN * input + NOISE[1] * normal("output", number) - gain * measured) / NOISE[1]
+            };
+            DVector::from_fn(SAMPLES, at)
+        };
+        (0..REPEATS).map(one).collect()
+    }
+
+    fn mean(gain: f64) -> DVector<f64> {
+        residuals(gain).iter().sum::<DVector<f64>>() / (REPEATS as f64).sqrt()
+    }
+
+    fn deviations(gain: f64) -> DVector<f64> {
+        let all = residuals(gain);
+        let mean = all.iter().sum::<DVector<f64>>() / REPEATS as f64;
+        let scale = (REPEATS as f64 / (REPEATS as f64 - 1.0)).sqrt();
+        DVector::from_vec(all.iter().flat_map(|one| ((one - &mean) * scale).data.as_vec().clone()).collect())
+    }
+
+    #[test]
+    fn a_gain_of_a_noisy_input_is_not_too_small() {
+        let prior = Prior::Normal { mean: 1.0, sd: 1.0 };
+        let unknowns = vec![Unknown { name: "gain".to_owned(), field: 0, unit: "1", prior, role: Role::Size }];
+        let by = |of: fn(f64) -> DVector<f64>| move |sets: &[Vec<f64>]| sets.iter().map(|set| of(set[0])).collect();
+        let (mean, deviation) = (by(mean), by(deviations));
+        let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0);
+        let attenuated = fitted.values(&[1.0])[0];
+        let compensated = compensated(&fitted, &[1.0], &mean, &deviation);
+        let gain = compensated.values(&[1.0])[0];
+        // Noise of the input counts as noise of the residual too, thirty-six times the power of the output's own.
+        let noise = (1.0 + (GAIN * NOISE[0] / NOISE[1]).powi(2)).sqrt();
+        let sd = noise / compensated.information()[(0, 0)].sqrt();
+        assert!((gain - GAIN).abs() < 3.0 * sd, "{gain}, standard deviation {sd}");
+        // Attenuated by the share of the noise of three repeats' mean.
+        let power = 0.5 / (0.5 + NOISE[0].powi(2) / REPEATS as f64);
+        assert!((attenuated - GAIN * power).abs() < 3.0 * sd, "{attenuated}, standard deviation {sd}");
+        assert!(GAIN * (1.0 - power) > 6.0 * sd, "the test could not tell");
+    }
+}
