@@ -1,7 +1,7 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
 use crate::block::MeasuredBlock;
-use crate::block::controller::torque_between;
+use crate::block::controller::torques_between;
 use crate::block::facility::FacilityModel;
 use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
 use crate::experiment::Experiment;
@@ -32,6 +32,7 @@ mod axes;
 mod blocks;
 mod facility;
 mod proposal;
+mod torque;
 mod views;
 
 use axes::{Axes, PASSES};
@@ -327,7 +328,7 @@ impl Prepared {
             let own = Judged { block, library, judgement, outside };
             answer.torque_error = own.torque_error(&answer);
             if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(Kind::Controller)) {
-                self.torque = torque_between(&own.block, found);
+                self.torque = self.moving(torques_between(&own.block, found));
             }
             if let Some(Plant::Toss(rig)) = self.plant() {
                 answer.free_run = self.free_run(rig, &own, &answer);

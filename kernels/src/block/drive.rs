@@ -191,7 +191,8 @@ impl Block for Drive {
         let behind = -s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
-        let driving = applied(p, u, given) - bristles - drag + observer;
+        // What the gear passes on comes back by its ratio, which waves with the transmission error.
+        let driving = applied(p, u, given) - bristles - drag + observer - wave(p, u).slope * s.pull;
         let load = load(p, u, inertia.link, cable);
         let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
         let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
@@ -334,9 +335,10 @@ fn drag<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, rate: R) -> R {
     (p.viscous * exp(-(p.warm_loss * warmth))).mul_add(rate, p.form.resisting(u.angle, rate))
 }
 
-/// The gear's transmission error and its second derivative.
+/// The gear's transmission error, its derivative by the motor's angle, and its second derivative by time.
 struct Wave<R> {
     angle: R,
+    slope: R,
     acceleration: R,
 }
 
@@ -346,7 +348,7 @@ fn wave<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> Wave<R> {
     let angle = sin.mul_add(p.wave_sin, cos * p.wave_cos);
     let slope = (cos * p.wave_sin - sin * p.wave_cos) * p.wave_cycles;
     let speed = u.rate * p.wave_cycles;
-    Wave { angle, acceleration: slope * u.acceleration - speed * speed * angle }
+    Wave { angle, slope, acceleration: slope * u.acceleration - speed * speed * angle }
 }
 
 /// Torque against the link, its own inertia left out: what the model says, and the effects behind the gear.

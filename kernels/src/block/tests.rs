@@ -233,6 +233,26 @@ fn a_transmission_error_moves_the_link_and_asks_for_torque() {
 }
 
 #[test]
+fn a_gear_whose_ratio_waves_gives_what_it_takes() {
+    let p = DriveValues { wave_sin: 1e-4, wave_cycles: 40.0, ..drive() };
+    // The link's angle is g(q): the motor feels g'(q) times what turns the link.
+    let motion = |t: f64| [0.3 * t * t, 0.6 * t, 0.6];
+    let torque = |t: f64| {
+        let [angle, rate, acceleration] = motion(t);
+        let (sin, cos) = (40.0 * angle).sin_cos();
+        let (slope, bend) = (1.0 + 1e-4 * 40.0 * cos, -1e-4 * 1600.0 * sin);
+        MOTOR * acceleration + slope * (LINK * (slope * acceleration + bend * rate * rate) + 300.0)
+    };
+    let recorded = driven(2.0, 2e-4, motion, |_| 300.0, torque);
+    let furthest = |p| {
+        let out = run(p, &recorded);
+        (1000..recorded.instants).map(|i| (out[i][0] - motion(i as f64 * 2e-4)[0]).abs()).fold(0.0, f64::max)
+    };
+    let without = furthest(DriveValues { wave_sin: 0.0, ..p });
+    assert!(furthest(p) < 0.01 * without, "{} of {without}", furthest(p));
+}
+
+#[test]
 fn a_reference_may_be_late_held_lagging_or_limited() {
     let instants = 2002;
     let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 3.0, 0.0, 7.0]).collect();

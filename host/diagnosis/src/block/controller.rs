@@ -38,12 +38,14 @@ pub fn controller_block(
     }
 }
 
-/// The torque of each recording at every period of the controller: what the controller asked for by a fit, with what was
-/// measured beyond that at the log's samples; between those that is band-limited.
+/// The torque of each recording at every period of the controller, the likeliest first of those that the log allows: what
+/// the controller asked for by a fit, with what was measured beyond that at the log's samples; between those that is
+/// band-limited.
 ///
 /// A reference that is held or limited makes torque jump between two samples of the log, which no interpolation of
-/// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself.
-pub fn torque_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>> {
+/// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself;
+/// at which of the periods between two samples, only the motion tells.
+pub fn torques_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<Vec<f64>>> {
     let sets = nearby(block, found);
     let each = |trial: &Trial| {
         let stride = trial.recorded.stride;
@@ -53,14 +55,39 @@ pub fn torque_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<f64>>
         };
         let left = |asked: &[f64]| beyond(asked).iter().map(|tau| tau * tau).sum::<f64>();
         let tried = simulate(Kind::Controller, &[&recorded], &sets).remove(0).into_iter();
-        let best = tried.map(|asked| (left(&asked), asked)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let mut asked = best.expect("the fit itself at least").1;
+        let mut tried: Vec<(f64, Vec<f64>)> = tried.map(|asked| (left(&asked), asked)).collect();
+        let own = tried[0].0;
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let step = trial.recorded.step * stride as f64;
-        let beyond = motion(&beyond(&asked), step, 0.5 / step, stride).value;
-        asked.iter_mut().zip(beyond).for_each(|(asked, beyond)| *asked += beyond);
-        asked
+        let whole = |mut asked: Vec<f64>| {
+            let beyond = motion(&beyond(&asked), step, 0.5 / step, stride).value;
+            asked.iter_mut().zip(beyond).for_each(|(asked, beyond)| *asked += beyond);
+            asked
+        };
+        different(tried, own, trial.measured[0].len()).into_iter().map(whole).collect()
     };
     block.trials.iter().map(each).collect()
+}
+
+/// By how many powers of the noise of one sample a torque may be worse than the fit's own, for a log that allows both.
+const ALLOWED: f64 = 10.0;
+/// Standard deviations of the noise by which two torques must differ somewhere to be two.
+const DIFFERENT: f64 = 10.0;
+/// Most torques of a recording that are told apart.
+const MOST: usize = 16;
+
+/// Of torques with the squares that they leave of so many samples, the best first, `own` those that the fit leaves: those
+/// that the log allows and that differ from one another.
+fn different(tried: Vec<(f64, Vec<f64>)>, own: f64, samples: usize) -> Vec<Vec<f64>> {
+    let power = own / samples as f64;
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    for (_, asked) in tried.into_iter().take_while(|(left, _)| *left <= own + ALLOWED * power) {
+        let far = |own: &Vec<f64>| own.iter().zip(&asked).any(|(a, b)| (a - b).powi(2) > DIFFERENT.powi(2) * power);
+        if all.len() < MOST && all.iter().all(far) {
+            all.push(asked);
+        }
+    }
+    all
 }
 
 /// Parameters of a fit, and with each number moved within what it may be off by.

@@ -91,8 +91,19 @@ pub struct Part<'a> {
 impl MeasuredBlock {
     /// The trials that are held out, or the others.
     pub fn part(&self, held_out: bool) -> Part<'_> {
+        self.part_of(|trial| trial.held_out == held_out)
+    }
+
+    /// Sum of squares of each trial's residual, low-passed, at the model's own parameters.
+    pub fn misfits(&self) -> Vec<f64> {
+        let all = self.part_of(|_| true);
+        let residuals = all.of_trials(&all.all(), std::slice::from_ref(&self.base)).remove(0);
+        residuals.iter().map(DMatrix::norm_squared).collect()
+    }
+
+    fn part_of(&self, is_member: impl Fn(&Trial) -> bool) -> Part<'_> {
         let mut part = Part { block: self, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new() };
-        for trial in self.trials.iter().filter(|trial| trial.held_out == held_out) {
+        for trial in self.trials.iter().filter(|trial| is_member(trial)) {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
                 Some(experiment) => experiment.1.push(place),
