@@ -33,8 +33,6 @@ const SIGNIFICANT: f64 = 2.0;
 const FAR_OFF: f64 = 3.5;
 /// Tolerances by which a combination may pull a nuisance.
 pub(crate) const PULLED: f64 = 4.5;
-/// Share of a size by which the screening may be off without the fit starting elsewhere.
-const AS_TRIED: f64 = 0.02;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
@@ -483,8 +481,6 @@ pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -
     let of = |(i, unknown): (usize, &Unknown)| {
         let z = entry.form[i];
         let multiple = hypothesis.sizes.iter().position(|size| *size == i).map_or(1.0, |k| multiples[k]);
-        // A size that was looked up fits as it is: of a hold a thousandth more is another one.
-        let multiple = if (multiple - 1.0).abs() < AS_TRIED { 1.0 } else { multiple };
         match unknown.role == Role::Size && multiple.abs() < 0.05 {
             true => 0.05 * z,
             false => (z * multiple).clamp(-30.0, 30.0),

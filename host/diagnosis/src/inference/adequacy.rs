@@ -35,7 +35,8 @@ pub struct Adequacy {
 /// by the noise under it.
 pub fn adequacy(with: &[f64], own: &[f64], without: &[f64], carried: [f64; 2]) -> Adequacy {
     let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64;
-    let less = |power: f64, carried: f64| (power - carried).max(0.0);
+    // Where as much is carried as is there nothing is left, and a share of nothing would be no number.
+    let less = |power: f64, carried: f64| (power - carried).max(f64::MIN_POSITIVE);
     let (x, own, x0) = (less(power(with), carried[0]), power(own), less(power(without), carried[1]));
     let gain = |x: f64, x0: f64| 1.0 - (x / x0).sqrt();
     let count = with.len() as f64;

@@ -92,14 +92,16 @@ impl Fitted {
 
     /// Gradient of half the sum of squares, without what the noise of inputs pulls where that is known.
     pub fn gradient(&self) -> DVector<f64> {
-        let gradient = self.jacobian.tr_mul(&self.residual);
-        self.input_noise.as_ref().map_or(gradient.clone(), |noise| gradient - &noise.pull)
+        let mut gradient = self.jacobian.tr_mul(&self.residual);
+        self.input_noise.iter().for_each(|noise| gradient -= &noise.pull);
+        gradient
     }
 
     /// Information `J'J` of the data on the `z`, without what is noise of inputs where that is known.
     pub fn information(&self) -> DMatrix<f64> {
-        let information = self.jacobian.tr_mul(&self.jacobian);
-        self.input_noise.as_ref().map_or(information.clone(), |noise| information - &noise.information)
+        let mut information = self.jacobian.tr_mul(&self.jacobian);
+        self.input_noise.iter().for_each(|noise| information -= &noise.information);
+        information
     }
 
     /// What the fit minimises: the sum of squares with the priors' share.

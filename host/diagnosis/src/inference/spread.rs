@@ -12,7 +12,8 @@ use std::ops::Range;
 /// Standard deviation of each free number's `z`; `dispersion` as in the evidence, `experiments` the rows of each
 /// experiment, `refined` what half the step changes in the whitened residuals.
 ///
-/// `s^2 = s_stat^2 + s_num^2 + s_gap^2`, the first with the dispersion in it. Shifts are those of one Gauss-Newton step.
+/// `s^2 = s_stat^2 + s_num^2 + s_in^2 + s_gap^2`, the first with the dispersion in it, the third by the noise of inputs.
+/// Shifts are those of one Gauss-Newton step.
 pub fn deviations(
     fitted: &Fitted,
     evidence: &Evidence,

@@ -39,10 +39,6 @@ const RATIO: f64 = 7e-4;
 /// Rounds in which the ratio is refined, each this many times.
 const ROUNDS: i32 = 4;
 const FINER: f64 = 10.0;
-/// Units of which a hold may be a multiple \[s\], the roundest first, and by how much more a round one may leave, in the
-/// power that is left of a sample.
-const ROUND: [f64; 3] = [1e-4, 1e-5, 1e-6];
-const ALLOWED: f64 = 10.0;
 /// Share of the torque's misfit that a hold must explain to be tried.
 const SEEN: f64 = 0.1;
 
@@ -65,11 +61,7 @@ fn seen_hold(lacking: &[Lacking]) -> Option<f64> {
         let near = (-20..=20).map(|k| best * (step * f64::from(k)).exp());
         best = near.map(|hold| (left(hold, f64::INFINITY), hold)).min_by(least)?.1;
     }
-    // Holds are mostly round: where their edges meet a controller's, a hair's breadth makes them a whole period late.
-    let samples: usize = lacking.iter().map(|own| own.torque.len()).sum();
-    let allowed = left(best, f64::INFINITY) * (1.0 + ALLOWED / samples as f64);
-    let round = ROUND.iter().map(|unit| (best / unit).round() * unit);
-    Some(round.into_iter().find(|hold| left(*hold, f64::INFINITY) <= allowed).unwrap_or(best))
+    Some(best)
 }
 
 /// The rate to which a reference is limited that explains most of what the torque lacks; `None` where none explains much.
