@@ -275,18 +275,16 @@ impl<'a> Bench<'a> {
 
     /// Takes from the numbers of the best candidates what the noise of measured inputs pulls; their ranking stays.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
-        if !self.learn.has_repeats() {
-            return;
-        }
         let (mean, deviation) = (
             |sets: &[Vec<f64>]| self.simulated(sets),
             |sets: &[Vec<f64>]| self.learn.whitened_deviations(&self.noise, sets),
         );
+        let deviation: Option<&Simulate> = if self.learn.has_repeats() { Some(&deviation) } else { None };
         for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
-            let compensated = compensated(&candidate.fitted, &self.block.base, &mean, &deviation);
+            let compensated = compensated(&candidate.fitted, &self.block.base, &mean, deviation);
             let compensated = self.with_carried(vec![compensated]).remove(0);
             // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
-            if compensated.cost() <= candidate.fitted.cost() {
+            if compensated.cost() <= (Fitted { freed: true, ..candidate.fitted.clone() }).cost() {
                 candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
                 candidate.fitted = compensated;
             }

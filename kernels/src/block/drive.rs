@@ -28,12 +28,14 @@ bundle! {
         stribeck: R, "N m", "static friction beyond Coulomb's";
         stribeck_speed: R, "rad/s", "speed at which the static part has fallen to 1/e";
         presliding_travel: R, "rad", "travel in which Coulomb friction comes 1/e closer to sliding";
+        bristle_damping: R, "N m s/rad", "friction per rate at which the bristles bend";
         load_coefficient: R, "1", "Coulomb friction per torque that loads the gear";
         load_inertial: R, "1", "share of the torque for the link's acceleration that counts as load";
         warm_loss: R, "1", "natural logarithm of the factor by which viscous friction falls until the drive is warm";
         warm_up: R, "s", "time constant of the warming up";
         compliance: R, "rad/(N m)", "compliance of the gear";
         gear_damping: R, "1", "damping ratio of the link on its gear";
+        tooth_damping: R, "s/rad", "share by which teeth push harder per rate at which they close in";
         half_backlash: R, "rad", "half of the gear's backlash";
         ripple_sin: R, "N m", "torque ripple in phase with the sine of the motor's angle";
         ripple_cos: R, "N m", "torque ripple in phase with its cosine";
@@ -187,7 +189,8 @@ impl Block for Drive {
         let bearing = (gear - static_load).mul_add(p.load_inertial, static_load);
         let sliding = Sliding::of(p, u, direction(moved), motor_rate, bearing);
         let bristles = sliding.approached(s.bristles, moved);
-        let drag = drag(p, u, motor_rate);
+        let bending = sliding.bent(bristles - s.bristles) * R::lit(1.0 / step);
+        let drag = bending.mul_add(p.bristle_damping, drag(p, u, motor_rate));
         let behind = -s.windup_rate.mul_add(dt, s.windup).mul_add(inertia.share(), centre);
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
@@ -290,6 +293,7 @@ fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
 struct Sliding<R> {
     level: R,
     travel: R,
+    compliance: R,
 }
 
 /// Least and greatest travel, as shares of the nominal one.
@@ -307,7 +311,8 @@ impl<R: Real> Sliding<R> {
         let known = zero.lt(p.coulomb);
         let bent = dry / R::select(known, p.coulomb, one);
         let bent = bent.max(R::lit(TRAVELS[0])).min(R::lit(TRAVELS[1]));
-        Self { level: direction * dry, travel: p.presliding_travel * R::select(known, bent, one) }
+        let compliance = p.presliding_travel / R::select(known, p.coulomb, one);
+        Self { level: direction * dry, travel: p.presliding_travel * R::select(known, bent, one), compliance }
     }
 
     /// Friction after a displacement.
@@ -315,6 +320,12 @@ impl<R: Real> Sliding<R> {
     fn approached(&self, friction: R, displacement: R) -> R {
         let kept = exp(-(displacement.abs() / self.travel));
         (friction - self.level).mul_add(kept, self.level)
+    }
+
+    /// What the bristles bend by while their torque changes.
+    #[inline(always)]
+    fn bent(&self, change: R) -> R {
+        change * self.compliance
     }
 }
 
@@ -377,11 +388,15 @@ struct Gear<R> {
 }
 
 impl<R: Real> Gear<R> {
+    /// Wound up so far: teeth that meet are damped the more the deeper they press, F = k d (1 + a d') (Hunt and Crossley
+    /// 1975).
     #[inline(always)]
-    fn of(p: &DriveValues<R>, inertia: R) -> Self {
+    fn of(p: &DriveValues<R>, inertia: R, windup: R) -> Self {
         let compliance = p.compliance.max(R::lit(RIGID));
         let frequency = R::lit(1.0) / (inertia * compliance).sqrt();
-        Self { compliance, frequency, damping: p.gear_damping.min(R::lit(0.99)) }
+        let pressed = (windup.abs() - p.half_backlash).max(R::lit(0.0));
+        let damping = (p.tooth_damping * R::lit(0.5) * frequency).mul_add(pressed, p.gear_damping);
+        Self { compliance, frequency, damping: damping.min(R::lit(0.99)) }
     }
 
     /// Windup at rest under a torque, on the flank at `side`.
@@ -394,7 +409,7 @@ impl<R: Real> Gear<R> {
 /// Torque that the gear transmits.
 #[inline(always)]
 fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R {
-    let gear = Gear::of(p, inertia);
+    let gear = Gear::of(p, inertia, s.windup);
     let stretch = s.windup - s.windup.min(p.half_backlash).max(-p.half_backlash);
     let damper = gear.damping * R::lit(2.0) * gear.frequency * inertia;
     let torque = stretch / gear.compliance + damper * s.windup_rate;
@@ -426,7 +441,7 @@ fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R, 
     let windup = acceleration.mul_add(flight * flight * half, s.windup_rate.mul_add(flight, s.windup));
     let rate = acceleration.mul_add(flight, s.windup_rate);
 
-    let gear = Gear::of(p, inertia);
+    let gear = Gear::of(p, inertia, (half * step).mul_add(s.windup_rate, s.windup));
     let slope = (pull - s.pull) / step;
     let behind = gear.damping * R::lit(2.0) / gear.frequency * slope;
     let side = windup.min(p.half_backlash).max(-p.half_backlash);

@@ -141,6 +141,22 @@ fn bristles_are_as_stiff_whatever_the_level() {
 }
 
 #[test]
+fn bristles_resist_while_they_bend() {
+    // z = s (1 - exp(-v t / s)), so that z' falls from v to nothing while the bristles' torque comes.
+    let p = DriveValues { coulomb: 20.0, presliding_travel: 1e-3, bristle_damping: 1000.0, ..drive() };
+    let motion = |t: f64| if t < 0.1 { [0.0; 3] } else { [1e-3 * (t - 0.1), 1e-3, 0.0] };
+    let torque = |t: f64| if t < 0.1 { 0.0 } else { 20.0 - 19.0 * (0.1 - t).exp() };
+    let recorded = driven(3.0, 2e-4, motion, |_| 0.0, torque);
+    let furthest = |p| {
+        let out = run(p, &recorded);
+        // From when the observer has brought the motor up to its rate.
+        (1500..recorded.instants).map(|i| (out[i][0] - motion(i as f64 * 2e-4)[0]).abs()).fold(0.0, f64::max)
+    };
+    assert!(furthest(p) < 0.05 * ONE, "{}", furthest(p) / ONE);
+    assert!(furthest(DriveValues { bristle_damping: 0.0, ..p }) > 0.5 * ONE);
+}
+
+#[test]
 fn a_missing_torque_shows_as_the_observer_holds_it() {
     let recorded = driven(2.0, 2e-4, |_| [0.0; 3], |_| 60.0, |_| 61.0);
     let last = run(drive(), &recorded)[recorded.instants - 1];
@@ -218,6 +234,38 @@ fn a_loose_gear_falls_through_its_play() {
     let apart = 70.0 / LINK - forwards;
     let time = met as f64 * 2e-4 - JUMP;
     assert!((time - (2.0_f64 * 2e-3 / apart).sqrt()).abs() < 4e-4, "{time}");
+}
+
+#[test]
+fn teeth_that_meet_bounce_as_their_damping_says() {
+    let (step, half, start) = (2e-5, 1e-3, 0.01);
+    let p = DriveValues { half_backlash: half, compliance: 1e-8, gear_damping: 0.0, tooth_damping: 20.0, ..drive() };
+    // From one flank the motor goes on with 30 N m, the link is pulled by 70 N m and meets it with the other.
+    let (forwards, apart) = (30.0 / MOTOR, 70.0 / LINK - 30.0 / MOTOR);
+    let fall = (2.0 * 2.0 * half / apart).sqrt();
+    let fast = 20.0 * apart * fall;
+    // ln((1 + a v) / (1 - a e v)) = a v (1 + e) for F = k d (1 + a d').
+    let excess = |bounce: f64| ((1.0 + fast) / (1.0 - fast * bounce)).ln() - fast * (1.0 + bounce);
+    let (mut low, mut high) = (0.0, 0.999 / fast);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let blow = LINK / (MOTOR + LINK) * apart * fall * (1.0 + low);
+    let motion = |t: f64| {
+        let (free, struck) = ((t - start).max(0.0), (t - start - fall).max(0.0));
+        let hit = if struck > 0.0 { blow } else { 0.0 };
+        let gone = if free > 0.0 { forwards } else { 0.0 };
+        [0.5 * gone * free * free + hit * struck, gone * free + hit, gone]
+    };
+    let load = |t: f64| if t < start { 30.0 } else { -70.0 };
+    let out = run(p, &driven(0.1, step, motion, load, |_| 30.0));
+    let windup: Vec<f64> = out.iter().map(|out| out[0] - out[1]).collect();
+    let met = (500..windup.len()).find(|i| windup[*i] < -half).expect("the other flank");
+    let left = (met..windup.len()).find(|i| windup[*i] > -half).expect("and off it again");
+    let speed = |i: usize| (windup[i] - windup[i - 1]) / step;
+    let bounce = -speed(left + 1) / speed(met - 1);
+    assert!((bounce / low - 1.0).abs() < 0.03, "{bounce}, by the law {low}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! The block from torque to motion of a joint's drive, from a rig's recordings.
 
 use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::section::Section;
 use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
@@ -18,6 +20,8 @@ const BAND: f64 = 0.8;
 
 /// Standard deviation of the angle between the zeros of two encoders, which nobody aligned \[rad\].
 const ZERO: f64 = 0.01;
+/// Damping ratio of a drive on its friction's bristles.
+const BRISTLE_DAMPING: f64 = 0.03;
 
 /// What the model says that a drive moves at an instant.
 #[derive(Clone, Copy, Debug, Default)]
@@ -88,10 +92,13 @@ pub(crate) fn loaded_block(
     if linked {
         tolerance.push(("link_zero", ZERO));
     }
+    let section = Section::from(Kind::Drive);
+    let mut nuisances = nuisances(&section, &base, &tolerance);
+    nuisances.extend(bristle_damping(rig, &section));
     MeasuredBlock {
-        section: Kind::Drive.into(),
+        section,
         name,
-        nuisances: nuisances(&Kind::Drive.into(), &base, &tolerance),
+        nuisances,
         base,
         channels,
         trials: pieces.iter().enumerate().map(trial).collect(),
@@ -101,6 +108,16 @@ pub(crate) fn loaded_block(
         simulator: Simulator::default(),
         quiet: Vec::new(),
     }
+}
+
+/// Damping of the friction's bristles, which no data sheet tells and every reversal shows; none where the model has no
+/// friction that bends them.
+fn bristle_damping(rig: &DriveRig, section: &Section) -> Option<Unknown> {
+    let values = &rig.values;
+    let stiffness = values.coulomb / values.presliding_travel;
+    let critical = 2.0 * (stiffness * (values.motor_inertia + rig.link_inertia)).sqrt();
+    let prior = Prior::LogNormal { centre: BRISTLE_DAMPING * critical, spread: 1.5 };
+    (critical > 0.0).then(|| Unknown::of(section, "bristle_damping", prior, Role::Nuisance))
 }
 
 /// A recording of a path that the model's drive followed without error: the torque is what that takes.

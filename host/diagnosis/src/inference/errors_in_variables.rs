@@ -1,4 +1,4 @@
-//! Takes from a fit what the noise of measured inputs pulls.
+//! Takes from a fit what the noise of measured inputs pulls, and what is plausible of its sizes.
 //!
 //! The noise of an input reaches the residuals through the simulation, as strongly as the parameters let it. Least squares
 //! prefer parameters that let less of it through: a torque constant comes out too small by the share of noise in the
@@ -14,10 +14,10 @@ use nalgebra::{DMatrix, DVector};
 const STEPS: usize = 4;
 const SETTLED: f64 = 0.1;
 
-/// The fit without that pull: `mean` simulates the whitened mean residuals, `deviation` what repeats differ by, whitened by
-/// the same noise. The fit itself where input noise is all that the data seem to tell of some number.
-pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -> Fitted {
-    let mut at = fitted.clone();
+/// The fit without those pulls: `mean` simulates the whitened mean residuals, `deviation` what repeats differ by, if there
+/// are any, whitened by the same noise. The fit itself where input noise is all that the data seem to tell of some number.
+pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Fitted {
+    let mut at = Fitted { freed: true, ..fitted.clone() };
     for _ in 0..STEPS {
         let Some((next, moved)) = stepped(&at, base, mean, deviation) else { return fitted.clone() };
         at = next;
@@ -29,7 +29,7 @@ pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: &S
 }
 
 /// A Gauss-Newton step, and how far it moved the number that it moved furthest, in standard deviations.
-fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -> Option<(Fitted, f64)> {
+fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Option<(Fitted, f64)> {
     let steps = curvature(from).cholesky()?.inverse().diagonal().map(f64::sqrt);
     let moved = |place: usize| {
         let mut z = from.z.clone();
@@ -37,14 +37,16 @@ fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -
         applied(base, &from.unknowns, &z)
     };
     let sets: Vec<Vec<f64>> = std::iter::once(from.values(base)).chain((0..from.z.len()).map(moved)).collect();
-    let (noise, through) = derived(deviation(&sets), &steps);
     let (residual, jacobian) = derived(mean(&sets), &steps);
-    // Whitened means count as single repeats do: their noise has the same power.
-    let share = residual.len() as f64 / noise.len() as f64;
-    let pull = through.tr_mul(&noise) * share;
-    let input_noise = Some(InputNoise { pull, information: through.tr_mul(&through) * share });
+    let input_noise = deviation.map(|deviation| {
+        let (noise, through) = derived(deviation(&sets), &steps);
+        // Whitened means count as single repeats do: their noise has the same power.
+        let share = residual.len() as f64 / noise.len() as f64;
+        InputNoise { pull: through.tr_mul(&noise) * share, information: through.tr_mul(&through) * share }
+    });
     let here = Fitted { residual, jacobian, input_noise, ..from.clone() };
-    let shift = curvature(&here).cholesky()?.solve(&-(here.gradient() + DVector::from_column_slice(&here.z)));
+    let pulled = here.plausible().component_mul(&DVector::from_column_slice(&here.z));
+    let shift = curvature(&here).cholesky()?.solve(&-(here.gradient() + pulled));
     let to = |(i, z): (usize, &f64)| here.unknowns[i].prior.allowed(z + shift[i]);
     let z: Vec<f64> = here.z.iter().enumerate().map(to).collect();
     let residual = mean(&[applied(base, &here.unknowns, &z)]).remove(0);
@@ -53,7 +55,7 @@ fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: &Simulate) -
 
 /// Curvature of half of what is minimised, the priors' share in it.
 fn curvature(at: &Fitted) -> DMatrix<f64> {
-    at.information() + DMatrix::identity(at.z.len(), at.z.len())
+    at.information() + DMatrix::from_diagonal(&at.plausible())
 }
 
 /// The first of some vectors, and its derivatives by the numbers that the others were moved by.
@@ -113,7 +115,7 @@ mod tests {
         let (mean, deviation) = (by(mean), by(deviations));
         let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0);
         let attenuated = fitted.values(&[1.0])[0];
-        let compensated = compensated(&fitted, &[1.0], &mean, &deviation);
+        let compensated = compensated(&fitted, &[1.0], &mean, Some(&deviation));
         let gain = compensated.values(&[1.0])[0];
         // Noise of the input counts as noise of the residual too, thirty-six times the power of the output's own.
         let noise = (1.0 + (GAIN * NOISE[0] / NOISE[1]).powi(2)).sqrt();

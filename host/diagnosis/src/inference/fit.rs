@@ -64,7 +64,13 @@ pub struct Fitted {
     pub carried: f64,
     /// What the noise of measured inputs does to it; none until that is taken off.
     pub input_noise: Option<InputNoise>,
+    /// Whether sizes are what the data say: what is plausible of a size weighs its hypothesis, and would only shrink it
+    /// once that is found.
+    pub freed: bool,
 }
+
+/// Weight that is left of a freed size's prior.
+const FREED: f64 = 1e-2;
 
 /// What the noise of measured inputs does to a fit, by its `z`.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,9 +110,15 @@ impl Fitted {
         information
     }
 
+    /// Precision of each `z` by what is plausible of it.
+    pub fn plausible(&self) -> DVector<f64> {
+        let of = |unknown: &Unknown| if self.freed && unknown.role == Role::Size { FREED } else { 1.0 };
+        DVector::from_iterator(self.z.len(), self.unknowns.iter().map(of))
+    }
+
     /// What the fit minimises: the sum of squares with the priors' share.
     pub fn cost(&self) -> f64 {
-        self.chi2() + self.z.iter().map(|z| z * z).sum::<f64>()
+        self.chi2() + self.plausible().iter().zip(&self.z).map(|(weight, z)| weight * z * z).sum::<f64>()
     }
 
     /// The block's parameters at the fit.
@@ -148,7 +160,7 @@ fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
     let climb = |(start, residual): (Start, DVector<f64>)| {
         let Start { hypothesis, unknowns, z } = start;
         let jacobian = DMatrix::zeros(0, 0);
-        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None };
+        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None, freed: false };
         Climb { at, damping: 1e-3, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()

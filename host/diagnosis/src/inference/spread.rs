@@ -85,6 +85,7 @@ mod tests {
             jacobian,
             carried: 0.0,
             input_noise: None,
+            freed: false,
         }
     }
 
