@@ -70,16 +70,6 @@ pub struct Effect {
     pub group: &'static str,
 }
 
-impl Effect {
-    /// What these effects have in common, and what splits them.
-    ///
-    /// # Panics
-    /// Never: a test finds the group of every row.
-    pub fn group(&self) -> &'static Group {
-        GROUPS.iter().find(|group| group.id == self.group).expect("every row's group is in the table")
-    }
-}
-
 /// The rows of each block, in the order of the loop.
 const BLOCKS: [(Block, &[Row]); 5] = [
     (Block::Command, command::ROWS),
@@ -178,7 +168,8 @@ mod tests {
         let table = fields::<f64, Params<f64>>();
         let null = to_vec(&Params::null());
         for effect in EFFECTS {
-            assert!(effect.group().members.contains(&effect.id), "{} is not in {}", effect.id, effect.group);
+            let group = GROUPS.iter().find(|group| group.id == effect.group).expect(effect.group);
+            assert!(group.members.contains(&effect.id), "{} is not in {}", effect.id, effect.group);
             for parameter in effect.parameters {
                 let index = table.iter().position(|field| field.name == parameter.field);
                 let index = index.unwrap_or_else(|| panic!("no parameter {}", parameter.field));

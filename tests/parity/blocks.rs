@@ -57,7 +57,6 @@ fn drives() -> (Recorded, Vec<Vec<f64>>) {
             compliance: 1e-6 * draw("compliance", i),
             half_backlash: if i.is_multiple_of(3) { 2e-4 * draw("play", i) } else { 0.0 },
             gear_damping: 0.3,
-            tooth_damping: 20.0 * draw("teeth", i),
             ripple_sin: 3.0 * draw("ripple", i),
             ripple_cycles: 40.0,
             payload: draw("payload", i),

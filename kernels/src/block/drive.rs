@@ -35,7 +35,6 @@ bundle! {
         warm_up: R, "s", "time constant of the warming up";
         compliance: R, "rad/(N m)", "compliance of the gear";
         gear_damping: R, "1", "damping ratio of the link on its gear";
-        tooth_damping: R, "s/rad", "share by which teeth push harder per rate at which they close in";
         half_backlash: R, "rad", "half of the gear's backlash";
         ripple_sin: R, "N m", "torque ripple in phase with the sine of the motor's angle";
         ripple_cos: R, "N m", "torque ripple in phase with its cosine";
@@ -388,15 +387,11 @@ struct Gear<R> {
 }
 
 impl<R: Real> Gear<R> {
-    /// Wound up so far: teeth that meet are damped the more the deeper they press, F = k d (1 + a d') (Hunt and Crossley
-    /// 1975).
     #[inline(always)]
-    fn of(p: &DriveValues<R>, inertia: R, windup: R) -> Self {
+    fn of(p: &DriveValues<R>, inertia: R) -> Self {
         let compliance = p.compliance.max(R::lit(RIGID));
         let frequency = R::lit(1.0) / (inertia * compliance).sqrt();
-        let pressed = (windup.abs() - p.half_backlash).max(R::lit(0.0));
-        let damping = (p.tooth_damping * R::lit(0.5) * frequency).mul_add(pressed, p.gear_damping);
-        Self { compliance, frequency, damping: damping.min(R::lit(0.99)) }
+        Self { compliance, frequency, damping: p.gear_damping.min(R::lit(0.99)) }
     }
 
     /// Windup at rest under a torque, on the flank at `side`.
@@ -409,7 +404,7 @@ impl<R: Real> Gear<R> {
 /// Torque that the gear transmits.
 #[inline(always)]
 fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R {
-    let gear = Gear::of(p, inertia, s.windup);
+    let gear = Gear::of(p, inertia);
     let stretch = s.windup - s.windup.min(p.half_backlash).max(-p.half_backlash);
     let damper = gear.damping * R::lit(2.0) * gear.frequency * inertia;
     let torque = stretch / gear.compliance + damper * s.windup_rate;
@@ -441,7 +436,7 @@ fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R, 
     let windup = acceleration.mul_add(flight * flight * half, s.windup_rate.mul_add(flight, s.windup));
     let rate = acceleration.mul_add(flight, s.windup_rate);
 
-    let gear = Gear::of(p, inertia, (half * step).mul_add(s.windup_rate, s.windup));
+    let gear = Gear::of(p, inertia);
     let slope = (pull - s.pull) / step;
     let behind = gear.damping * R::lit(2.0) / gear.frequency * slope;
     let side = windup.min(p.half_backlash).max(-p.half_backlash);

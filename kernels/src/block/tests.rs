@@ -237,38 +237,6 @@ fn a_loose_gear_falls_through_its_play() {
 }
 
 #[test]
-fn teeth_that_meet_bounce_as_their_damping_says() {
-    let (step, half, start) = (2e-5, 1e-3, 0.01);
-    let p = DriveValues { half_backlash: half, compliance: 1e-8, gear_damping: 0.0, tooth_damping: 20.0, ..drive() };
-    // From one flank the motor goes on with 30 N m, the link is pulled by 70 N m and meets it with the other.
-    let (forwards, apart) = (30.0 / MOTOR, 70.0 / LINK - 30.0 / MOTOR);
-    let fall = (2.0 * 2.0 * half / apart).sqrt();
-    let fast = 20.0 * apart * fall;
-    // ln((1 + a v) / (1 - a e v)) = a v (1 + e) for F = k d (1 + a d').
-    let excess = |bounce: f64| ((1.0 + fast) / (1.0 - fast * bounce)).ln() - fast * (1.0 + bounce);
-    let (mut low, mut high) = (0.0, 0.999 / fast);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if excess(middle) < 0.0 { low = middle } else { high = middle }
-    }
-    let blow = LINK / (MOTOR + LINK) * apart * fall * (1.0 + low);
-    let motion = |t: f64| {
-        let (free, struck) = ((t - start).max(0.0), (t - start - fall).max(0.0));
-        let hit = if struck > 0.0 { blow } else { 0.0 };
-        let gone = if free > 0.0 { forwards } else { 0.0 };
-        [0.5 * gone * free * free + hit * struck, gone * free + hit, gone]
-    };
-    let load = |t: f64| if t < start { 30.0 } else { -70.0 };
-    let out = run(p, &driven(0.1, step, motion, load, |_| 30.0));
-    let windup: Vec<f64> = out.iter().map(|out| out[0] - out[1]).collect();
-    let met = (500..windup.len()).find(|i| windup[*i] < -half).expect("the other flank");
-    let left = (met..windup.len()).find(|i| windup[*i] > -half).expect("and off it again");
-    let speed = |i: usize| (windup[i] - windup[i - 1]) / step;
-    let bounce = -speed(left + 1) / speed(met - 1);
-    assert!((bounce / low - 1.0).abs() < 0.03, "{bounce}, by the law {low}");
-}
-
-#[test]
 fn a_transmission_error_moves_the_link_and_asks_for_torque() {
     let p = DriveValues { wave_sin: 1e-4, wave_cycles: 40.0, ..drive() };
     let wave = |t: f64| 1e-4 * (40.0 * t).sin();

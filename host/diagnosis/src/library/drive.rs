@@ -165,7 +165,7 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
         &[
             ("half_backlash", Prior::Positive { scale: 3e-4 }, Role::Size),
             ("compliance", stiff, Role::Form),
-            ("tooth_damping", Prior::LogNormal { centre: 15.0, spread: 0.7 }, Role::Form),
+            ("gear_damping", Prior::LogNormal { centre: 0.2, spread: 0.7 }, Role::Form),
         ],
         &ladder(0.02, 5.0, 1.2),
         &[vec![0.0, -0.7], vec![0.0, 0.7], vec![-1.0, 0.5], vec![1.0, 0.5]],
