@@ -3,8 +3,9 @@
 use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
-use crate::inference::fit::{Fitted, Start};
-use crate::judge::{NEARLY_NOISE, best_entries, is_sound, sized, unknowns};
+use crate::inference::fit::{Fitted, Simulate, Start};
+use crate::inference::unknown::{Role, Unknown};
+use crate::judge::{NEARLY_NOISE, PULLED, best_entries, is_sound, sized, unknowns};
 use crate::library::Hypothesis;
 
 /// Combinations from which the next larger ones are made.
@@ -25,103 +26,138 @@ pub(crate) type Fit<'a> = dyn Fn(Vec<Start>) -> Vec<Fitted> + 'a;
 /// Hypotheses of a combination, in rising order, and their joint fit.
 pub(crate) type Set = (Vec<usize>, Fitted);
 
-/// All single effects, and the combinations that explain the data better than any of their parts; `strictly` those alone
-/// that are what their names say.
-pub(crate) fn combine(
-    block: &MeasuredBlock,
-    library: &[Hypothesis],
-    bank: &Bank,
-    singles: Vec<Fitted>,
-    dispersion: f64,
-    strictly: bool,
-    fit: &Fit,
-) -> Vec<Set> {
-    let price = PAYS + (library.len() as f64).ln();
-    let log = |set: &Set| evidence(&set.1, dispersion).log;
-    let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
-    let sound = |set: &Set| !strictly || is_sound(&block.base, library, &set.0, &set.1, &evidence(&set.1, dispersion));
-    let mut beam = beam_of(all.clone(), &sound, &log);
-    let most = if strictly { MOST } else { MOST_FOR_NOISE };
-    for _ in 1..most {
-        // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
-        if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
-            beam.truncate(1);
+/// What combinations are made of.
+pub(crate) struct Combiner<'a> {
+    pub(crate) block: &'a MeasuredBlock,
+    pub(crate) library: &'a [Hypothesis],
+    /// Signatures on top of the null hypothesis.
+    pub(crate) bank: &'a Bank,
+    /// Factor by which residual variances exceed the noise's even for the best single effect.
+    pub(crate) dispersion: f64,
+    /// Whether combinations must be what their names say.
+    pub(crate) strictly: bool,
+    /// Whitened residuals to screen by.
+    pub(crate) simulate: &'a Simulate<'a>,
+    pub(crate) fit: &'a Fit<'a>,
+}
+
+impl Combiner<'_> {
+    /// All single effects, and the combinations that explain the data better than any of their parts.
+    pub(crate) fn combine(&self, singles: Vec<Fitted>) -> Vec<Set> {
+        let price = PAYS + (self.library.len() as f64).ln();
+        let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
+        let mut beam = self.beam(all.clone());
+        let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
+        for _ in 1..most {
+            let Some(best) = beam.first().cloned() else { break };
+            // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
+            let leaves_noise = best.1.mean_square() < NEARLY_NOISE;
+            if leaves_noise {
+                beam.truncate(1);
+            }
+            // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
+            // nuisance that is strained hides its effect, whose signature would be what is left of its size.
+            let eased = eased(&best.1);
+            let on_top = (!leaves_noise || eased.z != best.1.z).then(|| self.bank_on(&eased));
+            let bank = on_top.as_ref().unwrap_or(self.bank);
+            let larger = self.fitted(beam.iter().flat_map(|set| self.grown(bank, set, &all)).collect());
+            // More than any of its parts, or it is none.
+            let pays = |set: &Set| {
+                let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
+                self.log(set) > price + parts.map(|part| self.log(part)).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let paying: Vec<Set> = larger.into_iter().filter(pays).collect();
+            if paying.is_empty() {
+                break;
+            }
+            beam = self.beam(paying.clone());
+            all.extend(paying.into_iter().filter(|set| self.is_sound(set)));
         }
-        let starts = beam.iter().flat_map(|set| grown(block, library, bank, dispersion, set, &all)).collect();
-        let larger = fitted(starts, fit);
-        // More than any of its parts, or it is none.
-        let pays = |set: &Set| {
-            let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
-            log(set) > price + parts.map(&log).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let paying: Vec<Set> = larger.into_iter().filter(pays).collect();
-        if paying.is_empty() {
-            break;
-        }
-        beam = beam_of(paying.clone(), &sound, &log);
-        all.extend(paying.into_iter().filter(sound));
+        all
     }
-    all
-}
 
-/// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
-fn beam_of(mut sets: Vec<Set>, sound: &dyn Fn(&Set) -> bool, log: &dyn Fn(&Set) -> f64) -> Vec<Set> {
-    sets.sort_by(|a, b| log(b).total_cmp(&log(a)));
-    let strained = sets.first().filter(|best| !sound(best)).cloned();
-    strained.into_iter().chain(sets.into_iter().filter(sound).take(BEAM)).collect()
-}
+    fn log(&self, set: &Set) -> f64 {
+        evidence(&set.1, self.dispersion).log
+    }
 
-/// A combination with one more effect, for every effect that promises something.
-fn grown(
-    block: &MeasuredBlock,
-    library: &[Hypothesis],
-    bank: &Bank,
-    dispersion: f64,
-    (members, fitted): &Set,
-    known: &[Set],
-) -> Vec<(Vec<usize>, Start)> {
-    let scores = bank.scores(fitted).dispersed(dispersion);
-    let shares = |number: usize| {
-        let fields = || library[number].unknowns.iter().map(|unknown| unknown.field);
-        members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))
-    };
-    let odds = bank.log_odds(&scores, library.len());
-    let mut tried: Vec<usize> =
-        (0..library.len()).filter(|number| odds[*number] > PROMISING && !shares(*number)).collect();
-    tried.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
-    tried.truncate(TRIED);
-    let with = |number: usize| {
-        let mut set = members.clone();
-        set.push(number);
-        set.sort_unstable();
-        if known.iter().any(|other| other.0 == set) {
-            return None;
-        }
-        let hypotheses: Vec<&Hypothesis> = set.iter().map(|number| &library[*number]).collect();
-        let unknowns = unknowns(block, &hypotheses);
-        let (entry, multiples) = best_entries(bank, &scores, number).into_iter().next()?;
-        let new = sized(&library[number], entry, &multiples);
-        let place = |field: usize, unknowns: &[crate::inference::unknown::Unknown]| {
-            unknowns.iter().position(|unknown| unknown.field == field)
+    fn is_sound(&self, (members, fitted): &Set) -> bool {
+        let base = &self.block.base;
+        !self.strictly || is_sound(base, self.library, members, fitted, &evidence(fitted, self.dispersion))
+    }
+
+    /// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
+    fn beam(&self, mut sets: Vec<Set>) -> Vec<Set> {
+        sets.sort_by(|a, b| self.log(b).total_cmp(&self.log(a)));
+        let strained = sets.first().filter(|best| !self.is_sound(best)).cloned();
+        strained.into_iter().chain(sets.into_iter().filter(|set| self.is_sound(set)).take(BEAM)).collect()
+    }
+
+    /// Signatures on top of a fit.
+    fn bank_on(&self, fitted: &Fitted) -> Bank {
+        let base = &self.block.base;
+        let residual = (self.simulate)(&[fitted.values(base)]).remove(0);
+        Bank::simulate(self.library, &Fitted { residual, ..fitted.clone() }, base, self.simulate)
+    }
+
+    /// A combination with one more effect, for every effect that promises something.
+    fn grown(&self, bank: &Bank, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+        let library = self.library;
+        let fitted = eased(fitted);
+        let scores = bank.scores(&fitted).dispersed(self.dispersion);
+        let shares = |number: usize| {
+            let fields = || library[number].unknowns.iter().map(|unknown| unknown.field);
+            members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))
         };
-        let z = unknowns.iter().map(|unknown| match place(unknown.field, &library[number].unknowns) {
-            Some(own) => new[own],
-            None => place(unknown.field, &fitted.unknowns).map_or(0.0, |own| fitted.z[own]),
-        });
-        Some((set, Start { hypothesis: 0, z: z.collect(), unknowns }))
-    };
-    tried.into_iter().filter_map(with).collect()
+        let odds = bank.log_odds(&scores, library.len());
+        let mut tried: Vec<usize> =
+            (0..library.len()).filter(|number| odds[*number] > PROMISING && !shares(*number)).collect();
+        tried.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
+        tried.truncate(TRIED);
+        let with = |number: usize| {
+            let mut set = members.clone();
+            set.push(number);
+            set.sort_unstable();
+            if known.iter().any(|other| other.0 == set) {
+                return None;
+            }
+            let hypotheses: Vec<&Hypothesis> = set.iter().map(|number| &library[*number]).collect();
+            let unknowns = unknowns(self.block, &hypotheses);
+            let (entry, multiples) = best_entries(bank, &scores, number).into_iter().next()?;
+            let new = sized(&library[number], entry, &multiples);
+            let place = |field: usize, unknowns: &[Unknown]| unknowns.iter().position(|unknown| unknown.field == field);
+            let z = unknowns.iter().map(|unknown| match place(unknown.field, &library[number].unknowns) {
+                Some(own) => new[own],
+                None => place(unknown.field, &fitted.unknowns).map_or(0.0, |own| fitted.z[own]),
+            });
+            Some((set, Start { hypothesis: 0, z: z.collect(), unknowns }))
+        };
+        tried.into_iter().filter_map(with).collect()
+    }
+
+    /// Joint fits; combinations that were reached from two sides are fitted from both.
+    fn fitted(&self, starts: Vec<(Vec<usize>, Start)>) -> Vec<Set> {
+        let mut sets: Vec<Vec<usize>> = starts.iter().map(|(set, _)| set.clone()).collect();
+        sets.sort();
+        sets.dedup();
+        let numbered = |(set, start): (Vec<usize>, Start)| Start {
+            hypothesis: sets.iter().position(|other| *other == set).expect("collected above"),
+            ..start
+        };
+        let fits = (self.fit)(starts.into_iter().map(numbered).collect());
+        fits.into_iter().map(|fitted| (sets[fitted.hypothesis].clone(), fitted)).collect()
+    }
 }
 
-/// Joint fits; combinations that were reached from two sides are fitted from both.
-fn fitted(starts: Vec<(Vec<usize>, Start)>, fit: &Fit) -> Vec<Set> {
-    let mut sets: Vec<Vec<usize>> = starts.iter().map(|(set, _)| set.clone()).collect();
-    sets.sort();
-    sets.dedup();
-    let numbered = |(set, start): (Vec<usize>, Start)| Start {
-        hypothesis: sets.iter().position(|other| *other == set).expect("collected above"),
-        ..start
-    };
-    let fits = fit(starts.into_iter().map(numbered).collect());
-    fits.into_iter().map(|fitted| (sets[fitted.hypothesis].clone(), fitted)).collect()
+/// A fit whose strained nuisances are back where the model has them, to first order: what they took is left for one more
+/// effect to explain.
+fn eased(fitted: &Fitted) -> Fitted {
+    let mut eased = fitted.clone();
+    for (place, unknown) in fitted.unknowns.iter().enumerate() {
+        let z = fitted.z[place];
+        if unknown.role == Role::Nuisance && z.abs() > PULLED {
+            eased.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
+            eased.z[place] = 0.0;
+        }
+    }
+    eased
 }

@@ -4,6 +4,7 @@ use crate::block::MeasuredBlock;
 use crate::free_run::FreeRun;
 use crate::inference::adequacy::Adequacy;
 use crate::inference::evidence::{Interval, interval};
+use crate::inference::fit::Fitted;
 use crate::inference::unknown::{Role, Unknown};
 use crate::judge::{Candidate, Judgement, PULLED};
 use crate::library::Hypothesis;
@@ -175,7 +176,7 @@ pub struct BlockAnswer {
     pub not_visible: Vec<NotVisible>,
     /// Causes that these data cannot tell apart, by groups of two.
     pub alike: Vec<[&'static str; 2]>,
-    /// Nuisances pulled beyond their tolerance without an effect being the reason: name and how many tolerances.
+    /// Nuisances that the answer pulls beyond their tolerance: name and how many tolerances.
     pub strained: Vec<(String, f64)>,
     /// Number of whitened samples that the fit saw.
     pub samples: usize,
@@ -232,12 +233,19 @@ pub fn decide(
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
         alike: context.alike(),
-        strained: if present.is_some() { Vec::new() } else { context.strained() },
+        strained: strained(present.map_or(&judgement.null, |best| &best.fitted)),
         samples: judgement.samples,
     }
 }
 
 impl BlockAnswer {
+    /// The answer where something outside the library explains the data better than what is named.
+    #[must_use]
+    pub fn denied(self) -> Self {
+        let (effects, ruled_out) = (Vec::new(), Vec::new());
+        Self { answer: Verdict::NotInLibrary, effects, ruled_out, partner_missing: false, ..self }
+    }
+
     /// The answer with what something outside the library behaves like.
     #[must_use]
     pub fn with_form(mut self, form: &Form, prismatic: bool) -> Self {
@@ -445,12 +453,12 @@ impl Context<'_> {
         let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
+}
 
-    fn strained(&self) -> Vec<(String, f64)> {
-        let null = &self.judgement.null;
-        let all = null.unknowns.iter().zip(&null.z);
-        all.filter(|(_, z)| z.abs() > STRAINED).map(|(unknown, z)| (unknown.name.clone(), *z)).collect()
-    }
+/// The nuisances that a fit pulls so far that this is a finding of its own.
+fn strained(fitted: &Fitted) -> Vec<(String, f64)> {
+    let nuisances = fitted.unknowns.iter().zip(&fitted.z).filter(|(unknown, _)| unknown.role == Role::Nuisance);
+    nuisances.filter(|(_, z)| z.abs() > STRAINED).map(|(unknown, z)| (unknown.name.clone(), *z)).collect()
 }
 
 /// The numbers of an effect in a fit.

@@ -10,7 +10,7 @@ use crate::hold_out::{Every, default_of, last_third, split};
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::Hypothesis;
-use crate::outside::Outside;
+use crate::outside::{Outside, is_simpler};
 use crate::packets;
 use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::{Finding, Piece, read};
@@ -320,6 +320,10 @@ impl Prepared {
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
             let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
+            let names = matches!(answer.answer, Verdict::Named | Verdict::Ambiguous | Verdict::NoPracticalEffect);
+            if names && is_simpler(&block, &library, &judgement) {
+                answer = answer.denied();
+            }
             let is_outside = answer.answer == Verdict::NotInLibrary;
             let outside = is_outside.then(|| Outside::of(&block, &library, &judgement));
             if let Some(form) = outside.as_ref().and_then(|outside| outside.form.as_ref()) {

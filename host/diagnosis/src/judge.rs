@@ -1,7 +1,7 @@
 //! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
 use crate::block::{MeasuredBlock, Part};
-use crate::combine::{Set, combine};
+use crate::combine::{Combiner, Set};
 use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::errors_in_variables::compensated;
@@ -12,6 +12,7 @@ use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -31,6 +32,8 @@ pub(crate) const NEARLY_NOISE: f64 = 1.1;
 const SIGNIFICANT: f64 = 2.0;
 /// Prior standard deviations within which the form of an effect is plausible.
 const FAR_OFF: f64 = 3.5;
+/// Correlation of two sizes from which on one effect may undo the other.
+const TIED: f64 = 0.8;
 /// Tolerances by which a combination may pull a nuisance.
 pub(crate) const PULLED: f64 = 4.5;
 /// Noise alone may reach the threshold with this probability.
@@ -190,7 +193,9 @@ impl<'a> Bench<'a> {
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
-        let sets = combine(block, library, &bank, singles, alone, strictly, &fit_jointly);
+        let (simulate, fit) = (&quick, &fit_jointly);
+        let sets =
+            Combiner { block, library, bank: &bank, dispersion: alone, strictly, simulate, fit }.combine(singles);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
         Found { null, clamped, scores, bank, dispersion, sets }
@@ -273,7 +278,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Takes from the numbers of the best candidates what the noise of measured inputs pulls; their ranking stays.
+    /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
+    /// inputs pulls; their ranking stays.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let (mean, deviation) = (
             |sets: &[Vec<f64>]| self.simulated(sets),
@@ -281,10 +287,11 @@ impl<'a> Bench<'a> {
         );
         let deviation: Option<&Simulate> = if self.learn.has_repeats() { Some(&deviation) } else { None };
         for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
-            let compensated = compensated(&candidate.fitted, &self.block.base, &mean, deviation);
-            let compensated = self.with_carried(vec![compensated]).remove(0);
+            let freed = candidate.fitted.clone().with_freed_sizes();
+            let compensated = compensated(&freed, &self.block.base, &mean, deviation);
+            let compensated = self.with_carried(compensated.into_iter().collect()).pop();
             // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
-            if compensated.cost() <= (Fitted { freed: true, ..candidate.fitted.clone() }).cost() {
+            if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
                 candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
                 candidate.fitted = compensated;
             }
@@ -336,8 +343,8 @@ impl<'a> Bench<'a> {
 
 /// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
 /// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
-/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are plausible,
-/// and nuisances near their tolerance.
+/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
+/// plausible or stand apart, and nuisances near their tolerance.
 pub(crate) fn is_sound(
     base: &[f64],
     library: &[Hypothesis],
@@ -361,17 +368,31 @@ pub(crate) fn is_sound(
     let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
     let own = || members.iter().map(|number| &library[*number]);
     let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
-    // Several effects of impossible size may undo one another.
-    let moderate = |unknown: &Unknown| fitted.z[place(unknown)].abs() < FAR_OFF;
     let strained = greatest_pull(fitted).is_some_and(|pull| pull.1.abs() > PULLED);
-    each && (members.len() == 1 || (own().all(|h| h.unknowns.iter().all(moderate)) && !strained))
+    each && (members.len() == 1 || (!undo_one_another(library, members, fitted, evidence) && !strained))
+}
+
+/// Whether a combination has an effect of implausible size that another one takes back: then neither can be told.
+fn undo_one_another(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
+    let field = |(unknown, place): (&Unknown, usize)| (unknown.field, place);
+    let places: BTreeMap<usize, usize> = fitted.unknowns.iter().zip(0..).map(field).collect();
+    let own = |number: usize| library[number].sizes.iter().map(move |size| library[number].unknowns[*size].field);
+    let sizes = |number: usize| own(number).map(|field| places[&field]).collect::<Vec<_>>();
+    let covariance = |a: usize, b: usize| evidence.covariance[(a, b)];
+    let tied = |a: usize, b: usize| covariance(a, b).powi(2) > TIED * TIED * covariance(a, a) * covariance(b, b);
+    let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
+    let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
+    let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
+    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_undone(*number, size)))
 }
 
 /// Drops the combinations that explain hardly more of the held-out motion than one of their parts does: where a part
-/// leaves more than noise, one more effect must explain half of that, else it only bends with what is missing.
+/// leaves more than noise, one more effect must explain half of that, else it only bends with what is missing. A part
+/// that strains a nuisance explains by what is none, and does not count.
 fn drop_worthless(ranking: &mut Vec<Candidate>) {
+    let counts = |part: &&Candidate| part.greatest_pull().is_none_or(|pull| pull.1.abs() <= PULLED);
     let all: Vec<(Vec<usize>, Option<Adequacy>)> =
-        ranking.iter().map(|candidate| (candidate.hypotheses.clone(), candidate.adequacy)).collect();
+        ranking.iter().filter(counts).map(|candidate| (candidate.hypotheses.clone(), candidate.adequacy)).collect();
     ranking.retain(|candidate| {
         let Some(own) = candidate.adequacy else {
             return true;

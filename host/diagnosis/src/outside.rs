@@ -98,6 +98,21 @@ fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
     block.part(false).responses(&judgement.noise, &set, APART).into_iter().filter_map(of).collect()
 }
 
+/// Whether one term of the dictionary explains the data better than the best of the library: then effects with several
+/// numbers only bend to what is none of them.
+pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> bool {
+    let terms = forms(block);
+    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else { return false };
+    let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
+    let choices: Vec<Vec<usize>> = (0..terms.len()).map(|term| vec![term]).collect();
+    let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
+    let effects_beyond_one = best.hypotheses.len() as f64 - 1.0;
+    let least = best.log_odds - effects_beyond_one * (library.len() as f64).ln() + PAYS + log(&judgement.null);
+    let fits = search.fitted(&choices, &judgement.null).into_iter().enumerate();
+    let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
+    log(&fitted) > least && holds(&search.candidate(&[term], fitted, judgement), judgement.threshold)
+}
+
 /// The form of what a block's library leaves, if it has any that is stable.
 fn form(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> Option<Form> {
     let mut terms = forms(block);

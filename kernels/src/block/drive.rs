@@ -308,10 +308,10 @@ impl<R: Real> Sliding<R> {
         let dry = dry + p.form.dry(u.angle) + direction * p.coulomb_asymmetry;
         // Without any Coulomb friction there is no stiffness to keep.
         let known = zero.lt(p.coulomb);
-        let bent = dry / R::select(known, p.coulomb, one);
-        let bent = bent.max(R::lit(TRAVELS[0])).min(R::lit(TRAVELS[1]));
-        let compliance = p.presliding_travel / R::select(known, p.coulomb, one);
-        Self { level: direction * dry, travel: p.presliding_travel * R::select(known, bent, one), compliance }
+        let reference = R::select(known, p.coulomb, one);
+        let share = (dry / reference).max(R::lit(TRAVELS[0])).min(R::lit(TRAVELS[1]));
+        let travel = p.presliding_travel * R::select(known, share, one);
+        Self { level: direction * dry, travel, compliance: p.presliding_travel / reference }
     }
 
     /// Friction after a displacement.

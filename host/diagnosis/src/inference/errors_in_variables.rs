@@ -14,23 +14,23 @@ use nalgebra::{DMatrix, DVector};
 const STEPS: usize = 4;
 const SETTLED: f64 = 0.1;
 
-/// The fit without those pulls: `mean` simulates the whitened mean residuals, `deviation` what repeats differ by, if there
-/// are any, whitened by the same noise. The fit itself where input noise is all that the data seem to tell of some number.
-pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Fitted {
-    let mut at = Fitted { freed: true, ..fitted.clone() };
-    for _ in 0..STEPS {
-        let Some((next, moved)) = stepped(&at, base, mean, deviation) else { return fitted.clone() };
-        at = next;
+/// A fit with freed sizes without those pulls: `mean` simulates the whitened mean residuals, `deviation` what repeats
+/// differ by, if there are any, whitened by the same noise. `None` where input noise is all that the data seem to tell of
+/// some number.
+pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Option<Fitted> {
+    let (mut at, mut moved) = stepped(fitted, base, mean, deviation)?;
+    for _ in 1..STEPS {
         if moved < SETTLED {
             break;
         }
+        (at, moved) = stepped(&at, base, mean, deviation)?;
     }
-    at
+    Some(at)
 }
 
 /// A Gauss-Newton step, and how far it moved the number that it moved furthest, in standard deviations.
 fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Option<(Fitted, f64)> {
-    let steps = curvature(from).cholesky()?.inverse().diagonal().map(f64::sqrt);
+    let steps = from.curvature(1.0).cholesky()?.inverse().diagonal().map(f64::sqrt);
     let moved = |place: usize| {
         let mut z = from.z.clone();
         z[place] += steps[place];
@@ -45,17 +45,11 @@ fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simu
         InputNoise { pull: through.tr_mul(&noise) * share, information: through.tr_mul(&through) * share }
     });
     let here = Fitted { residual, jacobian, input_noise, ..from.clone() };
-    let pulled = here.plausible().component_mul(&DVector::from_column_slice(&here.z));
-    let shift = curvature(&here).cholesky()?.solve(&-(here.gradient() + pulled));
+    let shift = here.curvature(1.0).cholesky()?.solve(&-(here.gradient() + here.prior_slope()));
     let to = |(i, z): (usize, &f64)| here.unknowns[i].prior.allowed(z + shift[i]);
     let z: Vec<f64> = here.z.iter().enumerate().map(to).collect();
     let residual = mean(&[applied(base, &here.unknowns, &z)]).remove(0);
     Some((Fitted { z, residual, ..here }, shift.component_div(&steps).amax()))
-}
-
-/// Curvature of half of what is minimised, the priors' share in it.
-fn curvature(at: &Fitted) -> DMatrix<f64> {
-    at.information() + DMatrix::from_diagonal(&at.plausible())
 }
 
 /// The first of some vectors, and its derivatives by the numbers that the others were moved by.
@@ -113,9 +107,9 @@ mod tests {
         let unknowns = vec![Unknown { name: "gain".to_owned(), field: 0, unit: "1", prior, role: Role::Size }];
         let by = |of: fn(f64) -> DVector<f64>| move |sets: &[Vec<f64>]| sets.iter().map(|set| of(set[0])).collect();
         let (mean, deviation) = (by(mean), by(deviations));
-        let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0);
+        let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0).with_freed_sizes();
         let attenuated = fitted.values(&[1.0])[0];
-        let compensated = compensated(&fitted, &[1.0], &mean, Some(&deviation));
+        let compensated = compensated(&fitted, &[1.0], &mean, Some(&deviation)).expect("the data tell of it");
         let gain = compensated.values(&[1.0])[0];
         // Noise of the input counts as noise of the residual too, thirty-six times the power of the output's own.
         let noise = (1.0 + (GAIN * NOISE[0] / NOISE[1]).powi(2)).sqrt();

@@ -18,20 +18,18 @@ pub struct Evidence {
 /// Evidence of a fit, `dispersion` >= 1 the factor by which residual variances exceed the noise's.
 ///
 /// `log Z = -chi2/2c - z'Pz/2 - log det(1 + P^-1 J'J/c)/2`, P the precision of what is plausible, 1 unless sizes are
-/// freed; a number that cannot be negative adds the share of its posterior
-/// that is allowed, over the half that its prior is (MacKay, Information theory, inference, and learning algorithms,
-/// ch. 27).
+/// freed; a number that cannot be negative adds the share of its posterior that is allowed, over the half that its prior
+/// is (MacKay, Information theory, inference, and learning algorithms, ch. 27).
 pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
     let plausible = fitted.plausible();
-    let precision = fitted.information() / dispersion + DMatrix::from_diagonal(&plausible);
-    let cholesky = precision.cholesky().expect("the priors make it positive definite");
+    let cholesky = fitted.curvature(dispersion).cholesky().expect("the priors make it positive definite");
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let log_det = log_det - plausible.iter().map(|weight| weight.ln()).sum::<f64>();
     let covariance = cholesky.inverse();
     let z = DVector::from_column_slice(&fitted.z);
-    let pulled = plausible.component_mul(&z);
-    let mut log = -0.5 * (fitted.chi2() / dispersion + pulled.dot(&z) + log_det);
-    let gradient = fitted.gradient() / dispersion + pulled;
+    let slope = fitted.prior_slope();
+    let mut log = -0.5 * (fitted.chi2() / dispersion + slope.dot(&z) + log_det);
+    let gradient = fitted.gradient() / dispersion + slope;
     let shift = &covariance * &gradient;
     for (i, unknown) in fitted.unknowns.iter().enumerate() {
         if unknown.prior.is_one_sided() {

@@ -118,7 +118,23 @@ impl Fitted {
 
     /// What the fit minimises: the sum of squares with the priors' share.
     pub fn cost(&self) -> f64 {
-        self.chi2() + self.plausible().iter().zip(&self.z).map(|(weight, z)| weight * z * z).sum::<f64>()
+        self.chi2() + self.prior_slope().dot(&DVector::from_column_slice(&self.z))
+    }
+
+    /// Slope of half of the priors' share in what the fit minimises.
+    pub fn prior_slope(&self) -> DVector<f64> {
+        self.plausible().component_mul(&DVector::from_column_slice(&self.z))
+    }
+
+    /// Curvature of half of what the fit minimises, where residual variances exceed the noise's by a factor.
+    pub fn curvature(&self, dispersion: f64) -> DMatrix<f64> {
+        self.information() / dispersion + DMatrix::from_diagonal(&self.plausible())
+    }
+
+    /// The same numbers with sizes that are what the data say.
+    #[must_use]
+    pub fn with_freed_sizes(self) -> Self {
+        Self { freed: true, ..self }
     }
 
     /// The block's parameters at the fit.
@@ -219,8 +235,7 @@ fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
 fn trials(climb: &Climb) -> Vec<Vec<f64>> {
     let at = &climb.at;
     let size = at.z.len();
-    let normal = at.jacobian.transpose() * &at.jacobian + DMatrix::identity(size, size);
-    let gradient = at.jacobian.tr_mul(&at.residual) + DVector::from_column_slice(&at.z);
+    let (normal, gradient) = (at.curvature(1.0), at.gradient() + at.prior_slope());
     let trial = |factor: f64| {
         let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * (climb.damping * factor)));
         let step = damped.cholesky().map_or_else(|| DVector::zeros(size), |cholesky| cholesky.solve(&gradient));
