@@ -59,8 +59,9 @@ impl Combiner<'_> {
             // nuisance that is strained hides its effect, whose signature would be what is left of its size.
             let eased = eased(&best.1);
             let on_top = (!leaves_noise || eased.z != best.1.z).then(|| self.bank_on(&eased));
-            let bank = on_top.as_ref().unwrap_or(self.bank);
-            let larger = self.fitted(beam.iter().flat_map(|set| self.grown(bank, set, &all)).collect());
+            let banks = || std::iter::once(self.bank).chain(&on_top);
+            let grown = |set| banks().flat_map(|bank| self.grown(bank, set, &all)).collect::<Vec<_>>();
+            let larger = self.fitted(beam.iter().flat_map(grown).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {
                 let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));

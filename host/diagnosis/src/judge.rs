@@ -32,6 +32,8 @@ pub(crate) const NEARLY_NOISE: f64 = 1.1;
 const SIGNIFICANT: f64 = 2.0;
 /// Prior standard deviations within which the form of an effect is plausible.
 const FAR_OFF: f64 = 3.5;
+/// Standard deviations that make up a size that is well known.
+const WELL_KNOWN: f64 = 8.0;
 /// Correlation of two sizes from which on one effect may undo the other.
 const TIED: f64 = 0.8;
 /// Tolerances by which a combination may pull a nuisance.
@@ -344,7 +346,7 @@ impl<'a> Bench<'a> {
 /// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
 /// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
 /// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
-/// plausible or stand apart, and nuisances near their tolerance.
+/// plausible, or well known and apart from the others', and nuisances near their tolerance.
 pub(crate) fn is_sound(
     base: &[f64],
     library: &[Hypothesis],
@@ -369,11 +371,12 @@ pub(crate) fn is_sound(
     let own = || members.iter().map(|number| &library[*number]);
     let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
     let strained = greatest_pull(fitted).is_some_and(|pull| pull.1.abs() > PULLED);
-    each && (members.len() == 1 || (!undo_one_another(library, members, fitted, evidence) && !strained))
+    each && (members.len() == 1 || (!has_doubtful_size(library, members, fitted, evidence) && !strained))
 }
 
-/// Whether a combination has an effect of implausible size that another one takes back: then neither can be told.
-fn undo_one_another(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
+/// Whether a combination has an effect of implausible size that is hardly known, or that another one takes back: then it
+/// bends with what is missing.
+fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
     let field = |(unknown, place): (&Unknown, usize)| (unknown.field, place);
     let places: BTreeMap<usize, usize> = fitted.unknowns.iter().zip(0..).map(field).collect();
     let own = |number: usize| library[number].sizes.iter().map(move |size| library[number].unknowns[*size].field);
@@ -383,27 +386,42 @@ fn undo_one_another(library: &[Hypothesis], members: &[usize], fitted: &Fitted, 
     let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
     let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
     let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
-    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_undone(*number, size)))
+    let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
+    let is_doubtful = |number: usize, size: usize| is_vague(size) || is_undone(number, size);
+    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
-/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does: where a part
-/// leaves more than noise, one more effect must explain half of that, else it only bends with what is missing. A part
-/// that strains a nuisance explains by what is none, and does not count.
+/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does, parts that are
+/// dropped themselves aside.
 fn drop_worthless(ranking: &mut Vec<Candidate>) {
-    let counts = |part: &&Candidate| part.greatest_pull().is_none_or(|pull| pull.1.abs() <= PULLED);
-    let all: Vec<(Vec<usize>, Option<Adequacy>)> =
-        ranking.iter().filter(counts).map(|candidate| (candidate.hypotheses.clone(), candidate.adequacy)).collect();
-    ranking.retain(|candidate| {
-        let Some(own) = candidate.adequacy else {
-            return true;
-        };
-        let parts = all.iter().filter(|(members, _)| {
-            members.len() < candidate.hypotheses.len() && members.iter().all(|m| candidate.hypotheses.contains(m))
-        });
-        let least = parts.filter_map(|(_, part)| *part).map(|part| part.with).fold(f64::INFINITY, f64::min);
-        let gains = 1.0 - (own.with / least).sqrt() > WORTH;
-        gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
-    });
+    let mut places: Vec<usize> = (0..ranking.len()).collect();
+    places.sort_by_key(|place| ranking[*place].hypotheses.len());
+    let mut kept: Vec<usize> = Vec::new();
+    for place in places {
+        if is_worthwhile(&ranking[place], kept.iter().map(|place| &ranking[*place])) {
+            kept.push(place);
+        }
+    }
+    let mut place = 0..;
+    ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
+}
+
+/// Whether a combination explains more of the held-out motion than any of its parts does: where a part leaves more than
+/// noise, one more effect must explain half of that, else it only bends with what is missing. A part that strains a
+/// nuisance explains by what is none, and does not count.
+fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>) -> bool {
+    let Some(own) = candidate.adequacy else {
+        return true;
+    };
+    let unstrained = |part: &Candidate| part.greatest_pull().is_none_or(|pull| pull.1.abs() <= PULLED);
+    let is_part = |part: &Candidate| {
+        part.hypotheses.len() < candidate.hypotheses.len()
+            && part.hypotheses.iter().all(|member| candidate.hypotheses.contains(member))
+    };
+    let parts = smaller.filter(|part| is_part(part) && unstrained(part));
+    let least = parts.filter_map(|part| part.adequacy).map(|part| part.with).fold(f64::INFINITY, f64::min);
+    let gains = 1.0 - (own.with / least).sqrt() > WORTH;
+    gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
 }
 
 /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.

@@ -157,12 +157,32 @@ fn a_form_outside_the_library_is_said_to_be_outside_and_what_it_behaves_like() {
     assert_eq!(bench.extended(&diagnosis).diagnose().answer, Verdict::NoEffect);
 }
 
+/// Friction that grows with the speed bends to it: with a Stribeck speed beyond all speeds it explains a weak one nearly.
+#[test]
+fn a_weak_form_outside_the_library_is_no_combination_of_frictions() {
+    let diagnosis = Bench::drive(&[("quadratic_drag", 10.0)], 11).diagnose();
+    assert_eq!(drive(&diagnosis).answer, Verdict::NotInLibrary, "{:?}", diagnosis.effects);
+    assert!(diagnosis.effects.is_empty(), "no name is spoken: {:?}", diagnosis.effects);
+}
+
 #[test]
 fn two_effects_are_named_together() {
-    let diagnosis = Bench::drive(&[("J3_stribeck", 8.0), ("J14_payload", 1.5)], 5).diagnose();
-    let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
-    found.sort_unstable();
-    assert_eq!((diagnosis.answer, &found[..]), (Verdict::Named, &["J14_payload", "J3_stribeck"][..]));
+    for (effects, seed) in [
+        ([("J3_stribeck", 8.0), ("J14_payload", 1.5)], 5),
+        // What one of them does would go to a nuisance: the torque constant's tolerance, the log's clock.
+        ([("J1_coulomb", 9.5), ("J11_torque_constant", 0.08)], 275_533_025),
+        ([("J12_current_loop", 0.004), ("J14_payload", 2.0)], 3_085_264_141),
+        // One changes how the other looks: weight where the teeth part, a limit which torque there is.
+        ([("J3_stribeck", 12.0), ("J13_saturation", 234.0)], 736_353_417),
+    ] {
+        let diagnosis = Bench::drive(&effects, seed).diagnose();
+        let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+        found.sort_unstable();
+        let mut hidden = effects.map(|(id, _)| id);
+        hidden.sort_unstable();
+        assert_eq!((diagnosis.answer, &found[..]), (Verdict::Named, &hidden[..]));
+        assert!(drive(&diagnosis).strained.is_empty(), "{:?}", drive(&diagnosis).strained);
+    }
 }
 
 #[test]
