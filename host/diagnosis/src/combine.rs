@@ -17,6 +17,8 @@ const MOST_FOR_NOISE: usize = 3;
 const TRIED: usize = 8;
 /// Log-odds by the screening below which an effect is not tried on top of a combination.
 const PROMISING: f64 = 2.0;
+/// Mean square of whitened residuals from which on effects are looked for by signatures on top of what was found.
+const MUCH: f64 = 1.5;
 /// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
 const PAYS: f64 = 5.0;
 
@@ -51,14 +53,13 @@ impl Combiner<'_> {
         for _ in 1..most {
             let Some(best) = beam.first().cloned() else { break };
             // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
-            let leaves_noise = best.1.mean_square() < NEARLY_NOISE;
-            if leaves_noise {
+            if best.1.mean_square() < NEARLY_NOISE {
                 beam.truncate(1);
             }
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
             // nuisance that is strained hides its effect, whose signature would be what is left of its size.
             let eased = eased(&best.1);
-            let on_top = (!leaves_noise || eased.z != best.1.z).then(|| self.bank_on(&eased));
+            let on_top = (best.1.mean_square() > MUCH || eased.z != best.1.z).then(|| self.bank_on(&eased));
             let banks = || std::iter::once(self.bank).chain(&on_top);
             let grown = |set| banks().flat_map(|bank| self.grown(bank, set, &all)).collect::<Vec<_>>();
             let larger = self.fitted(beam.iter().flat_map(grown).collect());

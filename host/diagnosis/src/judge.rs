@@ -281,7 +281,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
-    /// inputs pulls; their ranking stays.
+    /// inputs pulls; their ranking stays, but for combinations that are not sound then.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let (mean, deviation) = (
             |sets: &[Vec<f64>]| self.simulated(sets),
@@ -296,6 +296,9 @@ impl<'a> Bench<'a> {
             if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
                 candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
                 candidate.fitted = compensated;
+                let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
+                let one = hypotheses.len() == 1;
+                candidate.sound = one || is_sound(&self.block.base, self.library, hypotheses, fitted, evidence);
             }
         }
     }
