@@ -58,11 +58,13 @@ impl Combiner<'_> {
             }
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
             // nuisance that is strained hides its effect, whose signature would be what is left of its size.
-            let eased = eased(&best.1);
-            let on_top = (best.1.mean_square() > MUCH || eased.z != best.1.z).then(|| self.bank_on(&eased));
-            let banks = || std::iter::once(self.bank).chain(&on_top);
-            let grown = |set| banks().flat_map(|bank| self.grown(bank, set, &all)).collect::<Vec<_>>();
-            let larger = self.fitted(beam.iter().flat_map(grown).collect());
+            let below = eased(&best.1);
+            let on_top = (best.1.mean_square() > MUCH || below.z != best.1.z).then(|| self.bank_on(&below));
+            let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, &all));
+            let clear = |set: &Set| (set.0.clone(), eased(&set.1));
+            let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, clear(set))));
+            let cleared = cleared.flat_map(|(bank, set)| self.grown(bank, &set, &all));
+            let larger = self.fitted(starts.chain(cleared).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {
                 let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
@@ -104,8 +106,7 @@ impl Combiner<'_> {
     /// A combination with one more effect, for every effect that promises something.
     fn grown(&self, bank: &Bank, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
         let library = self.library;
-        let fitted = eased(fitted);
-        let scores = bank.scores(&fitted).dispersed(self.dispersion);
+        let scores = bank.scores(fitted).dispersed(self.dispersion);
         let shares = |number: usize| {
             let fields = || library[number].unknowns.iter().map(|unknown| unknown.field);
             members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))

@@ -184,8 +184,8 @@ pub struct BlockAnswer {
 
 /// Log-odds within which rivals are told together.
 const GAP: f64 = 3.0;
-/// Mean square of held-out whitened residuals up to which a fit is adequate.
-const ADEQUATE: f64 = 1.3;
+/// Mean square of whitened residuals up to which a fit is adequate.
+pub(crate) const ADEQUATE: f64 = 1.3;
 /// Share of the misfit that a fit must explain where it is not adequate.
 const EXPLAINED: f64 = 0.8;
 /// Tolerances by which a nuisance is a finding of its own.

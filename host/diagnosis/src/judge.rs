@@ -2,6 +2,7 @@
 
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
+use crate::decide::ADEQUATE;
 use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::errors_in_variables::compensated;
@@ -377,8 +378,8 @@ pub(crate) fn is_sound(
     each && (members.len() == 1 || (!has_doubtful_size(library, members, fitted, evidence) && !strained))
 }
 
-/// Whether a combination has an effect of implausible size that is hardly known, or that another one takes back: then it
-/// bends with what is missing.
+/// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
+/// that another one takes back: then it bends with what is missing.
 fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
     let field = |(unknown, place): (&Unknown, usize)| (unknown.field, place);
     let places: BTreeMap<usize, usize> = fitted.unknowns.iter().zip(0..).map(field).collect();
@@ -390,7 +391,8 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
     let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
     let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
-    let is_doubtful = |number: usize, size: usize| is_vague(size) || is_undone(number, size);
+    let bends = fitted.mean_square() > ADEQUATE;
+    let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
     members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
