@@ -2,7 +2,7 @@
 
 use crate::block::MeasuredBlock;
 use crate::free_run::FreeRun;
-use crate::inference::adequacy::Adequacy;
+use crate::inference::adequacy::{ADEQUATE, Adequacy};
 use crate::inference::evidence::{Interval, interval};
 use crate::inference::fit::Fitted;
 use crate::inference::unknown::{Role, Unknown};
@@ -184,8 +184,6 @@ pub struct BlockAnswer {
 
 /// Log-odds within which rivals are told together.
 const GAP: f64 = 3.0;
-/// Mean square of whitened residuals up to which a fit is adequate.
-pub(crate) const ADEQUATE: f64 = 1.3;
 /// Share of the misfit that a fit must explain where it is not adequate.
 const EXPLAINED: f64 = 0.8;
 /// Tolerances by which a nuisance is a finding of its own.

@@ -2,8 +2,7 @@
 
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
-use crate::decide::ADEQUATE;
-use crate::inference::adequacy::{Adequacy, adequacy};
+use crate::inference::adequacy::{ADEQUATE, Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};

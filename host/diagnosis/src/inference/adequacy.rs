@@ -2,6 +2,9 @@
 
 use softdock_kernels::philox;
 
+/// Mean square of whitened residuals up to which a fit is adequate.
+pub(crate) const ADEQUATE: f64 = 1.3;
+
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 2000;
 /// Blocks of the bootstrap, at least: fewer would hold too few independent stretches.
