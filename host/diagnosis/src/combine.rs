@@ -4,9 +4,10 @@ use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start};
-use crate::inference::unknown::{Role, Unknown};
-use crate::judge::{NEARLY_NOISE, PULLED, best_entries, is_sound, sized, unknowns};
+use crate::inference::unknown::Unknown;
+use crate::judge::{best_entries, sized, unknowns};
 use crate::library::Hypothesis;
+use crate::soundness::{NEARLY_NOISE, PULLED, is_sound, is_strained};
 
 /// Combinations from which the next larger ones are made.
 const BEAM: usize = 3;
@@ -51,15 +52,14 @@ impl Combiner<'_> {
         let mut beam = self.beam(all.clone());
         let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
         for _ in 1..most {
-            let Some(best) = beam.first().cloned() else { break };
             // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
-            if best.1.mean_square() < NEARLY_NOISE {
+            if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
                 beam.truncate(1);
             }
+            let Some((_, best)) = beam.first() else { break };
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
             // nuisance that is strained hides its effect, whose signature would be what is left of its size.
-            let below = eased(&best.1);
-            let on_top = (best.1.mean_square() > MUCH || below.z != best.1.z).then(|| self.bank_on(&below));
+            let on_top = (best.mean_square() > MUCH || is_strained(best)).then(|| self.bank_on(&eased(best)));
             let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, &all));
             let clear = |set: &Set| (set.0.clone(), eased(&set.1));
             let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, clear(set))));
@@ -155,12 +155,9 @@ impl Combiner<'_> {
 /// effect to explain.
 fn eased(fitted: &Fitted) -> Fitted {
     let mut eased = fitted.clone();
-    for (place, unknown) in fitted.unknowns.iter().enumerate() {
-        let z = fitted.z[place];
-        if unknown.role == Role::Nuisance && z.abs() > PULLED {
-            eased.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
-            eased.z[place] = 0.0;
-        }
+    for (place, _, z) in fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED) {
+        eased.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
+        eased.z[place] = 0.0;
     }
     eased
 }

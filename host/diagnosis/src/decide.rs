@@ -6,9 +6,10 @@ use crate::inference::adequacy::{ADEQUATE, Adequacy};
 use crate::inference::evidence::{Interval, interval};
 use crate::inference::fit::Fitted;
 use crate::inference::unknown::{Role, Unknown};
-use crate::judge::{Candidate, Judgement, PULLED};
+use crate::judge::{Candidate, Judgement};
 use crate::library::Hypothesis;
 use crate::outside::Form;
+use crate::soundness::PULLED;
 use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
@@ -30,6 +31,13 @@ pub enum Verdict {
     Ambiguous,
     /// Something is wrong that no cause of the library explains.
     NotInLibrary,
+}
+
+impl Verdict {
+    /// Whether causes go with it.
+    pub(crate) fn names(self) -> bool {
+        matches!(self, Self::Named | Self::Ambiguous | Self::NoPracticalEffect)
+    }
 }
 
 /// A cause.
@@ -210,8 +218,7 @@ pub fn decide(
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
     let answer = context.verdict(present, rivals.len() > 1 || relatives);
-    let named = matches!(answer, Verdict::Named | Verdict::Ambiguous | Verdict::NoPracticalEffect);
-    let shown: Vec<&Candidate> = if named { rivals.clone() } else { Vec::new() };
+    let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
     let adequacy = present.and_then(|best| best.adequacy);
@@ -326,7 +333,7 @@ impl Context<'_> {
         let Some((nuisance, z)) = pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
             return false;
         };
-        let of_best = best.fitted.unknowns.iter().position(|own| own.field == nuisance.field);
+        let of_best = best.fitted.place(nuisance.field);
         let spared = of_best.filter(|place| best.fitted.unknowns[*place].role == Role::Nuisance);
         let rare = (STRAINED..PULLED).contains(&z.abs());
         let pull = spared.map_or(0.0, |place| 0.5 * (z * z - best.fitted.z[place].powi(2)));
@@ -371,7 +378,7 @@ impl Context<'_> {
 
     /// Log-odds with the price of every further effect.
     fn score(&self, candidate: &Candidate) -> f64 {
-        candidate.log_odds - candidate.hypotheses.len() as f64 * (self.library.len() as f64).ln()
+        score(candidate, self.library.len())
     }
 
     /// Whether an effect that shares any group with one of the best's was not in the library.
@@ -453,10 +460,15 @@ impl Context<'_> {
     }
 }
 
+/// Log-odds with the price of every further effect of a library of so many.
+pub(crate) fn score(candidate: &Candidate, effects: usize) -> f64 {
+    candidate.log_odds - candidate.hypotheses.len() as f64 * (effects as f64).ln()
+}
+
 /// The nuisances that a fit pulls so far that this is a finding of its own.
 fn strained(fitted: &Fitted) -> Vec<(String, f64)> {
-    let nuisances = fitted.unknowns.iter().zip(&fitted.z).filter(|(unknown, _)| unknown.role == Role::Nuisance);
-    nuisances.filter(|(_, z)| z.abs() > STRAINED).map(|(unknown, z)| (unknown.name.clone(), *z)).collect()
+    let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > STRAINED);
+    far.map(|(_, unknown, z)| (unknown.name.clone(), z)).collect()
 }
 
 /// The numbers of an effect in a fit.

@@ -320,8 +320,7 @@ impl Prepared {
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
             let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
-            let names = matches!(answer.answer, Verdict::Named | Verdict::Ambiguous | Verdict::NoPracticalEffect);
-            if names && is_simpler(&block, &library, &judgement) {
+            if answer.answer.names() && is_simpler(&block, &library, &judgement) {
                 answer = answer.denied();
             }
             let is_outside = answer.answer == Verdict::NotInLibrary;

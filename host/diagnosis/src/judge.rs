@@ -2,7 +2,7 @@
 
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
-use crate::inference::adequacy::{ADEQUATE, Adequacy, adequacy};
+use crate::inference::adequacy::{Adequacy, adequacy};
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
@@ -11,8 +11,8 @@ use crate::inference::noise::Noise;
 use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
+use crate::soundness::{PULLED, drop_worthless, is_sound};
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeMap;
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -24,20 +24,6 @@ const POLISHED: usize = 5;
 const OWN_NOISE: usize = 3;
 /// Best candidates whose numbers go without the pull of input noise, and that are simulated in steps half as long.
 const REFINED: usize = 3;
-/// Gain on held-out motion that one more effect must bring.
-const WORTH: f64 = 0.01;
-/// Mean square of whitened residuals that may be noise alone.
-pub(crate) const NEARLY_NOISE: f64 = 1.1;
-/// Standard deviations by which a size must differ from the model's.
-const SIGNIFICANT: f64 = 2.0;
-/// Prior standard deviations within which the form of an effect is plausible.
-const FAR_OFF: f64 = 3.5;
-/// Standard deviations that make up a size that is well known.
-const WELL_KNOWN: f64 = 8.0;
-/// Correlation of two sizes from which on one effect may undo the other.
-const TIED: f64 = 0.8;
-/// Tolerances by which a combination may pull a nuisance.
-pub(crate) const PULLED: f64 = 4.5;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
@@ -346,88 +332,6 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
-/// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
-/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
-/// plausible, or well known and apart from the others', and nuisances near their tolerance.
-pub(crate) fn is_sound(
-    base: &[f64],
-    library: &[Hypothesis],
-    members: &[usize],
-    fitted: &Fitted,
-    evidence: &Evidence,
-) -> bool {
-    let place = |unknown: &Unknown| {
-        let place = fitted.unknowns.iter().position(|own| own.field == unknown.field);
-        place.expect("a fit has the numbers of its hypotheses")
-    };
-    // Sizes of one effect may be known together and not apart.
-    let differs = |hypothesis: &Hypothesis| {
-        let sizes: Vec<&Unknown> = hypothesis.sizes.iter().map(|size| &hypothesis.unknowns[*size]).collect();
-        let off = |unknown: &&Unknown| fitted.z[place(unknown)] - unknown.prior.place(base[unknown.field]);
-        let off = DVector::from_iterator(sizes.len(), sizes.iter().map(off));
-        let covariance = |i: usize, j: usize| evidence.covariance[(place(sizes[i]), place(sizes[j]))];
-        let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), covariance).cholesky();
-        covariance.is_some_and(|covariance| off.dot(&covariance.solve(&off)) > SIGNIFICANT * SIGNIFICANT)
-    };
-    let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
-    let own = || members.iter().map(|number| &library[*number]);
-    let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
-    let strained = greatest_pull(fitted).is_some_and(|pull| pull.1.abs() > PULLED);
-    each && (members.len() == 1 || (!has_doubtful_size(library, members, fitted, evidence) && !strained))
-}
-
-/// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
-/// that another one takes back: then it bends with what is missing.
-fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
-    let field = |(unknown, place): (&Unknown, usize)| (unknown.field, place);
-    let places: BTreeMap<usize, usize> = fitted.unknowns.iter().zip(0..).map(field).collect();
-    let own = |number: usize| library[number].sizes.iter().map(move |size| library[number].unknowns[*size].field);
-    let sizes = |number: usize| own(number).map(|field| places[&field]).collect::<Vec<_>>();
-    let covariance = |a: usize, b: usize| evidence.covariance[(a, b)];
-    let tied = |a: usize, b: usize| covariance(a, b).powi(2) > TIED * TIED * covariance(a, a) * covariance(b, b);
-    let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
-    let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
-    let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
-    let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
-    let bends = fitted.mean_square() > ADEQUATE;
-    let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
-    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
-}
-
-/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does, parts that are
-/// dropped themselves aside.
-fn drop_worthless(ranking: &mut Vec<Candidate>) {
-    let mut places: Vec<usize> = (0..ranking.len()).collect();
-    places.sort_by_key(|place| ranking[*place].hypotheses.len());
-    let mut kept: Vec<usize> = Vec::new();
-    for place in places {
-        if is_worthwhile(&ranking[place], kept.iter().map(|place| &ranking[*place])) {
-            kept.push(place);
-        }
-    }
-    let mut place = 0..;
-    ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
-}
-
-/// Whether a combination explains more of the held-out motion than any of its parts does: where a part leaves more than
-/// noise, one more effect must explain half of that, else it only bends with what is missing. A part that strains a
-/// nuisance explains by what is none, and does not count.
-fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>) -> bool {
-    let Some(own) = candidate.adequacy else {
-        return true;
-    };
-    let unstrained = |part: &Candidate| part.greatest_pull().is_none_or(|pull| pull.1.abs() <= PULLED);
-    let is_part = |part: &Candidate| {
-        part.hypotheses.len() < candidate.hypotheses.len()
-            && part.hypotheses.iter().all(|member| candidate.hypotheses.contains(member))
-    };
-    let parts = smaller.filter(|part| is_part(part) && unstrained(part));
-    let least = parts.filter_map(|part| part.adequacy).map(|part| part.with).fold(f64::INFINITY, f64::min);
-    let gains = 1.0 - (own.with / least).sqrt() > WORTH;
-    gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
-}
-
 /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
 fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples: usize) -> f64 {
     let least = fits.map(Fitted::chi2).fold(null.chi2(), f64::min);
@@ -513,8 +417,10 @@ pub(crate) fn best_entries<'b>(bank: &'b Bank, scores: &Scores, number: usize) -
 
 /// Where free numbers stand in another fit, none beyond what is plausible; 0 if it does not have them.
 pub(crate) fn carried(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
-    let place = |unknown: &Unknown| from.unknowns.iter().position(|own| own.field == unknown.field);
-    unknowns.iter().map(|unknown| place(unknown).map_or(0.0, |place| from.z[place].clamp(-CLAMP, CLAMP))).collect()
+    unknowns
+        .iter()
+        .map(|unknown| from.place(unknown.field).map_or(0.0, |place| from.z[place].clamp(-CLAMP, CLAMP)))
+        .collect()
 }
 
 /// First `z` of a hypothesis' free numbers by an entry of the bank.

@@ -18,6 +18,7 @@ pub mod library;
 pub mod outside;
 mod packets;
 pub mod recording;
+mod soundness;
 mod suspects;
 pub mod template;
 mod timing;

@@ -6,7 +6,7 @@
 
 use crate::block::MeasuredBlock;
 use crate::block::response::Response;
-use crate::decide::holds;
+use crate::decide::{holds, score};
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Start, fit};
@@ -102,12 +102,13 @@ fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
 /// numbers only bend to what is none of them.
 pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> bool {
     let terms = forms(block);
-    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else { return false };
+    let best = judgement.ranking.iter().find(|candidate| candidate.sound);
+    let Some(best) = best.filter(|_| !terms.is_empty()) else { return false };
     let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
     let choices: Vec<Vec<usize>> = (0..terms.len()).map(|term| vec![term]).collect();
     let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
-    let effects_beyond_one = best.hypotheses.len() as f64 - 1.0;
-    let least = best.log_odds - effects_beyond_one * (library.len() as f64).ln() + PAYS + log(&judgement.null);
+    let price = (library.len() as f64).ln();
+    let least = log(&judgement.null) + score(best, library.len()) + price + PAYS;
     let fits = search.fitted(&choices, &judgement.null).into_iter().enumerate();
     let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
     log(&fitted) > least && holds(&search.candidate(&[term], fitted, judgement), judgement.threshold)

@@ -2,7 +2,7 @@
 //! parameters.
 
 use super::fit::Fitted;
-use super::unknown::{Prior, Role};
+use super::unknown::Prior;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -71,6 +71,6 @@ pub fn interval(prior: &Prior, z: f64, sd: f64) -> Interval {
 
 /// Whether a nuisance was pulled further than its tolerance allows, and how far at most.
 pub fn greatest_pull(fitted: &Fitted) -> Option<(&str, f64)> {
-    let nuisances = fitted.unknowns.iter().zip(&fitted.z).filter(|(unknown, _)| unknown.role == Role::Nuisance);
-    nuisances.map(|(unknown, z)| (unknown.name.as_str(), *z)).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    let pulls = fitted.nuisances().map(|(_, unknown, z)| (unknown.name.as_str(), z));
+    pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }

@@ -137,6 +137,17 @@ impl Fitted {
         Self { freed: true, ..self }
     }
 
+    /// Place of the free number that a field of the block's parameters is.
+    pub fn place(&self, field: usize) -> Option<usize> {
+        self.unknowns.iter().position(|unknown| unknown.field == field)
+    }
+
+    /// The nuisances: place, what it is, and by how many tolerances it is off.
+    pub fn nuisances(&self) -> impl Iterator<Item = (usize, &Unknown, f64)> {
+        let all = self.unknowns.iter().zip(&self.z).enumerate().map(|(place, (unknown, z))| (place, unknown, *z));
+        all.filter(|(_, unknown, _)| unknown.role == Role::Nuisance)
+    }
+
     /// The block's parameters at the fit.
     pub fn values(&self, base: &[f64]) -> Vec<f64> {
         applied(base, &self.unknowns, &self.z)

@@ -172,7 +172,7 @@ fn two_effects_are_named_together() {
         // What one of them does would go to a nuisance: the torque constant's tolerance, the log's clock.
         ([("J1_coulomb", 9.5), ("J11_torque_constant", 0.08)], 275_533_025),
         ([("J12_current_loop", 0.004), ("J14_payload", 2.0)], 3_085_264_141),
-        // One changes how the other looks: weight where the teeth part, a limit which torque there is.
+        // A limit so low that by itself it would be implausible.
         ([("J3_stribeck", 12.0), ("J13_saturation", 234.0)], 736_353_417),
     ] {
         let diagnosis = Bench::drive(&effects, seed).diagnose();

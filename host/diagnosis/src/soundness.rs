@@ -1,0 +1,107 @@
+//! Whether fits are what their names say, and combinations worth their effects.
+
+use crate::inference::adequacy::ADEQUATE;
+use crate::inference::evidence::Evidence;
+use crate::inference::fit::Fitted;
+use crate::inference::unknown::{Role, Unknown};
+use crate::judge::Candidate;
+use crate::library::Hypothesis;
+use nalgebra::{DMatrix, DVector};
+
+/// Gain on held-out motion that one more effect must bring.
+const WORTH: f64 = 0.01;
+/// Standard deviations by which a size must differ from the model's.
+const SIGNIFICANT: f64 = 2.0;
+/// Prior standard deviations within which the form of an effect is plausible.
+const FAR_OFF: f64 = 3.5;
+/// Standard deviations that make up a size that is well known.
+const WELL_KNOWN: f64 = 8.0;
+/// Correlation of two sizes from which on one effect may undo the other.
+const TIED: f64 = 0.8;
+/// Mean square of whitened residuals that may be noise alone.
+pub(crate) const NEARLY_NOISE: f64 = 1.1;
+/// Tolerances by which a combination may pull a nuisance.
+pub(crate) const PULLED: f64 = 4.5;
+
+/// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
+/// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
+/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
+/// plausible, or well known and apart from the others', and nuisances near their tolerance.
+pub(crate) fn is_sound(
+    base: &[f64],
+    library: &[Hypothesis],
+    members: &[usize],
+    fitted: &Fitted,
+    evidence: &Evidence,
+) -> bool {
+    let place = |unknown: &Unknown| fitted.place(unknown.field).expect("a fit has the numbers of its hypotheses");
+    // Sizes of one effect may be known together and not apart.
+    let differs = |hypothesis: &Hypothesis| {
+        let sizes: Vec<&Unknown> = hypothesis.sizes.iter().map(|size| &hypothesis.unknowns[*size]).collect();
+        let off = |unknown: &&Unknown| fitted.z[place(unknown)] - unknown.prior.place(base[unknown.field]);
+        let off = DVector::from_iterator(sizes.len(), sizes.iter().map(off));
+        let covariance = |i: usize, j: usize| evidence.covariance[(place(sizes[i]), place(sizes[j]))];
+        let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), covariance).cholesky();
+        covariance.is_some_and(|covariance| off.dot(&covariance.solve(&off)) > SIGNIFICANT * SIGNIFICANT)
+    };
+    let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
+    let own = || members.iter().map(|number| &library[*number]);
+    let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
+    each && (members.len() == 1 || !(has_doubtful_size(library, members, fitted, evidence) || is_strained(fitted)))
+}
+
+/// Whether a fit pulls a nuisance further than a combination may.
+pub(crate) fn is_strained(fitted: &Fitted) -> bool {
+    fitted.nuisances().any(|(_, _, z)| z.abs() > PULLED)
+}
+
+/// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
+/// that another one takes back: then it bends with what is missing.
+fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
+    let sizes = |number: usize| {
+        let own = &library[number];
+        let place = |size: &usize| fitted.place(own.unknowns[*size].field);
+        own.sizes.iter().map(|size| place(size).expect("a fit has the numbers of its hypotheses")).collect::<Vec<_>>()
+    };
+    let covariance = |a: usize, b: usize| evidence.covariance[(a, b)];
+    let tied = |a: usize, b: usize| covariance(a, b).powi(2) > TIED * TIED * covariance(a, a) * covariance(b, b);
+    let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
+    let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
+    let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
+    let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
+    let bends = fitted.mean_square() > ADEQUATE;
+    let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
+    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
+}
+
+/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does, parts that are
+/// dropped themselves aside.
+pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>) {
+    let mut places: Vec<usize> = (0..ranking.len()).collect();
+    places.sort_by_key(|place| ranking[*place].hypotheses.len());
+    let mut kept: Vec<usize> = Vec::new();
+    for place in places {
+        if is_worthwhile(&ranking[place], kept.iter().map(|place| &ranking[*place])) {
+            kept.push(place);
+        }
+    }
+    let mut place = 0..;
+    ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
+}
+
+/// Whether a combination explains more of the held-out motion than any of its parts does: where a part leaves more than
+/// noise, one more effect must explain half of that, else it only bends with what is missing. A part that strains a
+/// nuisance explains by what is none, and does not count.
+fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>) -> bool {
+    let Some(own) = candidate.adequacy else {
+        return true;
+    };
+    let is_part = |part: &Candidate| {
+        part.hypotheses.len() < candidate.hypotheses.len()
+            && part.hypotheses.iter().all(|member| candidate.hypotheses.contains(member))
+    };
+    let parts = smaller.filter(|part| is_part(part) && !is_strained(&part.fitted));
+    let least = parts.filter_map(|part| part.adequacy).map(|part| part.with).fold(f64::INFINITY, f64::min);
+    let gains = 1.0 - (own.with / least).sqrt() > WORTH;
+    gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
+}
