@@ -132,7 +132,8 @@ impl Combiner<'_> {
                 Some(own) => new[own],
                 None => place(unknown.field, &fitted.unknowns).map_or(0.0, |own| fitted.z[own]),
             });
-            Some((set, Start { hypothesis: 0, z: z.collect(), unknowns }))
+            let z = z.collect();
+            Some((set, Start::new(0, unknowns, z).beside(fitted)))
         };
         tried.into_iter().filter_map(with).collect()
     }

@@ -389,7 +389,7 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
             let nuisances = &unknowns[..unknowns.len() - hypothesis.unknowns.len()];
             for mut z in first_nuisances(nuisances, null) {
                 z.extend(sized(hypothesis, entry, &multiples));
-                starts.push(Start { hypothesis: number, unknowns: unknowns.clone(), z });
+                starts.push(Start::new(number, unknowns.clone(), z).beside(null));
             }
         }
     }

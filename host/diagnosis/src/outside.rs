@@ -21,6 +21,9 @@ const PASSES: usize = 3;
 /// Log-odds by which a term must pay for itself in the end.
 const PAYS: f64 = 5.0;
 
+/// Terms that are fitted alone against the library's best.
+const CLOSEST: usize = 2;
+
 /// What is wrong with a block that no effect of its library explains.
 #[derive(Clone, Debug)]
 pub struct Outside {
@@ -105,11 +108,12 @@ pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgemen
     let best = judgement.ranking.iter().find(|candidate| candidate.sound);
     let Some(best) = best.filter(|_| !terms.is_empty()) else { return false };
     let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
-    let choices: Vec<Vec<usize>> = (0..terms.len()).map(|term| vec![term]).collect();
+    let closest = search.closest(&judgement.null, judgement.dispersion);
+    let choices: Vec<Vec<usize>> = closest.iter().map(|term| vec![*term]).collect();
     let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
     let price = (library.len() as f64).ln();
     let least = log(&judgement.null) + score(best, library.len()) + price + PAYS;
-    let fits = search.fitted(&choices, &judgement.null).into_iter().enumerate();
+    let fits = closest.into_iter().zip(search.fitted(&choices, &judgement.null));
     let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
     log(&fitted) > least && holds(&search.candidate(&[term], fitted, judgement), judgement.threshold)
 }
@@ -159,14 +163,28 @@ impl Search<'_> {
         &self.bench.block.base
     }
 
+    /// What some terms change on top of a fit.
+    fn bank(&self, terms: &[Hypothesis], at: &Fitted) -> Bank {
+        let shortcut = self.bench.learn.shortcut(&self.bench.noise, &at.values(self.base()));
+        Bank::simulate(terms, at, self.base(), &|sets| shortcut.whitened(sets))
+    }
+
+    /// The terms that promise most on top of a fit.
+    fn closest(&self, at: &Fitted, dispersion: f64) -> Vec<usize> {
+        let bank = self.bank(self.terms, at);
+        let odds = bank.log_odds(&bank.scores(at).dispersed(dispersion), self.terms.len());
+        let mut all: Vec<usize> = (0..self.terms.len()).collect();
+        all.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
+        all.truncate(CLOSEST);
+        all
+    }
+
     /// Terms that most halves of the data pick on top of a fit, each with their share.
     fn more(&self, at: &Fitted, picked: &[(usize, f64)]) -> Vec<(usize, f64)> {
         let is_new = |number: &usize| picked.iter().all(|(own, _)| own != number);
         let left: Vec<usize> = (0..self.terms.len()).filter(is_new).collect();
         let shelf: Vec<Hypothesis> = left.iter().map(|number| self.terms[*number].clone()).collect();
-        let anchor = at.values(self.base());
-        let shortcut = self.bench.learn.shortcut(&self.bench.noise, &anchor);
-        let bank = Bank::simulate(&shelf, at, self.base(), &|sets| shortcut.whitened(sets));
+        let bank = self.bank(&shelf, at);
         let columns: Vec<_> = bank.entries().iter().map(|entry| bank.signatures(entry)).collect();
         let model = Linear {
             residual: &at.residual,
@@ -183,7 +201,8 @@ impl Search<'_> {
         let start = |(number, choice): (usize, &Vec<usize>)| {
             let hypotheses: Vec<&Hypothesis> = choice.iter().map(|term| &self.terms[*term]).collect();
             let unknowns = unknowns(self.bench.block, &hypotheses);
-            Start { hypothesis: number, z: carried(&unknowns, from), unknowns }
+            let z = carried(&unknowns, from);
+            Start::new(number, unknowns, z).beside(from)
         };
         let starts = choices.iter().enumerate().map(start).collect();
         let anchor = from.values(self.base());

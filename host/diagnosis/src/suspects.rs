@@ -1,6 +1,8 @@
 //! Channels that fit the model far better by another unit or with the other sign: mistakes that no effect explains.
 
+use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
+use crate::inference::noise::Noise;
 use crate::recording::grid::{Finding, Piece};
 use softdock_campaign::rig::DriveRig;
 
@@ -19,17 +21,20 @@ const FACTORS: [(f64, &str); 9] = [
 
 /// Mean square of the whitened residual above which a channel is suspected at all, and below which a factor is believed.
 const SUSPICIOUS: f64 = 4.0;
+/// The same of one recording alone, above which a factor is not tried on all.
+const HARDLY: f64 = 40.0;
 
 /// What a drive's channels are suspected of.
 pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
-    let Some(as_is) = misfit(rig, pieces).filter(|misfit| *misfit > SUSPICIOUS) else {
+    let Some((as_is, noise)) = misfit(rig, pieces).filter(|(misfit, _)| *misfit > SUSPICIOUS) else {
         return Vec::new();
     };
     let mut findings = Vec::new();
     for signal in ["tau", "q"] {
-        let tried = FACTORS.iter().filter_map(|(factor, words)| {
+        let may = |factor: &f64| first_misfit(rig, &pieces[0], &noise, signal, *factor) < HARDLY;
+        let tried = FACTORS.iter().filter(|(factor, _)| may(factor)).filter_map(|(factor, words)| {
             let scaled: Vec<Piece> = pieces.iter().map(|piece| scaled(piece, signal, *factor)).collect();
-            Some((misfit(rig, &scaled)?, words))
+            Some((misfit(rig, &scaled)?.0, words))
         });
         if let Some((least, words)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 < SUSPICIOUS) {
             let drop = as_is / least;
@@ -42,13 +47,23 @@ pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
     findings
 }
 
-/// Mean square of the whitened residual at the model's own parameters; `None` if the noise cannot be told.
-fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<f64> {
+/// Mean square of the whitened residual at the model's own parameters, and the noise; `None` if that cannot be told.
+fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<(f64, Noise)> {
     let block = drive_block(rig, pieces, &|_| false, 1, &[]);
-    let part = block.part(false);
-    let noise = part.noise(&block.base)?;
-    let residual = part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
-    Some(residual.norm_squared() / residual.len() as f64).filter(|misfit| misfit.is_finite())
+    let noise = block.part(false).noise(&block.base)?;
+    Some((mean_square(&block, &noise), noise)).filter(|(misfit, _)| misfit.is_finite())
+}
+
+/// The same of one recording with a signal scaled, by the noise of all as they are.
+fn first_misfit(rig: &DriveRig, piece: &Piece, noise: &Noise, signal: &str, factor: f64) -> f64 {
+    let block = drive_block(rig, &[scaled(piece, signal, factor)], &|_| false, 1, &[]);
+    let own = if signal == "q" { factor } else { 1.0 };
+    mean_square(&block, noise) / (own * own)
+}
+
+fn mean_square(block: &MeasuredBlock, noise: &Noise) -> f64 {
+    let residual = block.part(false).whitened(noise, std::slice::from_ref(&block.base)).remove(0);
+    residual.norm_squared() / residual.len() as f64
 }
 
 fn scaled(piece: &Piece, signal: &str, factor: f64) -> Piece {

@@ -1,4 +1,8 @@
 //! Fits many hypotheses at once: Levenberg-Marquardt in lockstep, every simulation of a round in one batch.
+//!
+//! Simulations for derivatives are most of the cost. Those by nuisances, which are the same for all hypotheses and change
+//! little from place to place, are kept from where they were last simulated until a step gains less than they promise, and
+//! once more where the fit ends.
 
 use super::unknown::{Role, Unknown, applied};
 use nalgebra::{DMatrix, DVector};
@@ -12,9 +16,18 @@ const GAIN: f64 = 0.02;
 const SHARE: f64 = 2e-4;
 /// Damping at which a step that gains nothing ends a fit.
 const STUCK: f64 = 1.0;
-/// Rounds after which a start must not trail the best of its hypothesis by more than [`TRAIL`].
-const PATIENCE: usize = 4;
-const TRAIL: f64 = 0.02;
+/// Tolerances that a nuisance may go at first; twice as far after every round that gained what it promised.
+const REACH: f64 = 1.0;
+/// Factor by which a derivative is taken over a longer way where a shorter one misled or leads no further though the mean
+/// square that is left is this large; and the longest way.
+const MUCH: f64 = 1.5;
+const LONGER: f64 = 7.0;
+const LONGEST: f64 = 0.1;
+/// A step that gains less than this share of what its derivatives promise, or more than one over it, does not agree with
+/// them: they are simulated anew.
+const AGREES: f64 = 0.5;
+/// Shares of its cost by which a start may trail the best of its hypothesis after so many rounds.
+const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
 /// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
 pub(crate) const HOPELESS: f64 = 60.0;
 const SLOW: f64 = 0.05;
@@ -31,18 +44,35 @@ pub struct Start {
     pub unknowns: Vec<Unknown>,
     /// First `z` of each.
     pub z: Vec<f64>,
+    /// Derivatives of the residuals by each `z`, where another fit tells them.
+    pub slopes: Vec<Option<DVector<f64>>>,
 }
 
 impl Start {
+    /// Of a hypothesis, whose derivatives nothing tells.
+    pub fn new(hypothesis: usize, unknowns: Vec<Unknown>, z: Vec<f64>) -> Self {
+        Self { hypothesis, slopes: vec![None; unknowns.len()], unknowns, z }
+    }
+
     /// Of the only hypothesis, every number where its prior has it.
     pub fn nominal(unknowns: Vec<Unknown>) -> Self {
-        Self { hypothesis: 0, z: vec![0.0; unknowns.len()], unknowns }
+        let z = vec![0.0; unknowns.len()];
+        Self::new(0, unknowns, z)
     }
 
     /// Where a fit ended.
     pub fn at(fitted: &Fitted) -> Self {
-        let Fitted { hypothesis, unknowns, z, .. } = fitted;
-        Self { hypothesis: *hypothesis, unknowns: unknowns.clone(), z: z.clone() }
+        Self::new(fitted.hypothesis, fitted.unknowns.clone(), fitted.z.clone()).beside(fitted)
+    }
+
+    /// With the derivatives of another fit by the numbers that both have.
+    #[must_use]
+    pub fn beside(self, fitted: &Fitted) -> Self {
+        let slope = |unknown: &Unknown| {
+            let place = fitted.place(unknown.field).filter(|place| fitted.unknowns[*place].prior == unknown.prior);
+            place.filter(|place| *place < fitted.jacobian.ncols()).map(|place| fitted.jacobian.column(place).into())
+        };
+        Self { slopes: self.unknowns.iter().map(slope).collect(), ..self }
     }
 }
 
@@ -157,7 +187,17 @@ impl Fitted {
 /// A fit under way.
 struct Climb {
     at: Fitted,
+    /// Derivatives of the residuals by each `z`.
+    slopes: Vec<DVector<f64>>,
+    /// Which of them are to be simulated in the next round.
+    due: Vec<bool>,
+    /// Whether some of them are those of another place.
+    aged: bool,
     damping: f64,
+    /// Difference over which derivatives are taken.
+    quotient: f64,
+    /// How far a nuisance may go in a round.
+    reach: f64,
     /// What the last round gained.
     gained: f64,
     done: bool,
@@ -166,52 +206,55 @@ struct Climb {
 /// Fits all starts by difference quotients over such a share of a standard deviation; the best of each hypothesis comes
 /// back, in the order of their numbers.
 pub fn fit(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Fitted> {
-    let mut climbs = begun(starts, base, simulate);
+    let mut climbs = begun(starts, base, quotient, simulate);
     for round in 0..ROUNDS {
         if climbs.iter().all(|climb| climb.done) {
             break;
         }
-        differentiate(&mut climbs, base, quotient, simulate);
+        differentiate(&mut climbs, base, simulate);
         step(&mut climbs, base, simulate);
-        if round + 1 >= PATIENCE {
-            drop_trailing(&mut climbs);
+        if let Some((_, trail)) = TRAILS.iter().rfind(|(rounds, _)| *rounds <= round + 1) {
+            drop_trailing(&mut climbs, *trail);
             give_up_hopeless(&mut climbs);
         }
     }
     best_of_each(climbs)
 }
 
-fn begun(starts: Vec<Start>, base: &[f64], simulate: &Simulate) -> Vec<Climb> {
+fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Climb> {
     let sets: Vec<_> = starts.iter().map(|start| applied(base, &start.unknowns, &start.z)).collect();
     let residuals = simulate(&sets);
     let climb = |(start, residual): (Start, DVector<f64>)| {
-        let Start { hypothesis, unknowns, z } = start;
-        let jacobian = DMatrix::zeros(0, 0);
+        let Start { hypothesis, unknowns, z, slopes } = start;
+        let (due, aged) = (slopes.iter().map(Option::is_none).collect(), slopes.iter().any(Option::is_some));
+        let slopes = slopes.into_iter().map(|slope| slope.unwrap_or_else(|| DVector::zeros(0))).collect();
+        let jacobian = DMatrix::zeros(residual.len(), 0);
         let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None, freed: false };
-        Climb { at, damping: 1e-3, gained: 0.0, done: false }
+        Climb { at, slopes, due, aged, damping: 1e-3, quotient, reach: REACH, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()
 }
 
-/// Jacobians of all fits under way, by forward differences in one batch.
-fn differentiate(climbs: &mut [Climb], base: &[f64], quotient: f64, simulate: &Simulate) {
+/// Jacobians of all fits under way, by forward differences in one batch where they are due.
+fn differentiate(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
     let mut sets = Vec::new();
     for climb in climbs.iter().filter(|climb| !climb.done) {
-        for column in 0..climb.at.z.len() {
+        for column in (0..climb.at.z.len()).filter(|column| climb.due[*column]) {
             let mut z = climb.at.z.clone();
-            z[column] += quotient;
+            z[column] += climb.quotient;
             sets.push(applied(base, &climb.at.unknowns, &z));
         }
     }
     let mut moved = simulate(&sets).into_iter();
     for climb in climbs.iter_mut().filter(|climb| !climb.done) {
-        let columns: Vec<DVector<f64>> = (0..climb.at.z.len())
-            .map(|_| (moved.next().expect("one residual a set") - &climb.at.residual) / quotient)
-            .collect();
-        climb.at.jacobian = match columns.is_empty() {
-            true => DMatrix::zeros(climb.at.residual.len(), 0),
-            false => DMatrix::from_columns(&columns),
-        };
+        climb.aged &= climb.due.iter().any(|due| !due);
+        for (slope, due) in climb.slopes.iter_mut().zip(&mut climb.due).filter(|(_, due)| **due) {
+            *slope = (moved.next().expect("one residual a set") - &climb.at.residual) / climb.quotient;
+            *due = false;
+        }
+        if !climb.slopes.is_empty() {
+            climb.at.jacobian = DMatrix::from_columns(&climb.slopes);
+        }
     }
 }
 
@@ -223,23 +266,52 @@ fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
     let sets: Vec<_> =
         climbs.iter().zip(&trials).flat_map(|(climb, list)| list.iter().map(move |z| set((climb, z)))).collect();
     let mut residuals = simulate(&sets).into_iter();
-    for (climb, list) in climbs.iter_mut().zip(trials) {
-        let before = climb.at.cost();
-        let (mut gained, mut factor) = (0.0, DAMPINGS[3]);
-        for (z, damping) in list.into_iter().zip(DAMPINGS) {
-            let residual = residuals.next().expect("one residual a set");
-            let cost = residual.norm_squared() + z.iter().map(|z| z * z).sum::<f64>();
-            if cost < before - gained {
-                (gained, factor) = (before - cost, damping);
-                (climb.at.z, climb.at.residual) = (z, residual);
-            }
+    for (climb, list) in climbs.iter_mut().zip(trials).filter(|(climb, _)| !climb.done) {
+        climb.moved(list.into_iter().map(|z| (z, residuals.next().expect("one residual a set"))));
+    }
+}
+
+impl Climb {
+    /// Goes to the best of some trials, one a damping, and sees which derivatives are due there.
+    fn moved(&mut self, trials: impl Iterator<Item = (Vec<f64>, DVector<f64>)>) {
+        let before = self.at.cost();
+        let tried = trials.zip(DAMPINGS).map(|((z, residual), damping)| (cost(&residual, &z), damping, z, residual));
+        let best = tried.filter(|trial| trial.0 < before).min_by(|a, b| a.0.total_cmp(&b.0));
+        let gained = best.as_ref().map_or(0.0, |best| before - best.0);
+        let promised = best.as_ref().map_or(0.0, |best| before - self.expected(&best.2));
+        let factor = best.as_ref().map_or(DAMPINGS[3], |best| best.1);
+        if let Some((_, _, z, residual)) = best {
+            (self.at.z, self.at.residual) = (z, residual);
+        }
+        let enough = f64::max(GAIN, SHARE * (before - self.at.residual.len() as f64));
+        let (settled, agrees) = (gained < enough, (AGREES * promised..=promised / AGREES).contains(&gained));
+        // What jumps from sample to sample has a slope over a longer way only.
+        let much = self.at.residual.norm_squared() > MUCH * self.at.residual.len() as f64;
+        let misled = !self.aged && self.quotient < LONGEST && if settled { much } else { !agrees };
+        // Derivatives of another place are good while they promise what comes.
+        let outdated = misled || self.aged && (settled || !agrees);
+        for (unknown, due) in self.at.unknowns.iter().zip(&mut self.due) {
+            *due = outdated || (gained > 0.0 && unknown.role != Role::Nuisance);
         }
         // A step that gains nothing is tried once more, much shorter.
-        let enough = f64::max(GAIN, SHARE * (before - climb.at.residual.len() as f64));
-        climb.done |= gained < enough && (gained > 0.0 || climb.damping > STUCK);
-        climb.damping = (climb.damping * factor).max(1e-9);
-        climb.gained = gained;
+        self.done = settled && !outdated && (gained > 0.0 || self.damping > STUCK);
+        self.damping = if outdated { self.damping } else { (self.damping * factor).max(1e-9) };
+        self.reach = if agrees { 2.0 * self.reach } else { REACH };
+        self.quotient = if misled { f64::min(LONGER * self.quotient, LONGEST) } else { self.quotient };
+        self.aged |= gained > 0.0;
+        self.gained = gained;
     }
+
+    /// What would be left elsewhere if the derivatives held that far.
+    fn expected(&self, z: &[f64]) -> f64 {
+        let step = DVector::from_iterator(z.len(), z.iter().zip(&self.at.z).map(|(to, from)| to - from));
+        cost(&(&self.at.residual + &self.at.jacobian * step), z)
+    }
+}
+
+/// What fits minimise, without noise that is carried.
+fn cost(residual: &DVector<f64>, z: &[f64]) -> f64 {
+    residual.norm_squared() + z.iter().map(|z| z * z).sum::<f64>()
 }
 
 /// Where the next step would lead for each damping.
@@ -251,7 +323,7 @@ fn trials(climb: &Climb) -> Vec<Vec<f64>> {
         let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * (climb.damping * factor)));
         let step = damped.cholesky().map_or_else(|| DVector::zeros(size), |cholesky| cholesky.solve(&gradient));
         let moved = |(i, unknown): (usize, &Unknown)| {
-            let reach = if unknown.role == Role::Size { f64::INFINITY } else { 1.0 };
+            let reach = if unknown.role == Role::Size { f64::INFINITY } else { climb.reach };
             unknown.prior.allowed(at.z[i] - step[i].clamp(-reach, reach))
         };
         at.unknowns.iter().enumerate().map(moved).collect()
@@ -260,13 +332,13 @@ fn trials(climb: &Climb) -> Vec<Vec<f64>> {
 }
 
 /// Gives up the starts that trail far behind the best of their hypothesis.
-fn drop_trailing(climbs: &mut Vec<Climb>) {
+fn drop_trailing(climbs: &mut Vec<Climb>, trail: f64) {
     let best = |climbs: &[Climb], hypothesis: usize| {
         let own = climbs.iter().filter(|climb| climb.at.hypothesis == hypothesis);
         own.map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min)
     };
     let keep: Vec<bool> =
-        climbs.iter().map(|c| c.at.cost() <= (1.0 + TRAIL) * best(climbs, c.at.hypothesis) + 1.0).collect();
+        climbs.iter().map(|c| c.at.cost() <= (1.0 + trail) * best(climbs, c.at.hypothesis) + 1.0).collect();
     let mut keep = keep.into_iter();
     climbs.retain(|_| keep.next().expect("one answer a fit"));
 }
@@ -313,7 +385,7 @@ mod tests {
             unknown(0, Prior::Positive { scale: 1.0 }, Role::Size),
             unknown(1, Prior::LogNormal { centre: 4.0, spread: 0.5 }, Role::Form),
         ];
-        let start = |z: [f64; 2]| Start { hypothesis: 3, unknowns: unknowns.clone(), z: z.into() };
+        let start = |z: [f64; 2]| Start::new(3, unknowns.clone(), z.into());
         let found = fit(vec![start([0.1, 0.0]), start([0.1, 1.8])], &[0.0, 1.0], 2e-3, &wave([0.7, 5.0]));
         assert_eq!((found.len(), found[0].hypothesis), (1, 3));
         let values = found[0].values(&[0.0, 1.0]);
@@ -324,7 +396,7 @@ mod tests {
     #[test]
     fn a_size_that_would_be_negative_stays_at_nothing() {
         let unknowns = vec![unknown(0, Prior::Positive { scale: 1.0 }, Role::Size)];
-        let start = Start { hypothesis: 0, unknowns, z: vec![0.5] };
+        let start = Start::new(0, unknowns, vec![0.5]);
         let found = fit(vec![start], &[0.0, 5.0], 2e-3, &wave([-0.3, 5.0]));
         assert_eq!(found[0].z, [0.0]);
     }
