@@ -11,7 +11,7 @@ use crate::inference::noise::Noise;
 use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use crate::soundness::{PULLED, drop_worthless, is_sound};
+use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
@@ -236,7 +236,8 @@ impl<'a> Bench<'a> {
             .map(|(hypotheses, fitted)| {
                 let evidence = evidence(&fitted, dispersion);
                 let log_odds = evidence.log - none;
-                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence);
+                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence)
+                    && !is_strained_for_nothing(&fitted, &null);
                 Candidate { hypotheses, fitted, evidence, deviations: Vec::new(), log_odds, sound, adequacy: None }
             })
             .collect();

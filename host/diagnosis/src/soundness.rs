@@ -55,6 +55,12 @@ pub(crate) fn is_strained(fitted: &Fitted) -> bool {
     fitted.nuisances().any(|(_, _, z)| z.abs() > PULLED)
 }
 
+/// Whether a fit strains a nuisance and yet explains no more than the nuisances do alone: then the nuisance is the finding,
+/// and the effect only takes some tolerances off it.
+pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {
+    is_strained(fitted) && fitted.chi2() > null.chi2()
+}
+
 /// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
 /// that another one takes back: then it bends with what is missing.
 fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
