@@ -9,7 +9,7 @@ use crate::plan::{Case, Task};
 use crate::plant::code;
 use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
 use crate::seal::{SealedTruth, seal};
-use softdock_diagnosis::decide::{BlockAnswer, EffectFound};
+use softdock_diagnosis::answer::{BlockAnswer, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
@@ -228,7 +228,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
     let is_own = |number: &usize| library[*number].effect.id == found.id;
     let with = judgement.ranking.iter().find(|c| c.sound && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, told): (&String, &softdock_diagnosis::decide::Estimate)| {
+    let of = |(name, told): (&String, &softdock_diagnosis::answer::Estimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);

@@ -1,9 +1,10 @@
 //! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
 
+use crate::answer::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict};
 use crate::block::MeasuredBlock;
 use crate::block::controller::torques_between;
 use crate::block::facility::FacilityModel;
-use crate::decide::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, decide};
+use crate::decide::decide;
 use crate::experiment::Experiment;
 use crate::free_run::FreeRun;
 use crate::hold_out::{Every, default_of, last_third, split};

@@ -1,8 +1,8 @@
 //! The diagnosis' page: one self-contained HTML file, plain words first.
 
 use crate::Result;
+use crate::answer::BlockAnswer;
 use crate::block::MeasuredBlock;
-use crate::decide::BlockAnswer;
 use crate::diagnosis::{Diagnosis, Judged};
 use crate::free_run::Extension;
 use crate::inference::fit::Fitted;

@@ -1,7 +1,7 @@
 //! The extended model: the model file as it is, with what a diagnosis found added at its end.
 
+use crate::answer::{EffectFound, Estimate, Verdict};
 use crate::block::robot;
-use crate::decide::{EffectFound, Estimate, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::words::{estimated, headline};
 use std::collections::BTreeMap;

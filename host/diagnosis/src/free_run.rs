@@ -3,8 +3,8 @@
 //! Simulated from the first measured state on, with nothing measured after it. Medians over the tosses, with intervals of
 //! the bootstrap over tosses: some land on an edge, and then no model tells to which side they fall.
 
+use crate::answer::{Estimate, parameters};
 use crate::block::toss::{StateNoise, clear, free_run};
-use crate::decide::{Estimate, parameters};
 use crate::diagnosis::Judged;
 use crate::recording::grid::Piece;
 use crate::recording::state::{Poses, State};

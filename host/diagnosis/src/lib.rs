@@ -1,8 +1,9 @@
 //! What measured data say of the models: identification of the robots, and diagnosis of what a simulation gets wrong.
 
+pub mod answer;
 pub mod block;
 mod combine;
-pub mod decide;
+mod decide;
 pub mod diagnosis;
 pub mod diagnosis_page;
 mod error;

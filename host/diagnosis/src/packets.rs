@@ -1,8 +1,8 @@
 //! What has no mean on a command's way: packets that get lost, and a delay that differs from packet to packet. Both are
 //! judged by what repeats of one command differ by.
 
+use crate::answer::{BlockAnswer, EffectFound, Estimate, Verdict};
 use crate::block::{MeasuredBlock, Trial};
-use crate::decide::{BlockAnswer, EffectFound, Estimate, Verdict};
 use crate::inference::evidence::Interval;
 use crate::recording::grid::Piece;
 use crate::variance::{Healthy, Memory, correlation};

@@ -4,7 +4,7 @@
 //! A flag or a first change says that something happened after the row before: a delay between two such rows is known to
 //! a row either way, whatever the noise.
 
-use crate::decide::{BlockAnswer, EffectFound, Estimate, Residual, Verdict};
+use crate::answer::{BlockAnswer, EffectFound, Estimate, Residual, Verdict};
 use crate::inference::evidence::Interval;
 use crate::isolability::BlockView;
 use crate::recording::grid::{Finding, Piece};

@@ -1,6 +1,6 @@
 //! A diagnosis in plain words.
 
-use crate::decide::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, RuledOut, Verdict};
+use crate::answer::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, RuledOut, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::experiment::Experiment;
 use crate::free_run::{Compared, FreeRun, Median};

@@ -1,7 +1,7 @@
 //! Tossed cubes, whose generator knows blows as impulses.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::decide::{Estimate, Verdict};
+use softdock_diagnosis::answer::{Estimate, Verdict};
 use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
 use softdock_gauntlet::{Hidden, tosses};
 

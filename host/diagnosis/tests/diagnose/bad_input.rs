@@ -1,7 +1,7 @@
 //! Recordings and model files that are wrong: a clear finding or a clear error, never a wrong name.
 
 use crate::bench::{Bench, drive};
-use softdock_diagnosis::decide::Verdict;
+use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::diagnosis::Options;
 
 fn refused(bench: &Bench) -> String {

@@ -1,7 +1,7 @@
 //! Recordings of the gauntlet's benches, whose generator shares no code with the fitter, and their diagnosis.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::decide::{BlockAnswer, Verdict};
+use softdock_diagnosis::answer::{BlockAnswer, Verdict};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, prepare};
 use softdock_diagnosis::{Error, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;

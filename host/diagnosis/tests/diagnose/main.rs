@@ -5,7 +5,7 @@ mod bench;
 mod measured;
 
 use bench::{Bench, Kind, assert_named, drive};
-use softdock_diagnosis::decide::Verdict;
+use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;

@@ -1,7 +1,7 @@
 //! Measured data that nobody in this project made; their folder is in `SOFTDOCK_DATA`.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::decide::Verdict;
+use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
 use std::path::{Path, PathBuf};
 
