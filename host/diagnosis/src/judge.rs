@@ -44,7 +44,9 @@ pub struct Candidate {
     pub log_odds: f64,
     /// Whether it is what its name says; see `is_sound`.
     pub sound: bool,
-    /// Held-out data, if there are any.
+    /// Whitened residuals of held-out data, none if there are none.
+    pub held_out: DVector<f64>,
+    /// How it does on held-out data, if there are any.
     pub adequacy: Option<Adequacy>,
 }
 
@@ -238,14 +240,14 @@ impl<'a> Bench<'a> {
                 let log_odds = evidence.log - none;
                 let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence)
                     && !is_strained_for_nothing(&fitted, &null);
-                Candidate { hypotheses, fitted, evidence, deviations: Vec::new(), log_odds, sound, adequacy: None }
+                Candidate { log_odds, sound, ..Candidate::new(hypotheses, fitted, evidence) }
             })
             .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&clamped, &mut ranking);
-        drop_worthless(&mut ranking);
+        drop_worthless(&mut ranking, dispersion);
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
             true => 1.0,
@@ -321,6 +323,7 @@ impl<'a> Bench<'a> {
             let own = own.unwrap_or_else(|| with.clone());
             let carried = [candidate.fitted.carried, clamped.carried];
             candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice(), carried));
+            candidate.held_out = with.clone();
         }
     }
 
@@ -438,6 +441,12 @@ pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -
 }
 
 impl Candidate {
+    /// A fit of some hypotheses of which no more is known than its evidence.
+    pub(crate) fn new(hypotheses: Vec<usize>, fitted: Fitted, evidence: Evidence) -> Self {
+        let (deviations, held_out) = (Vec::new(), DVector::zeros(0));
+        Self { hypotheses, fitted, evidence, deviations, log_odds: 0.0, sound: true, held_out, adequacy: None }
+    }
+
     /// The nuisance that was pulled furthest, and how far.
     pub fn greatest_pull(&self) -> Option<(&str, f64)> {
         greatest_pull(&self.fitted)

@@ -238,9 +238,7 @@ impl Search<'_> {
         let evidence_of = |fitted: &Fitted| evidence(fitted, dispersion);
         let own = evidence_of(&fitted);
         let log_odds = own.log - evidence_of(&judgement.null).log;
-        let hypotheses = members.to_vec();
-        let (evidence, deviations) = (own, Vec::new());
-        let mut one = [Candidate { hypotheses, fitted, evidence, deviations, log_odds, sound: true, adequacy: None }];
+        let mut one = [Candidate { log_odds, ..Candidate::new(members.to_vec(), fitted, own) }];
         self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.clamped, &mut one);

@@ -1,6 +1,6 @@
 //! Whether fits are what their names say, and combinations worth their effects.
 
-use crate::inference::adequacy::ADEQUATE;
+use crate::inference::adequacy::{ADEQUATE, adequacy};
 use crate::inference::evidence::Evidence;
 use crate::inference::fit::Fitted;
 use crate::inference::unknown::{Role, Unknown};
@@ -81,13 +81,13 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
 }
 
 /// Drops the combinations that explain hardly more of the held-out motion than one of their parts does, parts that are
-/// dropped themselves aside.
-pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>) {
+/// dropped themselves aside; `dispersion` as in the evidence.
+pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
     let mut places: Vec<usize> = (0..ranking.len()).collect();
     places.sort_by_key(|place| ranking[*place].hypotheses.len());
     let mut kept: Vec<usize> = Vec::new();
     for place in places {
-        if is_worthwhile(&ranking[place], kept.iter().map(|place| &ranking[*place])) {
+        if is_worthwhile(&ranking[place], kept.iter().map(|place| &ranking[*place]), dispersion) {
             kept.push(place);
         }
     }
@@ -97,8 +97,9 @@ pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>) {
 
 /// Whether a combination explains more of the held-out motion than any of its parts does: where a part leaves more than
 /// noise, one more effect must explain half of that, else it only bends with what is missing. A part that strains a
-/// nuisance explains by what is none, and does not count.
-fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>) -> bool {
+/// nuisance explains by what is none, and does not count. Where nothing explains what is learnt from, what is left there
+/// is no noise that the evidence could weigh: then chance must not make what is held out look better either.
+fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>, dispersion: f64) -> bool {
     let Some(own) = candidate.adequacy else {
         return true;
     };
@@ -107,7 +108,17 @@ fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Ca
             && part.hypotheses.iter().all(|member| candidate.hypotheses.contains(member))
     };
     let parts = smaller.filter(|part| is_part(part) && !is_strained(&part.fitted));
-    let least = parts.filter_map(|part| part.adequacy).map(|part| part.with).fold(f64::INFINITY, f64::min);
+    let best = parts.filter_map(|part| Some((part, part.adequacy?.with))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((best, least)) = best else {
+        return true;
+    };
     let gains = 1.0 - (own.with / least).sqrt() > WORTH;
-    gains && (least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0))
+    let is_much = least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0);
+    gains && is_much && (dispersion < NEARLY_NOISE || surely_gains(candidate, best))
+}
+
+/// Whether a candidate explains more of the held-out motion than another, and not by chance.
+fn surely_gains(candidate: &Candidate, other: &Candidate) -> bool {
+    let [with, without] = [candidate, other].map(|candidate| candidate.held_out.as_slice());
+    adequacy(with, with, without, [candidate.fitted.carried, other.fitted.carried]).gain_lo > 0.0
 }
