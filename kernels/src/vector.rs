@@ -124,6 +124,12 @@ impl<R: Real> Vec3<R> {
         self.zip(o, |a, b| a.mul_add(s, b))
     }
 
+    /// The same vector with y called x, z called y, and x called z.
+    #[inline(always)]
+    pub(crate) fn cycled(self) -> Self {
+        vec3(self.y, self.z, self.x)
+    }
+
     /// Euclidean length.
     #[inline(always)]
     pub fn norm(self) -> R {
@@ -141,6 +147,24 @@ impl<R: Real> Vec3<R> {
     pub fn clamp(self, limit: R) -> Self {
         let low = -limit;
         vec3(self.x.min(limit).max(low), self.y.min(limit).max(low), self.z.min(limit).max(low))
+    }
+}
+
+impl Vec3<f64> {
+    /// Vector product of a constant of the model, whose zeros cost nothing, and a vector, added to another one.
+    #[inline(always)]
+    pub(crate) fn cross_onto<R: Real>(self, v: Vec3<R>, onto: Vec3<R>) -> Vec3<R> {
+        let (Vec3 { x, y, z }, mut sum) = (Vec3::<R>::lit(self), onto);
+        if self.x != 0.0 {
+            sum = vec3(sum.x, v.z.mul_add(-x, sum.y), v.y.mul_add(x, sum.z));
+        }
+        if self.y != 0.0 {
+            sum = vec3(v.z.mul_add(y, sum.x), sum.y, v.x.mul_add(-y, sum.z));
+        }
+        if self.z != 0.0 {
+            sum = vec3(v.y.mul_add(-z, sum.x), v.x.mul_add(z, sum.y), sum.z);
+        }
+        sum
     }
 }
 
@@ -227,6 +251,12 @@ impl<R: Real> Sym3<R> {
         )
     }
 
+    /// The same tensor with y called x, z called y, and x called z.
+    #[inline(always)]
+    pub(crate) fn cycled(self) -> Self {
+        Self { xx: self.yy, yy: self.zz, zz: self.xx, xy: self.yz, xz: self.xy, yz: self.xz }
+    }
+
     /// `R I R^T`: the same tensor in the axes that `rotation` leads to.
     #[inline(always)]
     pub fn rotated(self, rotation: Mat3<R>) -> Self {
@@ -303,6 +333,28 @@ impl<R: Real> Mat3<R> {
     #[inline(always)]
     pub fn times(self, v: Vec3<R>) -> Vec3<R> {
         self.z.scale_add(v.z, self.y.scale_add(v.y, self.x * v.x))
+    }
+
+    /// The same matrix with y called x, z called y, and x called z.
+    #[inline(always)]
+    pub(crate) fn cycled(self) -> Self {
+        Self { x: self.y.cycled(), y: self.z.cycled(), z: self.x.cycled() }
+    }
+
+    /// Matrix times a constant vector of the model, whose zeros cost nothing, added to a vector.
+    #[inline(always)]
+    pub(crate) fn times_onto(self, v: Vec3<f64>, onto: Vec3<R>) -> Vec3<R> {
+        let mut sum = onto;
+        if v.x != 0.0 {
+            sum = self.x.scale_add(R::lit(v.x), sum);
+        }
+        if v.y != 0.0 {
+            sum = self.y.scale_add(R::lit(v.y), sum);
+        }
+        if v.z != 0.0 {
+            sum = self.z.scale_add(R::lit(v.z), sum);
+        }
+        sum
     }
 
     /// Transposed matrix times vector.

@@ -51,7 +51,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         let (mut at, mut origin, mut joint) = (Vec3::zero(), [Vec3::zero(); N], [Vec3::zero(); N]);
         for i in 0..N {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
-            at = at + Mat3 { x, y, z }.times(Vec3::lit(link.origin));
+            at = Mat3 { x, y, z }.times_onto(link.origin, at);
             let tilt = Turn::<R>::lit(link.tilt);
             (y, z) = (y.scale_add(tilt.cos, z * tilt.sin), z.scale_add(tilt.cos, y * -tilt.sin));
             (x, y) = (x.scale_add(turn.cos, y * turn.sin), y.scale_add(turn.cos, x * -turn.sin));
@@ -182,7 +182,7 @@ impl<R: Real, const N: usize> Folded<R, N> {
         let (mut turning, mut acceleration, mut joint) = (Vec3::zero(), base, self.joint);
         for (i, joint) in joint.iter_mut().enumerate() {
             let (link, turn) = (&posture.chain.links[i], posture.turns[i]);
-            let moved = acceleration + turning.cross(Vec3::lit(link.origin));
+            let moved = (-link.origin).cross_onto(turning, acceleration);
             (turning, acceleration) = (link.outwards(turn, turning), link.outwards(turn, moved));
             let Force { moment, force } = self.give[i];
             *joint = *joint + moment.dot(turning) + force.dot(acceleration);

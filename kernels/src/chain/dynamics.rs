@@ -75,25 +75,33 @@ impl<R: Real> Course<R> {
         Self {
             rate: vec3(inner.x, inner.y, inner.z + rate),
             turning: vec3(inner.y.mul_add(rate, turning.x), inner.x.mul_add(-rate, turning.y), turning.z + gain),
-            acceleration: link.outwards(turn, self.acceleration + field.times(Vec3::lit(link.origin))),
+            acceleration: link.outwards(turn, field.times_onto(link.origin, self.acceleration)),
         }
     }
 }
 
 /// Moment of the inertial forces about the centre of mass: what is skew in `field * moments`.
 #[inline(always)]
-fn turning_moment<R: Real>(field: &Mat3<R>, moments: Sym3<f64>) -> Vec3<R> {
-    let Sym3 { xx, yy, zz, xy, xz, yz } = Sym3::<R>::lit(moments);
-    let (x, y, z) = (field.times(vec3(xx, xy, xz)), field.times(vec3(xy, yy, yz)), field.times(vec3(xz, yz, zz)));
-    vec3(y.z - z.y, z.x - x.z, x.y - y.x)
+pub(super) fn turning_moment<R: Real>(field: &Mat3<R>, moments: Sym3<f64>) -> Vec3<R> {
+    let (Mat3 { x, y, z }, Sym3 { xx, yy, zz, xy, xz, yz }) = (*field, Sym3::<R>::lit(moments));
+    let mut skew = vec3(y.z.mul_add(yy, z.y * -zz), z.x.mul_add(zz, x.z * -xx), x.y.mul_add(xx, y.x * -yy));
+    if moments.xy != 0.0 {
+        skew = vec3(x.z, -y.z, y.y - x.x).scale_add(xy, skew);
+    }
+    if moments.xz != 0.0 {
+        skew = vec3(-x.y, x.x - z.z, z.y).scale_add(xz, skew);
+    }
+    if moments.yz != 0.0 {
+        skew = vec3(z.z - y.y, y.x, -z.x).scale_add(yz, skew);
+    }
+    skew
 }
 
 /// Inertial force of a link, about its origin.
 #[inline(always)]
 fn inertial_force<R: Real>(course: &Course<R>, field: &Mat3<R>, link: &ChainLink) -> Force<R> {
-    let com = Vec3::lit(link.com);
-    let force = (course.acceleration + field.times(com)) * R::lit(link.mass);
-    Force { moment: turning_moment(field, link.moments) + com.cross(force), force }
+    let force = field.times_onto(link.com, course.acceleration) * R::lit(link.mass);
+    Force { moment: link.com.cross_onto(force, turning_moment(field, link.moments)), force }
 }
 
 impl<R: Real, const N: usize> Posture<'_, R, N> {
@@ -232,7 +240,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         let (mut turning, mut acceleration) = (turning, acceleration);
         for i in 0..N {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
-            let moved = acceleration + turning.cross(Vec3::lit(link.origin));
+            let moved = (-link.origin).cross_onto(turning, acceleration);
             (turning, acceleration) = (link.outwards(turn, turning), link.outwards(turn, moved));
             let Force { moment, force } = give[i];
             let along = moment.x.mul_add(turning.x, moment.y.mul_add(turning.y, force.dot(acceleration)));

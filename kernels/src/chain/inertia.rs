@@ -53,7 +53,7 @@ impl<R: Real> Force<R> {
     #[inline(always)]
     pub(crate) fn inwards(self, link: &ChainLink, turn: Turn<R>) -> Self {
         let force = link.inwards(turn, self.force);
-        Self { moment: link.inwards(turn, self.moment) + Vec3::lit(link.origin).cross(force), force }
+        Self { moment: link.origin.cross_onto(force, link.inwards(turn, self.moment)), force }
     }
 }
 
@@ -71,25 +71,40 @@ impl<R: Real> Rigid<R> {
     /// Seen from the inner link, in its axes about its origin; `mass` is that of the body.
     #[inline(always)]
     pub(crate) fn inwards(self, link: &ChainLink, turn: Turn<R>, mass: f64) -> Self {
-        let r = link.origin;
         let first = link.inwards(turn, self.first);
-        let inertia = tilted(turned(self.inertia, turn), Turn::lit(link.tilt));
-        // Parallel axes, from the origin outside: m (|r|^2 1 - r r^T) + 2 (r.h) 1 - r h^T - h r^T.
-        let inertia = inertia + Sym3::lit(Sym3::point_mass(mass, r));
-        let r = Vec3::<R>::lit(r);
-        let (x, y, z) = (r.x * first.x, r.y * first.y, r.z * first.z);
-        let (xx, yy, zz) = (y + z, x + z, x + y);
+        let inertia = tilted(turned(self.inertia, turn), link.tilt);
+        let r = link.origin;
+        let mut body = Self { first, inertia };
+        for along in [r.x, r.y, r.z] {
+            body = body.shifted_along_x(along, mass).cycled();
+        }
+        body
+    }
+
+    /// About a point that is so far behind on the x axis; parallel axes.
+    #[inline(always)]
+    fn shifted_along_x(self, r: f64, mass: f64) -> Self {
+        if r == 0.0 {
+            return self;
+        }
+        let (Vec3 { x, y, z }, inertia) = (self.first, self.inertia);
+        let across = x.mul_add(R::lit(2.0 * r), R::lit(mass * r * r));
         Self {
-            first: first + Vec3::lit(link.origin * mass),
+            first: vec3(x + R::lit(mass * r), y, z),
             inertia: Sym3 {
-                xx: inertia.xx + (xx + xx),
-                yy: inertia.yy + (yy + yy),
-                zz: inertia.zz + (zz + zz),
-                xy: first.x.mul_add(-r.y, first.y.mul_add(-r.x, inertia.xy)),
-                xz: first.x.mul_add(-r.z, first.z.mul_add(-r.x, inertia.xz)),
-                yz: first.y.mul_add(-r.z, first.z.mul_add(-r.y, inertia.yz)),
+                yy: inertia.yy + across,
+                zz: inertia.zz + across,
+                xy: y.mul_add(R::lit(-r), inertia.xy),
+                xz: z.mul_add(R::lit(-r), inertia.xz),
+                ..inertia
             },
         }
+    }
+
+    /// The same with y called x, z called y, and x called z.
+    #[inline(always)]
+    fn cycled(self) -> Self {
+        Self { first: self.first.cycled(), inertia: self.inertia.cycled() }
     }
 }
 
@@ -184,36 +199,52 @@ impl<R: Real> Articulated<R> {
     /// In the axes from which these are turned about x by a constant angle.
     #[inline(always)]
     fn tilted(self, tilt: Turn<f64>) -> Self {
-        let tilt = Turn::<R>::lit(tilt);
         let Mat3 { x, y, z } = self.coupling;
         let (x, y, z) = (tilt.about_x(x), tilt.about_x(y), tilt.about_x(z));
-        let coupling = Mat3 { x, y: y.scale_add(tilt.cos, z * -tilt.sin), z: y.scale_add(tilt.sin, z * tilt.cos) };
+        let Turn { cos, sin } = Turn::<R>::lit(tilt);
+        let (y, z) = if tilt.is_quarter() {
+            (z * -sin, y * sin)
+        } else {
+            (y.scale_add(cos, z * -sin), y.scale_add(sin, z * cos))
+        };
+        let coupling = Mat3 { x, y, z };
         Self { rotation: tilted(self.rotation, tilt), coupling, translation: tilted(self.translation, tilt) }
     }
 
-    /// About the origin of the axes in which this one's origin is `r`.
+    /// About the origin of the axes in which this one's origin is `r`: axis by axis, since links lie along one or two.
     #[inline(always)]
-    fn shifted(self, r: Vec3<f64>) -> Self {
-        let r = Vec3::<R>::lit(r);
-        let (c, m) = (self.coupling, self.translation);
-        let (mx, my, mz) = (vec3(m.xx, m.xy, m.xz), vec3(m.xy, m.yy, m.yz), vec3(m.xz, m.yz, m.zz));
-        let coupling = Mat3 {
-            x: my.scale_add(-r.z, mz.scale_add(r.y, c.x)),
-            y: mz.scale_add(-r.x, mx.scale_add(r.z, c.y)),
-            z: mx.scale_add(-r.y, my.scale_add(r.x, c.z)),
-        };
-        // J + [r] C_old + ([r] C_new)^T.
-        let both = Mat3 { x: c.x + coupling.x, y: c.y + coupling.y, z: c.z + coupling.z };
-        let j = self.rotation;
+    fn shifted(mut self, r: Vec3<f64>) -> Self {
+        for along in [r.x, r.y, r.z] {
+            self = self.shifted_along_x(along).cycled();
+        }
+        self
+    }
+
+    /// About a point that is so far behind on the x axis: J + [r] C_old + ([r] C_new)^T.
+    #[inline(always)]
+    fn shifted_along_x(self, r: f64) -> Self {
+        if r == 0.0 {
+            return self;
+        }
+        let (r, c, m) = (R::lit(r), self.coupling, self.translation);
+        let y = vec3(m.xz, m.yz, m.zz).scale_add(-r, c.y);
+        let z = vec3(m.xy, m.yy, m.yz).scale_add(r, c.z);
         let rotation = Sym3 {
-            xx: cross_x(r, both.x, j.xx),
-            yy: cross_y(r, both.y, j.yy),
-            zz: cross_z(r, both.z, j.zz),
-            xy: cross_x(r, c.y, cross_y(r, coupling.x, j.xy)),
-            xz: cross_x(r, c.z, cross_z(r, coupling.x, j.xz)),
-            yz: cross_y(r, c.z, cross_z(r, coupling.y, j.yz)),
+            xx: self.rotation.xx,
+            yy: (c.y.z + y.z).mul_add(-r, self.rotation.yy),
+            zz: (c.z.y + z.y).mul_add(r, self.rotation.zz),
+            xy: c.x.z.mul_add(-r, self.rotation.xy),
+            xz: c.x.y.mul_add(r, self.rotation.xz),
+            yz: (y.y - c.z.z).mul_add(r, self.rotation.yz),
         };
-        Self { rotation, coupling, translation: m }
+        Self { rotation, coupling: Mat3 { x: c.x, y, z }, translation: m }
+    }
+
+    /// The same with y called x, z called y, and x called z.
+    #[inline(always)]
+    fn cycled(self) -> Self {
+        let Self { rotation, coupling, translation } = self;
+        Self { rotation: rotation.cycled(), coupling: coupling.cycled(), translation: translation.cycled() }
     }
 }
 
@@ -230,41 +261,19 @@ impl<R: Real> Released<R> {
     /// In the axes from which these are turned about x by a constant angle.
     #[inline(always)]
     fn tilted(self, tilt: Turn<f64>) -> Articulated<R> {
-        let tilt = Turn::<R>::lit(tilt);
+        let (zero, Turn { cos, sin }) = (R::lit(0.0), Turn::<R>::lit(tilt));
         let [x, y] = self.coupling;
         let (x, y) = (tilt.about_x(x), tilt.about_x(y));
-        let (yy, yz) = (self.yy * tilt.cos, self.yy * tilt.sin);
-        Articulated {
-            rotation: Sym3 {
-                xx: self.xx,
-                yy: yy * tilt.cos,
-                zz: yz * tilt.sin,
-                xy: self.xy * tilt.cos,
-                xz: self.xy * tilt.sin,
-                yz: yz * tilt.cos,
-            },
-            coupling: Mat3 { x, y: y * tilt.cos, z: y * tilt.sin },
-            translation: tilted(self.translation, tilt),
-        }
+        let (rotation, y, z) = if tilt.is_quarter() {
+            let rotation = Sym3 { xx: self.xx, yy: zero, zz: self.yy, xy: zero, xz: self.xy * sin, yz: zero };
+            (rotation, Vec3::zero(), y * sin)
+        } else {
+            let (yy, yz) = (self.yy * cos, self.yy * sin);
+            let (xy, xz) = (self.xy * cos, self.xy * sin);
+            (Sym3 { xx: self.xx, yy: yy * cos, zz: yz * sin, xy, xz, yz: yz * cos }, y * cos, y * sin)
+        };
+        Articulated { rotation, coupling: Mat3 { x, y, z }, translation: tilted(self.translation, tilt) }
     }
-}
-
-/// The x component of `r` x `v`, added to a number.
-#[inline(always)]
-fn cross_x<R: Real>(r: Vec3<R>, v: Vec3<R>, onto: R) -> R {
-    v.y.mul_add(-r.z, v.z.mul_add(r.y, onto))
-}
-
-/// The y component of `r` x `v`, added to a number.
-#[inline(always)]
-fn cross_y<R: Real>(r: Vec3<R>, v: Vec3<R>, onto: R) -> R {
-    v.z.mul_add(-r.x, v.x.mul_add(r.z, onto))
-}
-
-/// The z component of `r` x `v`, added to a number.
-#[inline(always)]
-fn cross_z<R: Real>(r: Vec3<R>, v: Vec3<R>, onto: R) -> R {
-    v.x.mul_add(-r.y, v.y.mul_add(r.x, onto))
 }
 
 /// The x and y columns of a matrix in the axes from which its own are turned about z.
@@ -298,8 +307,14 @@ fn turned<R: Real>(m: Sym3<R>, turn: Turn<R>) -> Sym3<R> {
 
 /// A tensor in the axes from which its own are turned about x by a constant angle.
 #[inline(always)]
-fn tilted<R: Real>(m: Sym3<R>, tilt: Turn<R>) -> Sym3<R> {
-    let (c, s) = (tilt.cos, tilt.sin);
+fn tilted<R: Real>(m: Sym3<R>, tilt: Turn<f64>) -> Sym3<R> {
+    let Turn { cos: c, sin: s } = Turn::<R>::lit(tilt);
+    if tilt.is_quarter() {
+        return Sym3 { xx: m.xx, yy: m.zz, zz: m.yy, xy: m.xz * -s, xz: m.xy * s, yz: -m.yz };
+    }
+    if tilt.is_none() {
+        return m;
+    }
     // Rows of R M.
     let (yy, yz) = (m.yy.mul_add(c, m.yz * -s), m.yz.mul_add(c, m.zz * -s));
     let (zy, zz) = (m.yy.mul_add(s, m.yz * c), m.yz.mul_add(s, m.zz * c));

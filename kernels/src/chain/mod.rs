@@ -2,12 +2,15 @@
 //!
 //! Link axes: z along the link's own joint, x across it and the next one. Neighbours then differ by a shift, a turn
 //! about x by a constant angle and a turn about z by the joint's: the cheapest transforms there are, and most
-//! constants of usual arms are exactly 0 or 1. McMillan and Orin, IEEE Trans. Robotics and Automation 11 (1995) 841;
+//! constants of usual arms are exactly 0 or 1, which branches on the model make use of: lanes would multiply by them,
+//! and the tracer's constants choose the branch. McMillan and Orin, IEEE Trans. Robotics and Automation 11 (1995) 841;
 //! unlike Denavit-Hartenberg frames, origins stay at the joints, so that nearly parallel axes do no harm.
 
 pub(crate) mod driven;
 pub(crate) mod dynamics;
 pub(crate) mod inertia;
+#[cfg(test)]
+mod tests;
 
 use crate::bundle;
 use crate::model::Link;
@@ -150,14 +153,13 @@ impl ChainLink {
     /// A vector of this link's axes in the inner link's.
     #[inline(always)]
     pub(crate) fn inwards<R: Real>(&self, turn: Turn<R>, v: Vec3<R>) -> Vec3<R> {
-        Turn::lit(self.tilt).about_x(turn.about_z(v))
+        self.tilt.about_x(turn.about_z(v))
     }
 
     /// A vector of the inner link's axes in this link's.
     #[inline(always)]
     pub(crate) fn outwards<R: Real>(&self, turn: Turn<R>, v: Vec3<R>) -> Vec3<R> {
-        let (c, s) = (R::lit(self.tilt.cos), R::lit(self.tilt.sin));
-        let v = vec3(v.x, v.y.mul_add(c, v.z * s), v.z.mul_add(c, v.y * -s));
+        let v = self.tilt.back().about_x(v);
         vec3(v.x.mul_add(turn.cos, v.y * turn.sin), v.y.mul_add(turn.cos, v.x * -turn.sin), v.z)
     }
 }
@@ -168,6 +170,37 @@ impl Turn<f64> {
         // Exactly 0 and 1, or the axes would not stay square.
         let one = |value: f64, other: f64| if other == 0.0 { value.signum() } else { value };
         Self { cos: one(cos, sin), sin: one(sin, cos) }
+    }
+
+    /// Whether it is a quarter turn: such a one only changes places and signs.
+    #[inline(always)]
+    pub(crate) fn is_quarter(self) -> bool {
+        self.cos == 0.0
+    }
+
+    /// Whether nothing turns.
+    #[inline(always)]
+    pub(crate) fn is_none(self) -> bool {
+        self.sin == 0.0 && self.cos > 0.0
+    }
+
+    /// The turn that undoes it.
+    #[inline(always)]
+    fn back(self) -> Self {
+        Self { cos: self.cos, sin: -self.sin }
+    }
+
+    /// A vector turned about x.
+    #[inline(always)]
+    pub(crate) fn about_x<R: Real>(self, v: Vec3<R>) -> Vec3<R> {
+        let Turn { cos, sin } = Turn::<R>::lit(self);
+        if self.is_quarter() {
+            vec3(v.x, v.z * -sin, v.y * sin)
+        } else if self.is_none() {
+            v
+        } else {
+            vec3(v.x, v.y.mul_add(cos, v.z * -sin), v.y.mul_add(sin, v.z * cos))
+        }
     }
 }
 
@@ -190,12 +223,6 @@ impl<R: Real> Turn<R> {
     pub(crate) fn and(self, o: Self) -> Self {
         let sin = self.sin.mul_add(o.cos, self.cos * o.sin);
         Self { cos: self.cos.mul_add(o.cos, self.sin * -o.sin), sin }
-    }
-
-    /// A vector turned about x.
-    #[inline(always)]
-    pub(crate) fn about_x(self, v: Vec3<R>) -> Vec3<R> {
-        vec3(v.x, v.y.mul_add(self.cos, v.z * -self.sin), v.y.mul_add(self.sin, v.z * self.cos))
     }
 
     /// A vector turned about z.
