@@ -5,6 +5,7 @@
 
 mod arms;
 pub mod facility;
+mod kept;
 pub mod single;
 pub mod tile_state;
 
@@ -27,9 +28,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
 use crate::staged::{
-    advance, carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, finish, followed, gather,
-    guide, interpolate, kinematics, latch, low_pass, metrics, normals, observe, push_fixture, relieved, sample, start,
-    substitute, track, update_kinematics, with_test, yield_to,
+    carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, followed, gather, guide, in_place,
+    interpolate, kinematics, latch, metrics, normals, push_fixture, relieved, start, substitute, track,
+    update_kinematics, with_test,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -259,21 +260,26 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !any::<L>(live) {
             return;
         }
-        let (mut bodies, mut seen, mut u) = (s.bodies, s.watch, still());
+        let before = if all::<L>(live) { None } else { Some((s.bodies, s.watch)) };
+        let mut u = still();
         for substep in 0..m.timing.substeps {
-            let k = &mut s.kinematics;
-            update_kinematics(m, s.masses, &bodies, k);
+            let (k, bodies, seen) = (&mut s.kinematics, &mut s.bodies, &mut s.watch);
+            update_kinematics(m, s.masses, bodies, k);
             if substep == 0 {
-                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(&seen));
+                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
             let touch = touch_points(m, s.pair, &k.parts, &mut s.bristles, live);
             let latch = latch(m, &self.params, &k.parts, seen.closed);
-            seen = observe(m, &seen, time, &k.parts, &k.parts, &touch, &latch);
-            bodies = advance(m, s.masses, &bodies, k, &u, monitor::total_wrench(&touch, &latch));
+            in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
+            in_place::advance(m, s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
         }
-        s.watch = choose(live, &finish(m, &seen, now + L::lit(m.timing.tick()), &s.kinematics.parts, last), &s.watch);
-        s.bodies = choose(live, &settle(bodies), &s.bodies);
+        settle(&mut s.bodies);
+        if let Some((bodies, watch)) = before {
+            s.bodies = choose(live, &s.bodies, &bodies);
+            s.watch = choose(live, &s.watch, &watch);
+        }
+        in_place::finish(m, &mut s.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
     }
 
     /// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
@@ -290,8 +296,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         self.receive_wrench(m, &parts, live);
         self.tick_simulation(m, live);
         let s = &mut self.hil;
-        let ended = finish(m, &s.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
-        s.watch = choose(live, &ended, &s.watch);
+        in_place::finish(m, &mut s.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
@@ -328,20 +333,18 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         // The oldest pair of commands of this tick, and how many slots back it is.
         let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
         let [first, second, third] = self.recall_commands(oldest);
-        let (mut sensed, mut seen, mut load) = (self.sensor, self.hil.watch, self.load);
-        let (robots, arms) = (self.robots, self.arms.as_deref().cloned());
-        let mut yielding = self.yielding;
+        let before = if all::<L>(live) { None } else { Some(self.facility()) };
         let begin = (L::lit(1.0 / substeps) - delay) - oldest;
-        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &yielding));
+        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &self.yielding));
         for substep in 1..=m.timing.substeps {
             let share = crate::robot::progress(m, &self.params, L::lit(f64::from(substep) / substeps));
             let place = (share - delay) - oldest;
-            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &yielding));
+            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.yielding));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
-            let latch = latch(m, &self.params, &parts, seen.closed);
-            seen = observe(m, &seen, time, &parts, simulated, &touch, &latch);
+            let latch = latch(m, &self.params, &parts, self.hil.watch.closed);
+            in_place::observe(m, &mut self.hil.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
             if gives_way(m) {
@@ -349,30 +352,25 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             }
             let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
             if loaded(m) {
-                load = carry(m, &load, parts.a);
-                wrench = felt(m, &load, parts.a, wrench);
+                self.load = carry(m, &self.load, parts.a);
+                wrench = felt(m, &self.load, parts.a, wrench);
             }
-            sensed = low_pass(m, &self.params, &sensed, wrench);
+            in_place::low_pass(m, &self.params, &mut self.sensor, wrench);
             if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
-                sensed = sample(m, &self.params, &sensed, time, self.sensor_noise());
+                let noise = self.sensor_noise();
+                in_place::sample(m, &self.params, &mut self.sensor, time, noise);
                 if loaded(m) {
-                    sensed = relieved(m, &self.params, &load, parts.a, &sensed);
+                    self.sensor = relieved(m, &self.params, &self.load, parts.a, &self.sensor);
                 }
             }
-            yielding = yield_to(m, &yielding, parts.a, sensed.output);
+            in_place::yield_to(m, &mut self.yielding, parts.a, self.sensor.output);
         }
-        let tracked =
-            track(m, &self.params, &self.tracking, &crate::robot::mounted_parts(m, &self.params, &self.robots), now);
-        self.tracking = choose(live, &tracked, &self.tracking);
-        self.hil.watch = choose(live, &seen, &self.hil.watch);
-        self.robots = choose(live, &self.robots, &robots);
-        if let (Some(arms), Some(before)) = (&mut self.arms, arms) {
-            arms.keep(live, &before);
+        if m.facility.test_motion.is_some() {
+            let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
+            self.tracking = track(m, &self.params, &self.tracking, &parts, now);
         }
-        self.sensor = choose(live, &sensed, &self.sensor);
-        self.yielding = choose(live, &yielding, &self.yielding);
-        if loaded(m) {
-            self.load = choose(live, &load, &self.load);
+        if let Some(before) = before {
+            self.keep_facility(live, &before);
         }
     }
 
@@ -432,18 +430,22 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     fn tick_simulation(&mut self, m: &Plant, live: L::Mask) {
         let s = &mut self.hil;
-        let (k, mut bodies, mut energy) = (&mut s.kinematics, s.bodies, s.watch.port_energy);
+        let before = if all::<L>(live) { None } else { Some(s.bodies) };
+        let (k, bodies, mut energy) = (&mut s.kinematics, &mut s.bodies, s.watch.port_energy);
         let touched = monitor::touched(&s.watch);
         let u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, touched);
         for substep in 0..m.timing.substeps {
             if substep > 0 {
-                update_kinematics(m, s.masses, &bodies, k);
+                update_kinematics(m, s.masses, bodies, k);
             }
             let fed = feed_back(k.parts.a, self.held);
             energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
-            bodies = advance(m, s.masses, &bodies, k, &u, fed);
+            in_place::advance(m, s.masses, bodies, k, &u, fed);
         }
-        s.bodies = choose(live, &settle(bodies), &s.bodies);
+        settle(bodies);
+        if let Some(before) = before {
+            s.bodies = choose(live, &s.bodies, &before);
+        }
         s.watch.port_energy = L::select(live, energy, s.watch.port_energy);
     }
 
@@ -545,4 +547,9 @@ fn one<L: Lane, B: Bundle<L>, S: Bundle<f64>>(bundle: &B, lane: usize) -> S {
 #[inline(always)]
 fn any<L: Lane>(mask: L::Mask) -> bool {
     (0..L::WIDTH).any(|lane| L::holds(mask, lane))
+}
+
+#[inline(always)]
+fn all<L: Lane>(mask: L::Mask) -> bool {
+    (0..L::WIDTH).all(|lane| L::holds(mask, lane))
 }

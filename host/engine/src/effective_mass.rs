@@ -3,7 +3,7 @@
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Actuation, Kinematics, Wrench, space_masses};
-use softdock_kernels::staged::{advance, kinematics, start};
+use softdock_kernels::staged::{in_place, kinematics, start};
 use softdock_kernels::vector::Vec3;
 use softdock_kernels::with_joints;
 
@@ -25,7 +25,8 @@ fn at_start<const N: usize>(plant: &Plant, run: &Finished, normal: Vec3<f64>, le
     let push = 1e-3 / plant.timing.substep * masses.base_mass.min(masses.target_mass);
     let separation = |force: f64| {
         let force = normal * force;
-        let next = advance(plant, masses, &bodies, &k, &idle, Wrench { force, moment: lever.cross(force) });
+        let mut next = bodies;
+        in_place::advance(plant, masses, &mut next, &k, &idle, Wrench { force, moment: lever.cross(force) });
         // Twists after the push at the configuration before it.
         let mut there = bodies;
         (there.chaser.momentum, there.chaser.spin) = (next.chaser.momentum, next.chaser.spin);

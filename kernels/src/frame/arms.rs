@@ -6,7 +6,7 @@ use crate::lanes::Lane;
 use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
-use crate::staged::{drive, drives_at, held_parts, reaction, robots as follow_commands, set_point};
+use crate::staged::{drives_at, held_parts, in_place, reaction, set_point};
 
 /// Both robots joint by joint, and the wrench on part A that the next substep feels.
 #[derive(Clone)]
@@ -49,14 +49,14 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     pub(super) fn move_robots(&mut self, m: &Plant, told: &Parts<L>) {
         let Some(arms) = &mut self.arms else {
-            self.robots = follow_commands(m, &self.params, &self.robots, told);
+            in_place::robots(m, &self.params, &mut self.robots, told);
             return;
         };
         let ([cell1, cell2], p) = (m.robots(), &self.params);
         let push_b = reaction(&crate::robot::mounted_parts(m, p, &self.robots), arms.push);
-        arms.drives[0] = drive(cell1, &p.robot1, &arms.drives[0], &arms.set[0], arms.push);
-        arms.drives[1] = drive(cell2, &p.robot2, &arms.drives[1], &arms.set[1], push_b);
-        self.robots = held_parts(m, &self.robots, &arms.drives[0], &arms.drives[1]);
+        in_place::drive(cell1, &p.robot1, &mut arms.drives[0], &arms.set[0], arms.push);
+        in_place::drive(cell2, &p.robot2, &mut arms.drives[1], &arms.set[1], push_b);
+        in_place::held_parts(m, &mut self.robots, &arms.drives[0], &arms.drives[1]);
     }
 
     /// The wrench on part A, laboratory axes, that the next substep feels.

@@ -9,7 +9,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::mounted_parts;
 use crate::space::{Motion, Parts, Wrench};
-use crate::staged::{command, displaced, finish, followed, kinematics, latch, metrics, observe, with_test, yield_to};
+use crate::staged::{command, displaced, followed, in_place, kinematics, latch, metrics, with_test};
 use crate::vector::Vec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -170,8 +170,8 @@ impl<const N: usize> Computer<N> {
             let (pull, push) = if gate.closed > 0.0 { (felt, Wrench::zero()) } else { (Wrench::zero(), felt) };
             gate.wrench = pull;
             let touch = Touch { wrench: push, ..contact };
-            t.hil.watch = observe(m, &t.hil.watch, time, &measured.parts, simulated, &touch, &gate);
-            t.yielding = yield_to(m, &t.yielding, measured.parts.a, measured.wrench);
+            in_place::observe(m, &mut t.hil.watch, time, &measured.parts, simulated, &touch, &gate);
+            in_place::yield_to(m, &mut t.yielding, measured.parts.a, measured.wrench);
         }
         let seen = &mut t.hil.watch;
         if seen.closed > 0.0 && seen.touch_time < 0.0 {
@@ -210,8 +210,7 @@ impl<const N: usize> SimulationComputer for Computer<N> {
         t.receive_wrench(m, &simulated, live);
         t.tick_simulation(m, live);
         let last = f64::from(u8::from(f64::from(m.timing.max_ticks) - 1.0 <= t.tick));
-        let ended = finish(m, &t.hil.watch, now + m.timing.tick(), &t.hil.kinematics.parts, last);
-        t.hil.watch = if live { ended } else { t.hil.watch };
+        in_place::finish(m, &mut t.hil.watch, now + m.timing.tick(), &t.hil.kinematics.parts, last);
         t.tick += 1.0;
         t.step = (t.step + 1) % t.slots;
     }
