@@ -26,7 +26,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
-use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle, space_masses};
+use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle_in_place, space_masses};
 use crate::staged::{
     carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, followed, gather, guide, in_place,
     interpolate, kinematics, latch, metrics, normals, push_fixture, relieved, start, substitute, track,
@@ -274,7 +274,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
             in_place::advance(m, s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
         }
-        settle(&mut s.bodies);
+        settle_in_place(&mut s.bodies);
         if let Some((bodies, watch)) = before {
             s.bodies = choose(live, &s.bodies, &bodies);
             s.watch = choose(live, &s.watch, &watch);
@@ -442,7 +442,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
             in_place::advance(m, s.masses, bodies, k, &u, fed);
         }
-        settle(bodies);
+        settle_in_place(bodies);
         if let Some(before) = before {
             s.bodies = choose(live, &s.bodies, &before);
         }

@@ -380,7 +380,14 @@ fn gravity<R: Real>(m: &Plant, position: Vec3<R>, velocity: Vec3<R>) -> Vec3<R> 
 
 /// Closes a tick: the centres of mass take over their steps.
 #[inline(always)]
-pub fn settle<R: Real, const N: usize>(s: &mut Bodies<R, N>) {
+pub fn settle<R: Real, const N: usize>(mut s: Bodies<R, N>) -> Bodies<R, N> {
+    settle_in_place(&mut s);
+    s
+}
+
+/// [`settle`] in place.
+#[inline(always)]
+pub fn settle_in_place<R: Real, const N: usize>(s: &mut Bodies<R, N>) {
     for body in [&mut s.chaser, &mut s.target] {
         body.com = body.com + body.com_step;
         body.com_step = Vec3::zero();

@@ -104,11 +104,7 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
             -> Actuation<Sym, N> => crate::guidance::guide(m, &p, masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
             -> Bodies<Sym, N> => space::advance(m, masses, &s, &k, &u, w)),
-        stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => {
-            let mut settled = s;
-            space::settle(&mut settled);
-            settled
-        }),
+        stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),
     ]
 }
 
