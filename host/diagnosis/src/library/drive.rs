@@ -5,6 +5,10 @@ use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role};
 use std::f64::consts::TAU;
 
+/// Plausible logarithm of cold over warm viscous friction: it halves, or more, as a robot's gear warms up (Bittencourt and
+/// Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013).
+const WARM_LOSS: f64 = std::f64::consts::LN_2;
+
 /// What the recordings of a drive span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spans {
@@ -148,7 +152,7 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         "J6_temperature",
         "friction that falls as the drive warms up",
         &[
-            ("warm_loss", Prior::Positive { scale: 0.3 }, Role::Size),
+            ("warm_loss", Prior::Positive { scale: WARM_LOSS }, Role::Size),
             ("warm_up", Prior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
         ],
         &[0.5],
