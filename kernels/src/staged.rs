@@ -87,8 +87,6 @@ staged! {
     manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Motion<L>) -> SetPoint<L>;
     /// [`crate::manipulator::cell::drives_at`]
     manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, told: &'a Motion<L>) -> Drives<L>;
-    /// [`crate::joint_level::held_parts`]
-    joint_level::held_parts(m; s: &'a Robots<L>, drives1: &'a Drives<L>, drives2: &'a Drives<L>) -> Robots<L>;
     /// [`crate::joint_level::reaction`]
     joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]

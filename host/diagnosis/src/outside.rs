@@ -20,7 +20,6 @@ use softdock_engine::blocks::Kind;
 const PASSES: usize = 3;
 /// Log-odds by which a term must pay for itself in the end.
 const PAYS: f64 = 5.0;
-
 /// Terms that are fitted alone against the library's best.
 const CLOSEST: usize = 2;
 

@@ -54,7 +54,7 @@ fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<(f64, Noise)> {
     Some((mean_square(&block, &noise), noise)).filter(|(misfit, _)| misfit.is_finite())
 }
 
-/// The same of one recording with a signal scaled, by the noise of all as they are.
+/// The same of one recording with a signal scaled, by the noise of all as they are; that of a scaled angle is scaled, too.
 fn first_misfit(rig: &DriveRig, piece: &Piece, noise: &Noise, signal: &str, factor: f64) -> f64 {
     let block = drive_block(rig, &[scaled(piece, signal, factor)], &|_| false, 1, &[]);
     let own = if signal == "q" { factor } else { 1.0 };

@@ -199,15 +199,8 @@ impl<R: Real> Articulated<R> {
     /// In the axes from which these are turned about x by a constant angle.
     #[inline(always)]
     fn tilted(self, tilt: Turn<f64>) -> Self {
-        let Mat3 { x, y, z } = self.coupling;
-        let (x, y, z) = (tilt.about_x(x), tilt.about_x(y), tilt.about_x(z));
-        let Turn { cos, sin } = Turn::<R>::lit(tilt);
-        let (y, z) = if tilt.is_quarter() {
-            (z * -sin, y * sin)
-        } else {
-            (y.scale_add(cos, z * -sin), y.scale_add(sin, z * cos))
-        };
-        let coupling = Mat3 { x, y, z };
+        // R C R^T: columns, then rows.
+        let coupling = tilted_columns(tilted_columns(self.coupling, tilt).transposed(), tilt).transposed();
         Self { rotation: tilted(self.rotation, tilt), coupling, translation: tilted(self.translation, tilt) }
     }
 
@@ -287,6 +280,12 @@ fn turned_columns<R: Real>([x, y]: [Vec3<R>; 2], turn: Turn<R>) -> [Vec3<R>; 2] 
         vec3(x.x - along, x.y + across, x.z.mul_add(turn.cos, y.z * -turn.sin)),
         vec3(y.x + across, y.y + along, x.z.mul_add(turn.sin, y.z * turn.cos)),
     ]
+}
+
+/// The columns of a matrix in the axes from which their own are turned about x by a constant angle.
+#[inline(always)]
+fn tilted_columns<R: Real>(m: Mat3<R>, tilt: Turn<f64>) -> Mat3<R> {
+    Mat3 { x: tilt.about_x(m.x), y: tilt.about_x(m.y), z: tilt.about_x(m.z) }
 }
 
 /// A tensor in the axes from which its own are turned about z; written as its change, which costs least.

@@ -6,7 +6,7 @@ use crate::lanes::Lane;
 use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
-use crate::staged::{drives_at, held_parts, in_place, reaction, set_point};
+use crate::staged::{drives_at, in_place, reaction, set_point};
 
 /// Both robots joint by joint, and the wrench on part A that the next substep feels.
 #[derive(Clone)]
@@ -75,7 +75,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let ([cell1, cell2], p) = (m.robots(), &self.params);
             let drives = [drives_at(cell1, &p.robot1, &told.a), drives_at(cell2, &p.robot2, &told.b)];
             let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
-            placed = held_parts(m, &placed, &drives[0], &drives[1]);
+            in_place::held_parts(m, &mut placed, &drives[0], &drives[1]);
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
             arms.keep(fresh, &before);
         }
