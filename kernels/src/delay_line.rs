@@ -1,14 +1,11 @@
 //! Delay lines: rings of bundles that each lane reads at its own age.
 
-use crate::fields::{Bundle, fields};
-use crate::lanes::Lane;
+use crate::fields::{Bundle, Sink, fields};
+use crate::lanes::{Lane, MOST_LANES};
 use crate::plant::Plant;
 use crate::quads::words;
 use crate::space::{Parts, Wrench};
 use std::marker::PhantomData;
-
-/// More lanes than any lane type has.
-const MOST_LANES: usize = 64;
 
 /// The longest dead time that the delay lines hold \[s\].
 pub const LINE_SPAN: f64 = 0.128;
@@ -36,6 +33,20 @@ pub(crate) struct Line<L, B> {
     bundle: PhantomData<B>,
 }
 
+/// A slot that is written where the mask holds.
+struct Slot<'a, L: Lane> {
+    places: std::slice::IterMut<'a, L>,
+    mask: L::Mask,
+}
+
+impl<L: Lane> Sink<L> for Slot<'_, L> {
+    #[inline(always)]
+    fn put(&mut self, value: L) {
+        let place = self.places.next().expect("a slot as wide as the bundle");
+        *place = L::select(self.mask, value, *place);
+    }
+}
+
 impl<L: Lane, B: Bundle<L>> Line<L, B> {
     /// An empty ring.
     pub(crate) fn new(slots: usize) -> Self {
@@ -46,11 +57,8 @@ impl<L: Lane, B: Bundle<L>> Line<L, B> {
     /// Writes slot `slot` where the mask holds.
     #[inline(always)]
     pub(crate) fn put(&mut self, slot: usize, value: &B, mask: L::Mask) {
-        let mut place = self.values[slot * self.width..].iter_mut();
-        value.write(&mut |scalar: L| {
-            let place = place.next().expect("a slot as wide as the bundle");
-            *place = L::select(mask, scalar, *place);
-        });
+        let places = self.values[slot * self.width..].iter_mut();
+        value.write(&mut Slot { places, mask });
     }
 
     /// Reads for each lane the slot that is `back(lane)` slots before slot `newest`.

@@ -4,6 +4,8 @@
 //! scalars (for buffers, lanes and the tracer) and the [`Field`] rows that name the WGSL struct
 //! members, the Parquet columns and the dispersible parameters.
 
+use crate::real::Real;
+
 /// One scalar of a bundle, as buffers, WGSL structs and Parquet columns see it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -93,8 +95,10 @@ pub trait Bundle<R>: Sized {
     fn read(source: &mut impl Source<R>) -> Self;
     /// Gives out the scalars.
     fn write(&self, sink: &mut impl Sink<R>);
-    /// Joins two values scalar by scalar.
-    fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self;
+    /// Takes over the scalars of another value where the mask holds.
+    fn set_where(&mut self, mask: R::Mask, value: &Self)
+    where
+        R: Real;
 }
 
 /// The rows of a bundle's field table.
@@ -148,10 +152,11 @@ macro_rules! leaf {
                 $(sink.put(self.$($part).+);)*
             }
             #[inline(always)]
-            fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
-                let mut value = *self;
-                $(value.$($part).+ = join(self.$($part).+, other.$($part).+);)*
-                value
+            fn set_where(&mut self, mask: R::Mask, value: &Self)
+            where
+                R: Real,
+            {
+                $(self.$($part).+ = R::select(mask, value.$($part).+, self.$($part).+);)*
             }
         }
     };
@@ -190,12 +195,13 @@ impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
         }
     }
     #[inline(always)]
-    fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
-        let mut value = *self;
+    fn set_where(&mut self, mask: R::Mask, value: &Self)
+    where
+        R: Real,
+    {
         for i in 0..N {
-            value[i] = self[i].combine(&other[i], join);
+            self[i].set_where(mask, &value[i]);
         }
-        value
     }
 }
 
@@ -217,8 +223,8 @@ macro_rules! scalar_bundle {
                 sink.put(*self);
             }
             #[inline(always)]
-            fn combine(&self, other: &Self, join: &mut impl FnMut($ty, $ty) -> $ty) -> Self {
-                join(*self, *other)
+            fn set_where(&mut self, mask: <$ty as $crate::real::Real>::Mask, value: &Self) {
+                *self = $crate::real::Real::select(mask, *value, *self);
             }
         }
     };
@@ -255,8 +261,11 @@ macro_rules! bundle {
                 $($crate::fields::Bundle::<R>::write(&self.$field, sink);)*
             }
             #[inline(always)]
-            fn combine(&self, other: &Self, join: &mut impl FnMut(R, R) -> R) -> Self {
-                Self { $($field: $crate::fields::Bundle::<R>::combine(&self.$field, &other.$field, join),)* }
+            fn set_where(&mut self, mask: R::Mask, value: &Self)
+            where
+                R: $crate::real::Real,
+            {
+                $($crate::fields::Bundle::<R>::set_where(&mut self.$field, mask, &value.$field);)*
             }
         }
     };

@@ -15,7 +15,7 @@ use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::fixture::gives_way;
 use crate::impedance::{Yielding, not_yielding};
-use crate::lanes::Lane;
+use crate::lanes::{Lane, MOST_LANES, Stage};
 use crate::load::{Load, load_at, loaded, sensor_at};
 use crate::metrics::Metrics;
 use crate::model::CompensatorKind;
@@ -28,9 +28,9 @@ use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle_in_place, space_masses};
 use crate::staged::{
-    carry, carry_on, command, compensate, contact_point, displaced, feed_back, felt, followed, gather, guide, in_place,
-    interpolate, kinematics, latch, metrics, normals, push_fixture, relieved, start, substitute, track,
-    update_kinematics, with_test,
+    advance_in_place, carry_on, command, compensate, contact_point, displaced, feed_back, felt, followed, guide,
+    in_place, interpolate, kinematics, latch, metrics, normals, set_where, start, substitute, update_kinematics,
+    with_test,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -103,17 +103,26 @@ fn zero_wrench<L: Lane>() -> Wrench<L> {
     Wrench::zero()
 }
 
-/// `then` where the mask holds, `other` elsewhere.
-#[inline(always)]
-fn choose<L: Lane, B: Bundle<L>>(mask: L::Mask, then: &B, other: &B) -> B {
-    then.combine(other, &mut |a, b| L::select(mask, a, b))
+/// [`Tile::reset`], compiled for the lanes.
+struct Reset<'a, L: Lane, const N: usize> {
+    tile: &'a mut Tile<L, N>,
+    m: &'a Plant,
+    fresh: L::Mask,
+}
+
+impl<L: Lane, const N: usize> Stage for Reset<'_, L, N> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.tile.reset(self.m, self.fresh);
+    }
 }
 
 /// All contact points of a pair of parts, and the bristles they move.
 #[inline(always)]
 fn touch_points<L: Lane>(
     m: &Plant,
-    pair: Pair<L>,
+    pair: &Pair<L>,
     parts: &Parts<L>,
     bristles: &mut [Vec3<L>],
     live: L::Mask,
@@ -123,7 +132,7 @@ fn touch_points<L: Lane>(
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
         let c = contact_point(m, pair, parts, point, *bristle);
         *bristle = Vec3::select(live, c.bristle, *bristle);
-        sum = gather(&sum, &c);
+        in_place::gather(&mut sum, &c);
     }
     sum
 }
@@ -148,12 +157,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let space = Loop {
             masses,
             pair: space_pair(&params),
-            bodies: start(m, &params, masses),
+            bodies: start(m, &params, &masses),
             kinematics: crate::fields::filled(zero),
             watch: monitor::new_watch(),
             bristles: vec![Vec3::zero(); m.contact.points.len()],
         };
-        let parts = kinematics(m, masses, &space.bodies).parts;
+        let parts = kinematics(m, &masses, &space.bodies).parts;
         Self {
             batch,
             runs: vec![None; L::WIDTH],
@@ -186,39 +195,36 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Puts runs into free lanes.
     #[inline(never)]
     pub fn load(&mut self, m: &Plant, entering: &[(usize, u64, Params<f64>)]) {
-        let mut fresh = [0.0; 64];
+        let (mut fresh, mut values) = ([0.0; MOST_LANES], [const { Vec::new() }; MOST_LANES]);
         for (lane, run, params) in entering {
             self.runs[*lane] = Some(*run);
-            fresh[*lane] = 1.0;
-            let mut values = crate::fields::to_vec(params).into_iter();
-            self.params = Params::read(&mut {
-                let mut old = crate::fields::to_vec::<L, _>(&self.params).into_iter();
-                move || {
-                    let (old, new) = (old.next().expect("as many"), values.next().expect("as many"));
-                    L::gather(|i| if i == *lane { new } else { old.lane(i) })
-                }
-            });
+            (fresh[*lane], values[*lane]) = (1.0, crate::fields::to_vec(params));
         }
+        let mut old = crate::fields::to_vec::<L, _>(&self.params).into_iter().enumerate();
+        self.params = Params::read(&mut || {
+            let (field, old) = old.next().expect("as many as before");
+            L::gather(|lane| values[lane].get(field).copied().unwrap_or_else(|| old.lane(lane)))
+        });
         let fresh = L::lit(0.5).lt(L::gather(|lane| fresh[lane]));
-        self.reset(m, fresh);
+        L::stage(Reset { tile: self, m, fresh });
     }
 
     /// Starts the runs of the lanes in the mask.
-    #[inline(never)]
+    #[inline(always)]
     fn reset(&mut self, m: &Plant, fresh: L::Mask) {
         let (p, zero) = (&self.params, L::lit(0.0));
         let pairs = [(space_masses(p), space_pair(p)), (hil_masses(p), hil_pair(p))];
         for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(pairs) {
-            side.masses = choose(fresh, &masses, &side.masses);
-            side.pair = choose(fresh, &pair, &side.pair);
-            side.bodies = choose(fresh, &start(m, p, side.masses), &side.bodies);
-            side.watch = choose(fresh, &monitor::new_watch(), &side.watch);
+            set_where(fresh, &mut side.masses, &masses);
+            set_where(fresh, &mut side.pair, &pair);
+            set_where(fresh, &mut side.bodies, &start(m, p, &side.masses));
+            set_where(fresh, &mut side.watch, &monitor::new_watch());
             side.bristles.iter_mut().for_each(|b| *b = Vec3::select(fresh, Vec3::zero(), *b));
         }
         if self.batch.loops == Loops::SpaceOnly {
             self.hil.watch.done = L::lit(1.0);
         }
-        let told = command(m, &kinematics(m, self.hil.masses, &self.hil.bodies).parts);
+        let told = command(m, &kinematics(m, &self.hil.masses, &self.hil.bodies).parts);
         // The line is full of the start carried backwards; the newest entry is one tick old.
         for age in 1..self.slots {
             let past = carry_on(m, &told, L::lit(-(age as f64)));
@@ -230,14 +236,14 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let a = crate::robot::mounted_parts(m, &self.params, &self.robots).a;
         let load = load_at(m, &self.params, a);
         let sensor = sensor_at(m, &load, a);
-        self.load = choose(fresh, &load, &self.load);
-        self.sensor = choose(fresh, &sensor, &self.sensor);
-        self.held = choose(fresh, &zero_wrench(), &self.held);
-        self.compensation = choose(fresh, &new_compensation(), &self.compensation);
+        set_where(fresh, &mut self.load, &load);
+        set_where(fresh, &mut self.sensor, &sensor);
+        set_where(fresh, &mut self.held, &zero_wrench());
+        set_where(fresh, &mut self.compensation, &new_compensation());
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
-        self.tracking = choose(fresh, &no_tracking(), &self.tracking);
-        self.yielding = choose(fresh, &not_yielding(), &self.yielding);
+        set_where(fresh, &mut self.tracking, &no_tracking());
+        set_where(fresh, &mut self.yielding, &not_yielding());
         self.tick = L::select(fresh, zero, self.tick);
     }
 
@@ -264,20 +270,20 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let mut u = still();
         for substep in 0..m.timing.substeps {
             let (k, bodies, seen) = (&mut s.kinematics, &mut s.bodies, &mut s.watch);
-            update_kinematics(m, s.masses, bodies, k);
+            update_kinematics(m, &s.masses, bodies, k);
             if substep == 0 {
-                u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(seen));
+                u = guide(m, &self.params, &s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
-            let touch = touch_points(m, s.pair, &k.parts, &mut s.bristles, live);
+            let touch = touch_points(m, &s.pair, &k.parts, &mut s.bristles, live);
             let latch = latch(m, &self.params, &k.parts, seen.closed);
             in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
-            in_place::advance(m, s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
+            advance_in_place(m, &s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
         }
         settle_in_place(&mut s.bodies);
         if let Some((bodies, watch)) = before {
-            s.bodies = choose(live, &s.bodies, &bodies);
-            s.watch = choose(live, &s.watch, &watch);
+            set_where(!live, &mut s.bodies, &bodies);
+            set_where(!live, &mut s.watch, &watch);
         }
         in_place::finish(m, &mut s.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
     }
@@ -289,7 +295,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !any::<L>(live) {
             return;
         }
-        update_kinematics(m, self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
+        update_kinematics(m, &self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
         let parts = self.hil.kinematics.parts;
         let jitter = self.send_command(m, &parts, now, live);
         self.tick_facility(m, &parts, now, jitter, live);
@@ -317,7 +323,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let draws = self.uniforms(LINK);
         let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
         let before = self.commands.recall(self.step, |_| 1);
-        let command = choose(lost, &substitute(m, &before, self.lost), sent);
+        let mut command = *sent;
+        set_where(lost, &mut command, &substitute(m, &before, self.lost));
         self.commands.put(self.step, &command, live);
         self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
         self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
@@ -342,17 +349,17 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.yielding));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
-            let touch = touch_points(m, self.hil.pair, &parts, &mut self.hil.bristles, live);
+            let touch = touch_points(m, &self.hil.pair, &parts, &mut self.hil.bristles, live);
             let latch = latch(m, &self.params, &parts, self.hil.watch.closed);
             in_place::observe(m, &mut self.hil.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
             if gives_way(m) {
-                self.robots = push_fixture(m, &self.params, &self.robots, pushed);
+                in_place::push_fixture(m, &self.params, &mut self.robots, pushed);
             }
             let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
             if loaded(m) {
-                self.load = carry(m, &self.load, parts.a);
+                in_place::carry(m, &mut self.load, parts.a);
                 wrench = felt(m, &self.load, parts.a, wrench);
             }
             in_place::low_pass(m, &self.params, &mut self.sensor, wrench);
@@ -360,14 +367,14 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                 let noise = self.sensor_noise();
                 in_place::sample(m, &self.params, &mut self.sensor, time, noise);
                 if loaded(m) {
-                    self.sensor = relieved(m, &self.params, &self.load, parts.a, &self.sensor);
+                    in_place::relieved(m, &self.params, &self.load, parts.a, &mut self.sensor);
                 }
             }
             in_place::yield_to(m, &mut self.yielding, parts.a, self.sensor.output);
         }
         if m.facility.test_motion.is_some() {
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
-            self.tracking = track(m, &self.params, &self.tracking, &parts, now);
+            in_place::track(m, &self.params, &mut self.tracking, &parts, now);
         }
         if let Some(before) = before {
             self.keep_facility(live, &before);
@@ -403,7 +410,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let correction = (power(self.held) - power(held)) * half;
         self.hil.watch.port_energy =
             L::select(live, self.hil.watch.port_energy + correction, self.hil.watch.port_energy);
-        self.held = choose(live, &held, &self.held);
+        set_where(live, &mut self.held, &held);
     }
 
     /// What acts on the simulated bodies for a measured wrench.
@@ -422,7 +429,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             past = interpolate(m, &at(1), &newer, &newer, (whole - back) + L::lit(1.0));
         }
         let next = compensate(m, &self.params, &self.compensation, parts, &past, measured);
-        self.compensation = choose(live, &next, &self.compensation);
+        set_where(live, &mut self.compensation, &next);
         next.output
     }
 
@@ -433,18 +440,18 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let before = if all::<L>(live) { None } else { Some(s.bodies) };
         let (k, bodies, mut energy) = (&mut s.kinematics, &mut s.bodies, s.watch.port_energy);
         let touched = monitor::touched(&s.watch);
-        let u = guide(m, &self.params, s.masses, &bodies.arm, bodies.chaser.attitude, k, touched);
+        let u = guide(m, &self.params, &s.masses, &bodies.arm, bodies.chaser.attitude, k, touched);
         for substep in 0..m.timing.substeps {
             if substep > 0 {
-                update_kinematics(m, s.masses, bodies, k);
+                update_kinematics(m, &s.masses, bodies, k);
             }
             let fed = feed_back(k.parts.a, self.held);
             energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
-            in_place::advance(m, s.masses, bodies, k, &u, fed);
+            advance_in_place(m, &s.masses, bodies, k, &u, fed);
         }
         settle_in_place(bodies);
         if let Some(before) = before {
-            s.bodies = choose(live, &s.bodies, &before);
+            set_where(!live, &mut s.bodies, &before);
         }
         s.watch.port_energy = L::select(live, energy, s.watch.port_energy);
     }
@@ -452,7 +459,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Four uniforms of a channel for this tick, per lane.
     #[inline(always)]
     fn uniforms(&self, channel: u32) -> [L; 4] {
-        let mut draws = [[0.0; 4]; 64];
+        let mut draws = [[0.0; 4]; MOST_LANES];
         for (lane, draw) in draws.iter_mut().enumerate().take(L::WIDTH) {
             let run = self.runs[lane].unwrap_or(0);
             *draw = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
@@ -518,11 +525,11 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// The signals of one lane.
     pub fn signals(&self, m: &Plant, lane: usize) -> Signals {
-        let simulated = |s: &Loop<L, N>| kinematics(m, s.masses, &s.bodies).parts;
+        let simulated = |s: &Loop<L, N>| kinematics(m, &s.masses, &s.bodies).parts;
         let (space, hil) = (simulated(&self.space), simulated(&self.hil));
         let mut bristles = self.space.bristles.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
-        let touch = touch_points(m, self.space.pair, &space, &mut bristles, nobody);
+        let touch = touch_points(m, &self.space.pair, &space, &mut bristles, nobody);
         let latched = latch(m, &self.params, &space, self.space.watch.closed);
         Signals {
             time: self.tick.lane(lane) * m.timing.tick(),

@@ -14,7 +14,7 @@ use crate::vector::{Quat, Vec3, vec3};
 pub fn guide<R: Real, const N: usize>(
     m: &Plant,
     p: &Params<R>,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     arm: &Arm<R, N>,
     base: Quat<R>,
     k: &Kinematics<R, N>,
@@ -79,7 +79,7 @@ fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) 
 #[inline(always)]
 fn inverse_dynamics<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     rate: [R; N],
     k: &Kinematics<R, N>,
     thrust: Vec3<R>,
@@ -89,27 +89,23 @@ fn inverse_dynamics<R: Real, const N: usize>(
     let posture = posture(m, masses, &k.turns);
     let none = Vec3::zero();
     let held = Course { rate: k.rate, turning: none, acceleration: none };
-    let (own, forces) = posture.inertial_forces(held, &rate, &wanted);
-    let total = own.plus(posture.passed(&forces, Force::zero()).1);
+    let mut forces = [Force::zero(); N];
+    posture.link_forces(held, &rate, &wanted, &mut forces);
+    let total = posture.base_force(held).plus(posture.passed(&forces, Force::zero()).1);
     // What is left of thrust and torque accelerates the whole; its centre of mass is at `com` from the base's.
     let force = k.axes.transposed_times(thrust) - total.force;
     let moment = k.axes.transposed_times(torque) - total.moment - k.com.cross(force);
     let turning = k.inverse_inertia.times(moment);
     let acceleration = force * (R::lit(1.0) / k.mass) - turning.cross(k.com);
-    let (_, forces) = posture.inertial_forces(Course { turning, acceleration, ..held }, &rate, &wanted);
-    let (passed, _) = posture.passed(&forces, Force::zero());
-    let mut joint = [R::lit(0.0); N];
-    for (joint, passed) in joint.iter_mut().zip(&passed) {
-        *joint = passed.moment.z;
-    }
-    joint
+    posture.link_forces(Course { turning, acceleration, ..held }, &rate, &wanted, &mut forces);
+    posture.passed(&forces, Force::zero()).0
 }
 
 /// Spring and damper between the end-effector and its start pose on the base, through the transposed Jacobian.
 #[inline(always)]
 fn cartesian_impedance<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     arm: &Arm<R, N>,
     base: Quat<R>,
     k: &Kinematics<R, N>,
@@ -126,10 +122,9 @@ fn cartesian_impedance<R: Real, const N: usize>(
     let force = k.axes.times(reach.velocity).scale_add(R::lit(-damping), error * R::lit(stiffness));
     let moment = k.axes.times(reach.omega).scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
     let tip = on_last_link(m, &k.parts.a, Wrench { force, moment });
-    let (passed, _) = posture(m, masses, &k.turns).passed(&[Force::zero(); N], tip);
-    let mut torque = [R::lit(0.0); N];
+    let (mut torque, _) = posture(m, masses, &k.turns).passed(&[Force::zero(); N], tip);
     for (i, torque) in torque.iter_mut().enumerate() {
-        *torque = arm.rate[i].mul_add(R::lit(-joint_damping), passed[i].moment.z);
+        *torque = arm.rate[i].mul_add(R::lit(-joint_damping), *torque);
     }
     torque
 }

@@ -83,6 +83,9 @@ macro_rules! stage_with {
     };
 }
 
+/// The most lanes that any scalar has.
+pub(crate) const MOST_LANES: usize = 64;
+
 /// Number of lanes of the vector types.
 pub const WIDTH: usize = 8;
 

@@ -66,7 +66,7 @@ pub fn no_touch<R: Real>() -> Touch<R> {
     Touch { wrench: Wrench::zero(), force: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
 }
 
-/// Adds one point.
+/// With one point more.
 #[inline(always)]
 pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
     let more = sum.force.abs().lt(c.force.abs());

@@ -125,8 +125,9 @@ fn on_or_standing<R: Real>(moving: R::Mask, on: Motion<R>, last: Motion<R>) -> M
 pub fn interpolate<R: Real>(m: &Plant, first: &Parts<R>, second: &Parts<R>, third: &Parts<R>, place: R) -> Parts<R> {
     let (one, period) = (R::lit(1.0), R::lit(m.timing.tick()));
     let later = one.le(place);
-    let before = first.combine(second, &mut |a, b| R::select(later, b, a));
-    let after = second.combine(third, &mut |a, b| R::select(later, b, a));
+    let (mut before, mut after) = (*first, *second);
+    before.set_where(later, second);
+    after.set_where(later, third);
     let fraction = R::select(later, place - one, place);
     Parts { a: between(period, before.a, after.a, fraction), b: between(period, before.b, after.b, fraction) }
 }

@@ -172,7 +172,7 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
 
 /// Positions, inertias and momenta of the chain, and the twists that the momenta imply.
 #[inline(always)]
-pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
+pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: &Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
     let mut k = crate::fields::filled(R::lit(0.0));
     update_kinematics(m, masses, s, &mut k);
     k
@@ -182,7 +182,7 @@ pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bod
 #[inline(always)]
 pub fn update_kinematics<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     s: &Bodies<R, N>,
     k: &mut Kinematics<R, N>,
 ) {
@@ -225,29 +225,29 @@ pub fn update_kinematics<R: Real, const N: usize>(
 #[inline(always)]
 pub(crate) fn posture<'a, R: Real, const N: usize>(
     m: &'a Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     turns: &'a [Turn<R>; N],
 ) -> Posture<'a, R, N> {
-    let Masses { base_mass, base_inertia_scale, .. } = masses;
+    let Masses { base_mass, base_inertia_scale, .. } = *masses;
     Posture { chain: &m.chain, turns, base_mass, base_inertia_scale }
 }
 
 /// Angular velocity of the target from its angular momentum, inertial axes.
 #[inline(always)]
-fn target_rate<R: Real>(m: &Plant, masses: Masses<R>, axes: Mat3<R>, spin: Vec3<R>) -> Vec3<R> {
+fn target_rate<R: Real>(m: &Plant, masses: &Masses<R>, axes: Mat3<R>, spin: Vec3<R>) -> Vec3<R> {
     let own = Sym3::lit(m.target_inverse_inertia).times(axes.transposed_times(spin));
     axes.times(own * (R::lit(1.0) / masses.target_inertia_scale))
 }
 
 /// Part B's origin from the target's centre of mass, body axes.
 #[inline(always)]
-pub(crate) fn seat_lever<R: Real>(m: &Plant, masses: Masses<R>) -> Vec3<R> {
+pub(crate) fn seat_lever<R: Real>(m: &Plant, masses: &Masses<R>) -> Vec3<R> {
     Vec3::lit(m.seat.position) - masses.target_com
 }
 
 /// Motion of part B: the target's twist at its seat.
 #[inline(always)]
-fn seat_motion<R: Real, const N: usize>(m: &Plant, masses: Masses<R>, s: &Bodies<R, N>, axes: Mat3<R>) -> Motion<R> {
+fn seat_motion<R: Real, const N: usize>(m: &Plant, masses: &Masses<R>, s: &Bodies<R, N>, axes: Mat3<R>) -> Motion<R> {
     let target = &s.target;
     let lever = axes.times(seat_lever(m, masses));
     let (shift, velocity) = recoil(m.effects, &masses.modes, &s.sway);
@@ -273,27 +273,42 @@ pub(crate) fn on_last_link<R: Real>(m: &Plant, a: &Motion<R>, w: Wrench<R>) -> F
 #[inline(always)]
 pub fn advance<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     s: &Bodies<R, N>,
     k: &Kinematics<R, N>,
     u: &Actuation<R, N>,
     w: Wrench<R>,
 ) -> Bodies<R, N> {
+    let mut next = *s;
+    advance_in_place(m, masses, &mut next, k, u, w);
+    next
+}
+
+/// [`advance`] in place.
+#[inline(always)]
+pub fn advance_in_place<R: Real, const N: usize>(
+    m: &Plant,
+    masses: &Masses<R>,
+    s: &mut Bodies<R, N>,
+    k: &Kinematics<R, N>,
+    u: &Actuation<R, N>,
+    w: Wrench<R>,
+) {
     let dt = R::lit(m.timing.substep);
-    let point = k.parts.a.position - (s.chaser.com + s.chaser.com_step);
     let inverse_mass = R::lit(1.0) / k.mass;
+    let chaser = &mut s.chaser;
+    let centre = chaser.com + chaser.com_step;
     let base_com = -k.axes.times(k.com);
-    let field = gravity(m, s.chaser.com, s.chaser.momentum * inverse_mass) + Vec3::lit(m.field);
+    let field = gravity(m, chaser.com, chaser.momentum * inverse_mass) + Vec3::lit(m.field);
     let push = field.scale_add(k.mass, u.thrust);
     let moment = base_com.cross(u.thrust) + u.torque;
-    let turning = w.moment + point.cross(w.force) + moment;
-    let mut chaser = s.chaser;
+    let turning = w.moment + (k.parts.a.position - centre).cross(w.force) + moment;
     chaser.momentum = (w.force + push).scale_add(dt, chaser.momentum);
     chaser.spin = turning.scale_add(dt, chaser.spin);
     chaser.com_step = chaser.momentum.scale_add(dt * inverse_mass, chaser.com_step);
 
-    let (joint, gain) = accelerations(m, masses, &s.arm, k, u, w, turning);
-    let mut arm = s.arm;
+    let arm = &mut s.arm;
+    let (joint, gain) = accelerations(m, masses, arm, k, u, w, turning);
     for (i, joint) in joint.into_iter().enumerate() {
         arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
         arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
@@ -301,23 +316,16 @@ pub fn advance<R: Real, const N: usize>(
     // The rate that the new momentum and joint rates would mean at this configuration.
     let omega = k.axes.times(gain.scale_add(dt, k.rate));
     // What the last step's rate became by the change of configuration alone, half of it again: a midpoint.
-    let centred = (k.axes.times(k.rate) - s.arm.turn).scale_add(R::lit(0.5), omega);
+    let centred = (k.axes.times(k.rate) - arm.turn).scale_add(R::lit(0.5), omega);
     chaser.attitude = chaser.attitude.turned(centred * dt);
     arm.turn = omega;
 
-    let centre = s.chaser.com + s.chaser.com_step;
-    let (target, target_push) = advance_target(m, masses, &s.target, k, w);
     let target_centre = s.target.com + s.target.com_step;
+    let target_push = advance_target(m, masses, &mut s.target, k, w);
     let pushed = w.force * -(R::lit(1.0) / masses.target_mass);
-    Bodies {
-        chaser,
-        arm,
-        target,
-        sway: swayed(m.effects, dt, &masses.modes, &s.sway, pushed),
-        impulse: (push + target_push).scale_add(dt, s.impulse),
-        moment_impulse: (moment + centre.cross(push) + target_centre.cross(target_push))
-            .scale_add(dt, s.moment_impulse),
-    }
+    s.sway = swayed(m.effects, dt, &masses.modes, &s.sway, pushed);
+    s.impulse = (push + target_push).scale_add(dt, s.impulse);
+    s.moment_impulse = (moment + centre.cross(push) + target_centre.cross(target_push)).scale_add(dt, s.moment_impulse);
 }
 
 /// Joint accelerations under actuation and a wrench on part A, and what the base's rate gains per second if the
@@ -325,7 +333,7 @@ pub fn advance<R: Real, const N: usize>(
 #[inline(always)]
 fn accelerations<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
+    masses: &Masses<R>,
     arm: &Arm<R, N>,
     k: &Kinematics<R, N>,
     u: &Actuation<R, N>,
@@ -342,28 +350,27 @@ fn accelerations<R: Real, const N: usize>(
     (response.joint, response.turning + k.inverse_inertia.times(drift))
 }
 
-/// One substep of the target; also gives the force of gravity on it.
+/// One substep of the target; gives the force of gravity on it.
 #[inline(always)]
 fn advance_target<R: Real, const N: usize>(
     m: &Plant,
-    masses: Masses<R>,
-    target: &Body<R>,
+    masses: &Masses<R>,
+    target: &mut Body<R>,
     k: &Kinematics<R, N>,
     w: Wrench<R>,
-) -> (Body<R>, Vec3<R>) {
+) -> Vec3<R> {
     let dt = R::lit(m.timing.substep);
     let lever = k.parts.a.position - (target.com + target.com_step);
     let inverse_mass = R::lit(1.0) / masses.target_mass;
     let push = gravity(m, target.com, target.momentum * inverse_mass) * masses.target_mass;
-    let mut next = *target;
-    next.momentum = (push - w.force).scale_add(dt, target.momentum);
-    next.spin = (w.moment + lever.cross(w.force)).scale_add(-dt, target.spin);
-    next.com_step = next.momentum.scale_add(dt * inverse_mass, target.com_step);
+    target.momentum = (push - w.force).scale_add(dt, target.momentum);
+    target.spin = (w.moment + lever.cross(w.force)).scale_add(-dt, target.spin);
+    target.com_step = target.momentum.scale_add(dt * inverse_mass, target.com_step);
     // Midpoint rule: the rate at the half-turned attitude turns the whole step.
-    let rate = target_rate(m, masses, k.target_axes, next.spin);
+    let rate = target_rate(m, masses, k.target_axes, target.spin);
     let half = target.attitude.turned(rate * (dt * R::lit(0.5)));
-    next.attitude = target.attitude.turned(target_rate(m, masses, half.matrix(), next.spin) * dt);
-    (next, push)
+    target.attitude = target.attitude.turned(target_rate(m, masses, half.matrix(), target.spin) * dt);
+    push
 }
 
 /// Clohessy-Wiltshire relative gravity at a centre of mass \[m/s^2\].

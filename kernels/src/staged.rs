@@ -2,6 +2,7 @@
 
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
+use crate::fields::Bundle;
 use crate::impedance::Yielding;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
@@ -54,15 +55,17 @@ macro_rules! staged {
 
 staged! {
     /// [`crate::start::start`]
-    start::start<N>(m; p: &'a Params<L>, masses: Masses<L>) -> Bodies<L, N>;
+    start::start<N>(m; p: &'a Params<L>, masses: &'a Masses<L>) -> Bodies<L, N>;
     /// [`crate::space::kinematics`]
-    space::kinematics<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>) -> Kinematics<L, N>;
+    space::kinematics<N>(m; masses: &'a Masses<L>, s: &'a Bodies<L, N>) -> Kinematics<L, N>;
     /// [`crate::space::update_kinematics`]
-    space::update_kinematics<N>(m; masses: Masses<L>, s: &'a Bodies<L, N>, k: &'a mut Kinematics<L, N>) -> ();
+    space::update_kinematics<N>(m; masses: &'a Masses<L>, s: &'a Bodies<L, N>, k: &'a mut Kinematics<L, N>) -> ();
+    /// [`crate::space::advance_in_place`]
+    space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> ();
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m; p: &'a Params<L>, masses: Masses<L>, arm: &'a Arm<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
-    contact::contact_point(m; pair: Pair<L>, parts: &'a Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
+    contact::contact_point(m; pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
@@ -71,8 +74,6 @@ staged! {
     impedance::displaced(m; told: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
     /// [`crate::test_motion::with_test`]
     test_motion::with_test(m; p: &'a Params<L>, told: &'a Parts<L>, time: L) -> Parts<L>;
-    /// [`crate::test_motion::track`]
-    test_motion::track(m; p: &'a Params<L>, s: &'a Tracking<L>, parts: &'a Parts<L>, time: L) -> Tracking<L>;
     /// [`crate::test_motion::followed`]
     test_motion::followed(m; p: &'a Params<L>, s: &'a Tracking<L>) -> Followed<L>;
     /// [`crate::robot::carry_on`]
@@ -81,30 +82,38 @@ staged! {
     robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
     robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
-    /// [`crate::fixture::push_fixture`]
-    fixture::push_fixture(m; p: &'a Params<L>, s: &'a Robots<L>, w: Wrench<L>) -> Robots<L>;
-    /// [`crate::manipulator::cell::set_point`]
-    manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L>, last: &'a SetPoint<L>, told: &'a Motion<L>) -> SetPoint<L>;
     /// [`crate::manipulator::cell::drives_at`]
     manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, told: &'a Motion<L>) -> Drives<L>;
     /// [`crate::joint_level::reaction`]
     joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
-    /// [`crate::load::carry`]
-    load::carry(m; s: &'a Load<L>, a: Motion<L>) -> Load<L>;
     /// [`crate::load::felt`]
     load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
-    /// [`crate::load::relieved`]
-    load::relieved(m; p: &'a Params<L>, s: &'a Load<L>, a: Motion<L>, sensor: &'a Sensor<L>) -> Sensor<L>;
     /// [`crate::compensator::compensate`]
     compensator::compensate(m; p: &'a Params<L>, s: &'a Compensation<L>, now: &'a Parts<L>, past: &'a Parts<L>, measured: Wrench<L>) -> Compensation<L>;
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
-    /// [`crate::monitor::gather`]
-    monitor::gather(; sum: &'a Touch<L>, c: &'a PointContact<L>) -> Touch<L>;
     /// [`crate::monitor::metrics`]
     monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, followed: &'a Followed<L>, created: L) -> Metrics<L>;
+}
+
+/// Takes over a value where the mask holds.
+#[inline(always)]
+pub fn set_where<L: Lane, B: Bundle<L>>(mask: L::Mask, state: &mut B, value: &B) {
+    struct Call<'a, L: Lane, B> {
+        mask: L::Mask,
+        state: &'a mut B,
+        value: &'a B,
+    }
+    impl<L: Lane, B: Bundle<L>> Stage for Call<'_, L, B> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            self.state.set_where(self.mask, self.value);
+        }
+    }
+    L::stage(Call { mask, state, value });
 }
 
 /// Stages that carry a state on, in its place: in lanes a copy of what they return costs as much as a tenth of a step.
@@ -147,23 +156,33 @@ pub mod in_place {
     }
 
     staged_in_place! {
-        /// [`crate::space::advance`]
-        space::advance<N>(m; masses: Masses<L> | s: Bodies<L, N> | k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>);
+        /// [`crate::monitor::gather`]
+        monitor::gather(; | sum: Touch<L> | c: &'a PointContact<L>);
         /// [`crate::monitor::observe`]
         monitor::observe(m; | s: Watch<L> | time: L, parts: &'a Parts<L>, simulated: &'a Parts<L>, touch: &'a Touch<L>, latch: &'a LatchState<L>);
         /// [`crate::monitor::finish`]
         monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L);
         /// [`crate::robot::robots`]
         robot::robots(m; p: &'a Params<L> | s: Robots<L> | told: &'a Parts<L>);
+        /// [`crate::fixture::push_fixture`]
+        fixture::push_fixture(m; p: &'a Params<L> | s: Robots<L> | w: Wrench<L>);
+        /// [`crate::manipulator::cell::set_point`]
+        manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L> | last: SetPoint<L> | told: &'a Motion<L>);
         /// [`crate::manipulator::cell::drive`]
         manipulator::drive(; cell: &'a Cell, p: &'a DriveParams<L> | s: Drives<L> | told: &'a SetPoint<L>, load: Wrench<L>);
         /// [`crate::joint_level::held_parts`]
         joint_level::held_parts(m; | s: Robots<L> | drives1: &'a Drives<L>, drives2: &'a Drives<L>);
         /// [`crate::impedance::yield_to`]
         impedance::yield_to(m; | s: Yielding<L> | a: Motion<L>, measured: Wrench<L>);
+        /// [`crate::test_motion::track`]
+        test_motion::track(m; p: &'a Params<L> | s: Tracking<L> | parts: &'a Parts<L>, time: L);
+        /// [`crate::load::carry`]
+        load::carry(m; | s: Load<L> | a: Motion<L>);
         /// [`crate::sensor::low_pass`]
         sensor::low_pass(m; p: &'a Params<L> | s: Sensor<L> | w: Wrench<L>);
         /// [`crate::sensor::sample`]
         sensor::sample(m; p: &'a Params<L> | s: Sensor<L> | time: L, noise: Wrench<L>);
+        /// [`crate::load::relieved`]
+        load::relieved(m; p: &'a Params<L>, load: &'a Load<L>, a: Motion<L> | sensor: Sensor<L> |);
     }
 }

@@ -97,13 +97,13 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
     vec![
         stage!(space_masses(p: Params<Sym>) -> Masses<Sym> => space::space_masses(&p)),
         stage!(hil_masses(p: Params<Sym>) -> Masses<Sym> => space::hil_masses(&p)),
-        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => crate::start::start(m, &p, masses)),
-        stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, masses, &s)),
+        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => crate::start::start(m, &p, &masses)),
+        stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, &masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
         stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
-            -> Actuation<Sym, N> => crate::guidance::guide(m, &p, masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
+            -> Actuation<Sym, N> => crate::guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
-            -> Bodies<Sym, N> => space::advance(m, masses, &s, &k, &u, w)),
+            -> Bodies<Sym, N> => space::advance(m, &masses, &s, &k, &u, w)),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),
     ]
 }
@@ -113,7 +113,7 @@ fn contact_stages(m: &Plant) -> Vec<Function> {
         stage!(space_pair(p: Params<Sym>) -> Pair<Sym> => contact::space_pair(&p)),
         stage!(hil_pair(p: Params<Sym>) -> Pair<Sym> => contact::hil_pair(&p)),
         stage!(contact_point(pair: Pair<Sym>, parts: Parts<Sym>, point: Point<Sym>, bristle: Vec3<Sym>)
-            -> PointContact<Sym> => contact::contact_point(m, pair, &parts, point, bristle)),
+            -> PointContact<Sym> => contact::contact_point(m, &pair, &parts, point, bristle)),
         stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym) -> LatchState<Sym> => contact::latch(m, &p, &parts, closed)),
         stage!(no_touch() -> Touch<Sym> => monitor::no_touch()),
         stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(&sum, &c)),

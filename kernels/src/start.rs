@@ -9,7 +9,7 @@ use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 /// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
 /// moving at `closing_speed` and `drift` relative to part B, the target turning about its centre of mass.
 #[inline(always)]
-pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: Masses<R>) -> Bodies<R, N> {
+pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: &Masses<R>) -> Bodies<R, N> {
     let zero = R::lit(0.0);
     // The target's part B stands where it stands, wherever its centre of mass is taken to be.
     let centre = Vec3::lit(m.target_pose.position) + Quat::lit(m.target_pose.attitude).rotate(masses.target_com);

@@ -16,7 +16,7 @@ const NONE: Wrench<f64> = Wrench { force: vec3(0.0, 0.0, 0.0), moment: vec3(0.0,
 /// One free substep under joint torques.
 fn drift<const N: usize>(m: &Plant, masses: Masses<f64>, s: Bodies<f64, N>, joint: [f64; N]) -> Bodies<f64, N> {
     let u = Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint };
-    settle(advance(m, masses, &s, &kinematics(m, masses, &s), &u, NONE))
+    settle(advance(m, &masses, &s, &kinematics(m, &masses, &s), &u, NONE))
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn planar() -> (Plant, Masses<f64>) {
 #[test]
 fn a_planar_free_floating_arm_turns_its_base_as_the_closed_form() {
     let (m, masses) = planar();
-    let mut s = start::<f64, 1>(&m, &Params { base_mass: 2550.0, ..Params::null() }, masses);
+    let mut s = start::<f64, 1>(&m, &Params { base_mass: 2550.0, ..Params::null() }, &masses);
     let reduced = 2550.0 * 140.0 / 2690.0;
     let (a, b, c): (f64, f64, f64) = (60.0 + reduced, reduced * 1.2, 6260.0 + reduced * (1.44 + 1.0));
     let root = f64::sqrt(c * c - 4.0 * b * b);
@@ -118,7 +118,7 @@ fn a_torque_free_body_tumbles_as_euler_and_poinsot_say() {
     let m = Plant::new(model);
     let params = Params { chaser_rate: start_rate, target_rate: start_rate, ..Params::null() };
     let masses = space_masses(&params);
-    let mut s = start::<f64, 0>(&m, &params, masses);
+    let mut s = start::<f64, 0>(&m, &params, &masses);
     let (mut worst, mut time) = ([0.0f64; 2], 0.0);
     while time < 3.0 * period {
         s = drift(&m, masses, s, []);
@@ -140,7 +140,7 @@ fn energy_error(substep: f64, torque: f64) -> f64 {
     let m = Plant::new(model);
     let params = Params { base_mass: 120.0, chaser_rate: vec3(0.1, 0.2, -0.15), ..Params::null() };
     let masses = space_masses(&params);
-    let mut s = start::<f64, 6>(&m, &params, masses);
+    let mut s = start::<f64, 6>(&m, &params, &masses);
     s.arm.rate = [0.3, -0.2, 0.4, 0.5, -0.6, 0.7];
     let first = Dense::new(&m, masses, &s).kinetic_energy();
     let (mut work, mut last) = (0.0, first);

@@ -38,14 +38,14 @@ const POINT: Point<f64> = Point { position: Vec3 { x: 0.0, y: 0.0, z: 0.0 }, rad
 /// Normal force of the mounted parts at rest, and of those in space.
 fn pressed(m: &Plant, p: &Params<f64>, depth: f64) -> [f64; 2] {
     [hil_pair(p), space_pair(p)]
-        .map(|pair| contact_point(m, pair, &parts(depth, Vec3::zero()), POINT, Vec3::zero()).force)
+        .map(|pair| contact_point(m, &pair, &parts(depth, Vec3::zero()), POINT, Vec3::zero()).force)
 }
 
 /// The contact after sliding on at a velocity until the bristle is complete.
 fn slid(p: &Params<f64>, velocity: Vec3<f64>) -> PointContact<f64> {
     let (m, parts) = (plant(NormalLaw::Linear), parts(1e-3, velocity));
-    let mut contact = contact_point(&m, hil_pair(p), &parts, POINT, Vec3::zero());
-    (0..20_000).for_each(|_| contact = contact_point(&m, hil_pair(p), &parts, POINT, contact.bristle));
+    let mut contact = contact_point(&m, &hil_pair(p), &parts, POINT, Vec3::zero());
+    (0..20_000).for_each(|_| contact = contact_point(&m, &hil_pair(p), &parts, POINT, contact.bristle));
     contact
 }
 

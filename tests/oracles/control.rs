@@ -44,13 +44,13 @@ fn controlled(
         ..Params::null()
     };
     let masses = space_masses(&p);
-    let mut s = start::<f64, 6>(&m, &p, masses);
+    let mut s = start::<f64, 6>(&m, &p, &masses);
     s.arm.rate = rate;
     let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
     for _ in 0..ticks {
-        let u = guide(&m, &p, masses, &s.arm, s.chaser.attitude, &kinematics(&m, masses, &s), 0.0);
+        let u = guide(&m, &p, &masses, &s.arm, s.chaser.attitude, &kinematics(&m, &masses, &s), 0.0);
         for _ in 0..4 {
-            s = advance(&m, masses, &s, &kinematics(&m, masses, &s), &u, none);
+            s = advance(&m, &masses, &s, &kinematics(&m, &masses, &s), &u, none);
         }
         s = settle(s);
         see(&s);

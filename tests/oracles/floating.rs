@@ -185,7 +185,7 @@ fn joints_of_a_free_floating_arm_accelerate_as_the_dense_mass_matrix_says() {
         let m = Plant::new(crooked(&mut draw, case % 3 == 0));
         let params = Params { base_mass: 120.0, base_inertia_scale: 1.1, ..Params::null() };
         let masses = space_masses(&params);
-        let mut s: Bodies<f64, 7> = softdock_kernels::start::start(&m, &params, masses);
+        let mut s: Bodies<f64, 7> = softdock_kernels::start::start(&m, &params, &masses);
         s.chaser.attitude = Quat::from_rotation_vector(vec3(draw(), draw(), draw()) * 2.0);
         (s.chaser.momentum, s.chaser.spin) = (vec3(draw(), draw(), draw()) * 20.0, vec3(draw(), draw(), draw()) * 30.0);
         s.arm.angle = std::array::from_fn(|_| 3.0 * draw());
@@ -193,7 +193,7 @@ fn joints_of_a_free_floating_arm_accelerate_as_the_dense_mass_matrix_says() {
         let u: Actuation<f64, 7> = from_slice(&(0..13).map(|_| 20.0 * draw()).collect::<Vec<_>>());
         let w: Wrench<f64> = from_slice(&(0..6).map(|_| 50.0 * draw()).collect::<Vec<_>>());
 
-        let k = kinematics(&m, masses, &s);
+        let k = kinematics(&m, &masses, &s);
         let dense = Dense::new(&m, masses, &s);
         let tool = k.axes.times(k.reach.position);
         assert!((v(tool) - dense.tool).norm() < 1e-13, "case {case}: the tool is elsewhere");
@@ -202,7 +202,7 @@ fn joints_of_a_free_floating_arm_accelerate_as_the_dense_mass_matrix_says() {
         let turning = &dense.tool_angular * &dense.velocity;
         assert!((v(k.parts.a.omega) - turning).norm() < 1e-12, "case {case}: the tool turns otherwise");
 
-        let next = advance(&m, masses, &s, &k, &u, w);
+        let next = advance(&m, &masses, &s, &k, &u, w);
         let found: Vec<f64> = (0..7).map(|i| (next.arm.rate[i] - s.arm.rate[i]) / m.timing.substep).collect();
         let exact: Vec<f64> = dense.accelerations(&u, w).iter().skip(6).copied().collect();
         let size = exact.iter().fold(0.0, |sum: f64, a| sum.max(a.abs()));

@@ -46,22 +46,22 @@ impl Peg {
             ..Params::null()
         };
         let plant = Plant::new(model);
-        let bodies = start::<f64, 0>(&plant, &params, space_masses(&params));
+        let bodies = start::<f64, 0>(&plant, &params, &space_masses(&params));
         Self { bristles: vec![Vec3::zero(); places.len()], plant, params, bodies }
     }
 
     /// One substep under a force at the tip's centre and a moment about z; gives what the bore did.
     fn step(&mut self, force: Vec3<f64>, moment: f64) -> Touch<f64> {
         let (m, masses, pair) = (&self.plant, space_masses(&self.params), space_pair(&self.params));
-        let k = kinematics(m, masses, &self.bodies);
+        let k = kinematics(m, &masses, &self.bodies);
         let touch = m.contact.points.iter().zip(&mut self.bristles).fold(no_touch(), |sum, (point, bristle)| {
             let point = Point { position: point.position, radius: point.radius };
-            let c = contact_point(m, pair, &k.parts, point, *bristle);
+            let c = contact_point(m, &pair, &k.parts, point, *bristle);
             *bristle = c.bristle;
             gather(&sum, &c)
         });
         let u = Actuation { thrust: force, torque: vec3(0.0, 0.0, moment), joint: [] };
-        self.bodies = settle(advance(m, masses, &self.bodies, &k, &u, touch.wrench));
+        self.bodies = settle(advance(m, &masses, &self.bodies, &k, &u, touch.wrench));
         touch
     }
 }

@@ -142,12 +142,12 @@ fn a_block_stands_also_while_its_weight_ripples_by_ten_percent() {
     let (model, p) = block();
     let m = Plant::new(model);
     let (masses, pair) = (space_masses(&p), space_pair(&p));
-    let mut bodies = start::<f64, 0>(&m, &p, masses);
+    let mut bodies = start::<f64, 0>(&m, &p, &masses);
     let mut bristles = vec![Vec3::zero(); m.contact.points.len()];
     let weight = p.base_mass * m.field.x;
     let (mut stood, mut creep) = (Vec3::zero(), 0.0f64);
     for step in 0..404_000 {
-        let k = kinematics(&m, masses, &bodies);
+        let k = kinematics(&m, &masses, &bodies);
         let time = f64::from(step) * m.timing.substep;
         let Parts { a, b } = k.parts;
         let gap = a.position - b.position;
@@ -158,13 +158,13 @@ fn a_block_stands_also_while_its_weight_ripples_by_ten_percent() {
         }
         let touch = m.contact.points.iter().zip(&mut bristles).fold(no_touch(), |sum, (point, bristle)| {
             let point = Point { position: point.position, radius: point.radius };
-            let c = contact_point(&m, pair, &k.parts, point, *bristle);
+            let c = contact_point(&m, &pair, &k.parts, point, *bristle);
             *bristle = c.bristle;
             gather(&sum, &c)
         });
         let ripple = 0.1 * weight * (std::f64::consts::TAU * 7.3 * time).sin();
         let u = Actuation { thrust: vec3(ripple, 0.0, 0.0), torque: Vec3::zero(), joint: [] };
-        bodies = settle(advance(&m, masses, &bodies, &k, &u, touch.wrench));
+        bodies = settle(advance(&m, &masses, &bodies, &k, &u, touch.wrench));
     }
     // The ripple rocks the block about its tilted equilibrium; what counts is that it does not walk.
     assert!(creep < 1e-6, "creeps {creep} m");

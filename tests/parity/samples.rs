@@ -314,7 +314,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     // Between two ticks the steps are zero: in the middle of a tick, of half a millisecond, they are these.
     bodies_now.chaser.com_step = bodies_now.chaser.momentum * (5e-4 / masses.base_mass);
     bodies_now.target.com_step = bodies_now.target.momentum * (5e-4 / masses.target_mass);
-    let k = kinematics(plant, masses, &bodies_now);
+    let k = kinematics(plant, &masses, &bodies_now);
     let robots: Robots<f64> = from_slice(robots);
     let mounted = if facility { mounted_parts(plant, &shot.params, &robots) } else { k.parts };
     let bristles = shot.lane.bristles(facility, plant.contact.points.len());
@@ -322,7 +322,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     let contacts: Vec<_> = points
         .map(|(p, b)| {
             let point = Point { position: p.position, radius: p.radius };
-            contact_point(plant, pair, &mounted, point, from_slice(b))
+            contact_point(plant, &pair, &mounted, point, from_slice(b))
         })
         .collect();
     Scene {
@@ -404,7 +404,7 @@ fn bundle<const N: usize>(
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
             let (arm, base, touched) = (s.bodies.arm, s.bodies.chaser.attitude, f64::from(index as u32 % 2));
-            flat(&guide(plant, &p, masses, &arm, base, &s.kinematics, touched))
+            flat(&guide(plant, &p, &masses, &arm, base, &s.kinematics, touched))
         }
         "Wrench" => {
             let contact = if argument == "noise" { zero_wrench() } else { total_wrench(&s.touch, &s.latch) };

@@ -82,14 +82,14 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
     stages! { m;
         space_masses(p: Params<f64>) => space::space_masses(&p), 0.0, COPIED;
         hil_masses(p: Params<f64>) => space::hil_masses(&p), 4.0, "two roundings";
-        start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, &p, masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
-        kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
+        start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, &p, &masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
+        kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, &masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
         parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
         guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
-            guidance::guide(m, &p, masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))
+            guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))
         }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
         advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
-            => space::advance(m, masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
+            => space::advance(m, &masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
         settle(s: Bodies<f64, N>) => space::settle(s), 2.0, "one sum";
     }
 }
@@ -99,7 +99,7 @@ fn contact_rows() -> Vec<Row<Twin>> {
         space_pair(p: Params<f64>) => contact::space_pair(&p), 0.0, COPIED;
         hil_pair(p: Params<f64>) => contact::hil_pair(&p), 4.0, "two roundings";
         contact_point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, bristle: Vec3<f64>)
-            => contact::contact_point(m, pair, &parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
+            => contact::contact_point(m, &pair, &parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
         latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 40.0, "the gap is a difference of positions";
         no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
         gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";

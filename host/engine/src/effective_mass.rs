@@ -3,7 +3,7 @@
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Actuation, Kinematics, Wrench, space_masses};
-use softdock_kernels::staged::{in_place, kinematics, start};
+use softdock_kernels::staged::{advance_in_place, kinematics, start};
 use softdock_kernels::vector::Vec3;
 use softdock_kernels::with_joints;
 
@@ -18,21 +18,21 @@ pub fn effective_mass(plant: &Plant, run: &Finished) -> Option<f64> {
 
 fn at_start<const N: usize>(plant: &Plant, run: &Finished, normal: Vec3<f64>, lever: Vec3<f64>) -> f64 {
     let masses = space_masses(&run.params);
-    let bodies = start::<f64, N>(plant, &run.params, masses);
-    let k = kinematics(plant, masses, &bodies);
+    let bodies = start::<f64, N>(plant, &run.params, &masses);
+    let k = kinematics(plant, &masses, &bodies);
     let idle = Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint: [0.0; N] };
     // A force that changes the speed by about 1 mm/s: far above rounding, far below large rotations.
     let push = 1e-3 / plant.timing.substep * masses.base_mass.min(masses.target_mass);
     let separation = |force: f64| {
         let force = normal * force;
         let mut next = bodies;
-        in_place::advance(plant, masses, &mut next, &k, &idle, Wrench { force, moment: lever.cross(force) });
+        advance_in_place(plant, &masses, &mut next, &k, &idle, Wrench { force, moment: lever.cross(force) });
         // Twists after the push at the configuration before it.
         let mut there = bodies;
         (there.chaser.momentum, there.chaser.spin) = (next.chaser.momentum, next.chaser.spin);
         (there.target.momentum, there.target.spin) = (next.target.momentum, next.target.spin);
         there.arm.rate = next.arm.rate;
-        let k: Kinematics<f64, N> = kinematics(plant, masses, &there);
+        let k: Kinematics<f64, N> = kinematics(plant, &masses, &there);
         let (a, b) = (k.parts.a, k.parts.b);
         let from_b = a.position - b.position + lever;
         (a.velocity + a.omega.cross(lever) - b.velocity - b.omega.cross(from_b)).dot(normal)

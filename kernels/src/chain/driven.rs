@@ -72,12 +72,9 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     /// Torques that move the joints so, and the force on the base; `base` is its acceleration, less that of free fall.
     #[inline(always)]
     pub(crate) fn torques(&self, rate: &[R; N], gain: &[R; N], base: Vec3<R>) -> ([R; N], Vec3<R>) {
-        let (forces, _) = self.link_forces(led(base), rate, gain);
-        let (passed, push) = self.passed(&forces, Force::zero());
-        let mut torque = [R::lit(0.0); N];
-        for i in 0..N {
-            torque[i] = passed[i].moment.z;
-        }
+        let mut forces = [Force::zero(); N];
+        self.link_forces(led(base), rate, gain, &mut forces);
+        let (torque, push) = self.passed(&forces, Force::zero());
         (torque, push.force)
     }
 
@@ -134,7 +131,8 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         carried: Option<PointMass<R>>,
     ) -> Folded<R, N> {
         let zero = R::lit(0.0);
-        let (forces, last) = self.link_forces(led(base), rate, &[zero; N]);
+        let mut forces = [Force::zero(); N];
+        let last = self.link_forces(led(base), rate, &[zero; N], &mut forces);
         let (mut body, mut load) = (Articulated::zero(), Force { moment: -tip.moment, force: -tip.force });
         if let Some(PointMass { mass, place }) = carried {
             let force = (last.acceleration + last.field().times(place)) * mass;

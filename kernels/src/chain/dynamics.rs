@@ -146,36 +146,44 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         reach
     }
 
-    /// Inertial forces of the base and of the links, each about its own origin.
+    /// Inertial force of the base, about its origin.
     #[inline(always)]
-    pub(crate) fn inertial_forces(&self, base: Course<R>, rate: &[R; N], gain: &[R; N]) -> (Force<R>, [Force<R>; N]) {
+    pub(crate) fn base_force(&self, base: Course<R>) -> Force<R> {
         let moment = turning_moment(&base.field(), self.chain.base_moments) * self.base_inertia_scale;
-        let own = Force { moment, force: base.acceleration * self.base_mass };
-        (own, self.link_forces(base, rate, gain).0)
+        Force { moment, force: base.acceleration * self.base_mass }
     }
 
-    /// Inertial forces of the links, each about its own origin, and how the last one moves.
+    /// Inertial forces of the links, each about its own origin, into `forces`; gives how the last link moves.
+    ///
+    /// In place, as a copy of what it would return takes lanes as long as a link.
     #[inline(always)]
-    pub(super) fn link_forces(&self, base: Course<R>, rate: &[R; N], gain: &[R; N]) -> ([Force<R>; N], Course<R>) {
-        let (mut course, mut field, mut forces) = (base, base.field(), [Force::zero(); N]);
+    pub(crate) fn link_forces(
+        &self,
+        base: Course<R>,
+        rate: &[R; N],
+        gain: &[R; N],
+        forces: &mut [Force<R>; N],
+    ) -> Course<R> {
+        let (mut course, mut field) = (base, base.field());
         for i in 0..N {
             let link = &self.chain.links[i];
             course = course.outwards(&field, link, self.turns[i], rate[i], gain[i]);
             field = course.field();
             forces[i] = inertial_force(&course, &field, link);
         }
-        (forces, course)
+        course
     }
 
-    /// What each link passes on to the one inside it, about its own origin, and the base's share last.
+    /// Moments about the joints of what their links pass on inwards, and the base's share.
     #[inline(always)]
-    pub(crate) fn passed(&self, forces: &[Force<R>; N], tip: Force<R>) -> ([Force<R>; N], Force<R>) {
-        let (mut sum, mut passed) = (tip, [Force::zero(); N]);
+    pub(crate) fn passed(&self, forces: &[Force<R>; N], tip: Force<R>) -> ([R; N], Force<R>) {
+        let (mut sum, mut joint) = (tip, [R::lit(0.0); N]);
         for i in (0..N).rev() {
-            passed[i] = sum.plus(forces[i]);
-            sum = passed[i].inwards(&self.chain.links[i], self.turns[i]);
+            sum = sum.plus(forces[i]);
+            joint[i] = sum.moment.z;
+            sum = sum.inwards(&self.chain.links[i], self.turns[i]);
         }
-        (passed, sum)
+        (joint, sum)
     }
 
     /// Articulated-body algorithm: joint torques, a wrench `tip` on the last link about its origin in its axes, and
@@ -191,33 +199,33 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     ) -> Response<R, N> {
         let zero = R::lit(0.0);
         let still = Course { rate: omega, turning: Vec3::zero(), acceleration: Vec3::zero() };
-        let (own, forces) = self.inertial_forces(still, rate, &[zero; N]);
-        let (_, arm) = self.passed(&forces, Force::zero());
-        let drift = own.plus(arm);
+        let (own, mut links) = (self.base_force(still), [Force::zero(); N]);
+        self.link_forces(still, rate, &[zero; N], &mut links);
+        let drift = own.plus(self.passed(&links, Force::zero()).1);
 
         let (mut body, mut load) = (Articulated::zero(), Force { moment: -tip.moment, force: -tip.force });
-        let (mut give, mut joint) = ([Force::zero(); N], [zero; N]);
+        let mut joint = [zero; N];
         for i in (0..N).rev() {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             body = body.plus_link(link);
-            load = load.plus(forces[i]);
+            load = load.plus(links[i]);
             let resistance = body.about_z();
             let inverse = R::lit(-1.0) / resistance.moment.z;
-            give[i] = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
+            let give = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
             let excess = load.moment.z - torque[i];
             joint[i] = excess * inverse;
-            let moment = give[i].moment.scale_add(excess, load.moment);
+            let moment = give.moment.scale_add(excess, load.moment);
             // The joint gives way until its torque is all that it passes on.
-            let left = Force {
-                moment: vec3(moment.x, moment.y, torque[i]),
-                force: give[i].force.scale_add(excess, load.force),
-            };
+            let left =
+                Force { moment: vec3(moment.x, moment.y, torque[i]), force: give.force.scale_add(excess, load.force) };
             load = left.inwards(link, turn);
-            body = body.inwards(give[i], link, turn);
+            body = body.inwards(give, link, turn);
+            // The force has been passed on; on the way outwards it is this that is asked for.
+            links[i] = give;
         }
         let rest = Force { moment: push.moment - own.moment - load.moment, force: push.force - load.force };
         let (turning, acceleration) = self.on_base(body).solve(rest);
-        let joint = self.outwards(turning, acceleration, &give, joint);
+        let joint = self.outwards(turning, acceleration, &links, joint);
         Response { joint, turning, drift }
     }
 

@@ -7,6 +7,7 @@
 //! gain removes most of that smoothly, and the injection, by [`passivity`], bounds the rest.
 
 use super::{Compensation, ContactLine, lead, passivity};
+use crate::fields::Bundle;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -27,6 +28,7 @@ pub(crate) fn control<R: Real>(
     // Only while the parts part: a raised lead that meets closing parts would brake them harder than the contact does.
     let zero = R::lit(0.0);
     let debt = zero.lt(line.speed) & passivity::energy_ahead(m, p, s, line, &plain).lt(zero);
-    let led = crate::fields::Bundle::combine(&raised, &plain, &mut |a, b| R::select(debt, a, b));
+    let mut led = plain;
+    led.set_where(debt, &raised);
     passivity::inject(m, p, s, line, led)
 }

@@ -107,7 +107,7 @@ pub fn hil_pair<R: Real>(p: &Params<R>) -> Pair<R> {
 #[inline(always)]
 pub fn contact_point<R: Real>(
     m: &Plant,
-    pair: Pair<R>,
+    pair: &Pair<R>,
     parts: &Parts<R>,
     point: Point<R>,
     bristle: Vec3<R>,
@@ -122,10 +122,10 @@ pub fn contact_point<R: Real>(
     let lever = normal.scale_add(-point.radius, centre);
     let velocity = sliding_velocity(&a, &b, lever);
     let sink_rate = -velocity.dot(normal);
-    let force = normal_force(m, &pair, depth, sink_rate);
+    let force = normal_force(m, pair, depth, sink_rate);
 
     let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
-    let (friction, bristle) = friction(m, &pair, force, slip, bristle, surface.normal);
+    let (friction, bristle) = friction(m, pair, force, slip, bristle, surface.normal);
     let push = normal.scale_add(force, b_axes.times(friction));
     PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, bristle, depth, force, normal, lever }
 }

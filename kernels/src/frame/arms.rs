@@ -1,12 +1,12 @@
 //! The robots in the frame: those that lag, or joint by joint; the twin of `wgsl/robots_lag.wgsl` and `robots_joint.wgsl`.
 
-use super::{Tile, choose, zero_wrench};
+use super::{Tile, zero_wrench};
 use crate::fields::filled;
 use crate::lanes::Lane;
 use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
 use crate::plant::Plant;
 use crate::space::{Parts, Wrench};
-use crate::staged::{drives_at, in_place, reaction, set_point};
+use crate::staged::{drives_at, in_place, reaction, set_where};
 
 /// Both robots joint by joint, and the wrench on part A that the next substep feels.
 #[derive(Clone)]
@@ -27,10 +27,10 @@ impl<L: Lane> Arms<L> {
     #[inline(always)]
     pub(super) fn keep(&mut self, mask: L::Mask, before: &Self) {
         for i in 0..2 {
-            self.drives[i] = choose(mask, &self.drives[i], &before.drives[i]);
-            self.set[i] = choose(mask, &self.set[i], &before.set[i]);
+            set_where(!mask, &mut self.drives[i], &before.drives[i]);
+            set_where(!mask, &mut self.set[i], &before.set[i]);
         }
-        self.push = choose(mask, &self.push, &before.push);
+        set_where(!mask, &mut self.push, &before.push);
     }
 }
 
@@ -40,8 +40,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     pub(super) fn take_command(&mut self, m: &Plant, told: &Parts<L>) {
         if let Some(arms) = &mut self.arms {
             let ([cell1, cell2], p) = (m.robots(), &self.params);
-            arms.set[0] = set_point(cell1, &p.robot1, &arms.drives[0], &arms.set[0], &told.a);
-            arms.set[1] = set_point(cell2, &p.robot2, &arms.drives[1], &arms.set[1], &told.b);
+            in_place::set_point(cell1, &p.robot1, &arms.drives[0], &mut arms.set[0], &told.a);
+            in_place::set_point(cell2, &p.robot2, &arms.drives[1], &mut arms.set[1], &told.b);
         }
     }
 
@@ -79,6 +79,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });
             arms.keep(fresh, &before);
         }
-        self.robots = choose(fresh, &placed, &self.robots);
+        set_where(fresh, &mut self.robots, &placed);
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! A tick works in place and copies nothing as long as all lanes are under way, which most ticks are.
 
-use super::{Tile, arms::Arms, choose};
+use super::{Tile, arms::Arms};
 use crate::impedance::Yielding;
 use crate::lanes::Lane;
 use crate::load::Load;
 use crate::monitor::Watch;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
+use crate::staged::set_where;
 use crate::test_motion::Tracking;
 
 /// What a tick changes of the facility.
@@ -40,14 +41,14 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// Puts back what stood before in the lanes outside the mask.
     #[inline(never)]
     pub(super) fn keep_facility(&mut self, mask: L::Mask, before: &FacilityState<L>) {
-        self.robots = choose(mask, &self.robots, &before.robots);
+        set_where(!mask, &mut self.robots, &before.robots);
         if let (Some(arms), Some(before)) = (&mut self.arms, &before.arms) {
             arms.keep(mask, before);
         }
-        self.sensor = choose(mask, &self.sensor, &before.sensor);
-        self.load = choose(mask, &self.load, &before.load);
-        self.yielding = choose(mask, &self.yielding, &before.yielding);
-        self.tracking = choose(mask, &self.tracking, &before.tracking);
-        self.hil.watch = choose(mask, &self.hil.watch, &before.watch);
+        set_where(!mask, &mut self.sensor, &before.sensor);
+        set_where(!mask, &mut self.load, &before.load);
+        set_where(!mask, &mut self.yielding, &before.yielding);
+        set_where(!mask, &mut self.tracking, &before.tracking);
+        set_where(!mask, &mut self.hil.watch, &before.watch);
     }
 }

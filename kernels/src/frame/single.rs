@@ -152,7 +152,7 @@ impl<const N: usize> Computer<N> {
     }
 
     fn simulated(&self) -> Parts<f64> {
-        kinematics(&self.plant, self.tile.hil.masses, &self.tile.hil.bodies).parts
+        kinematics(&self.plant, &self.tile.hil.masses, &self.tile.hil.bodies).parts
     }
 
     /// Watches the parts over the tick that ends now, as far as a facility can see them.
@@ -204,7 +204,7 @@ impl<const N: usize> SimulationComputer for Computer<N> {
         self.watch(measured, &simulated);
         let (m, t) = (&*self.plant, &mut self.tile);
         let live = t.hil.watch.done <= 0.0;
-        crate::staged::update_kinematics(m, t.hil.masses, &t.hil.bodies, &mut t.hil.kinematics);
+        crate::staged::update_kinematics(m, &t.hil.masses, &t.hil.bodies, &mut t.hil.kinematics);
         t.send_command(m, &simulated, now, live);
         t.sensor.output = measured.wrench;
         t.receive_wrench(m, &simulated, live);

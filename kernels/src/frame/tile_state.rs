@@ -94,7 +94,7 @@ impl<const N: usize> Tile<f64, N> {
         for (index, (masses, pair)) in sides.into_iter().enumerate() {
             let bristles = lane.bristles(index == 1, m.contact.points.len()).chunks(3).map(from_slice).collect();
             let (bodies, watch) = (take(&mut state), take(&mut state));
-            let kinematics = kinematics(m, masses, &bodies);
+            let kinematics = kinematics(m, &masses, &bodies);
             *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
         }
         (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
@@ -170,11 +170,11 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
         ("touch_space", |tile, m| {
             let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.pair);
-            to_vec(&touch_points(m, pair, &parts, &mut tile.space.bristles, true))
+            to_vec(&touch_points(m, &pair, &parts, &mut tile.space.bristles, true))
         }),
         ("touch_facility", |tile, m| {
             let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.params, &tile.robots), tile.hil.pair);
-            to_vec(&touch_points(m, pair, &mounted, &mut tile.hil.bristles, true))
+            to_vec(&touch_points(m, &pair, &mounted, &mut tile.hil.bristles, true))
         }),
         ("reset_bristles", |tile, _| {
             let bristles = tile.space.bristles.iter_mut().chain(&mut tile.hil.bristles);
@@ -265,5 +265,5 @@ fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
 
 /// Kinematics of a loop's bodies.
 fn simulated<const N: usize>(m: &Plant, side: &Loop<f64, N>) -> Kinematics<f64, N> {
-    kinematics(m, side.masses, &side.bodies)
+    kinematics(m, &side.masses, &side.bodies)
 }
