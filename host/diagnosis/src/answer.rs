@@ -190,8 +190,28 @@ impl BlockAnswer {
     /// The answer where something outside the library explains the data better than what is named.
     #[must_use]
     pub fn denied(self) -> Self {
+        Self { answer: Verdict::NotInLibrary, ..self.nameless() }
+    }
+
+    /// The answer without any cause.
+    fn nameless(self) -> Self {
         let (effects, ruled_out) = (Vec::new(), Vec::new());
-        Self { answer: Verdict::NotInLibrary, effects, ruled_out, partner_missing: false, ..self }
+        Self { effects, ruled_out, partner_missing: false, ..self }
+    }
+
+    /// The answer where what is left may be no fault of this block: it finds nothing, and none of its library's effects
+    /// could have been shown.
+    #[must_use]
+    pub(crate) fn withheld(self, library: &[Hypothesis]) -> Self {
+        let hidden = |hypothesis: &Hypothesis| NotVisible {
+            id: hypothesis.effect.id,
+            name: hypothesis.name,
+            block: self.block,
+            log_odds: 0.0,
+        };
+        let not_visible = library.iter().map(hidden).collect();
+        let residual = Residual { after: self.residual.before, ..self.residual };
+        Self { answer: Verdict::NoEffect, form: None, gain: None, residual, not_visible, ..self.nameless() }
     }
 
     /// The answer with what something outside the library behaves like.

@@ -340,6 +340,7 @@ impl Prepared {
             all.answers.push(self.with_random(&own.block, answer));
             all.judged.push(own);
         }
+        self.withhold(&mut all, prismatic);
         Ok(all)
     }
 

@@ -54,6 +54,22 @@ fn a_reference_that_is_held_or_limited_shows_in_the_controller_alone() {
     }
 }
 
+/// A reference that is limited by nothing in the library, and one whose holds are too short to be told from a lag.
+#[test]
+fn torque_that_nobody_knows_between_the_logs_samples_is_not_held_against_the_drive() {
+    let limited = Bench::drive(&[("C7_rate_limit", 0.881)], 1_822_722_398);
+    let without = Options { without: vec!["C7_rate_limit".to_owned()], ..Options::default() };
+    let held = Bench::drive(&[("C6_hold", 0.00209)], 989_858_437);
+    for (bench, options) in [(limited, without), (held, Options::default())] {
+        let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
+        assert_eq!((diagnosis.answer, drive(&diagnosis).answer), (Verdict::NotInLibrary, Verdict::NoEffect));
+        assert!(diagnosis.effects.is_empty(), "{:?}", diagnosis.effects);
+        assert!(drive(&diagnosis).not_visible.iter().any(|effect| effect.id == "J1_coulomb"));
+        let said = |words: &str| diagnosis.findings.iter().any(|finding| finding.what.contains(words));
+        assert!(said("nothing is said of the drive"), "{:?}", diagnosis.findings);
+    }
+}
+
 #[test]
 fn friction_is_told_by_where_it_acts() {
     for (id, size, named, number) in [
