@@ -140,6 +140,16 @@ impl Judged {
         named.or(form.map(|form| &form.candidate))
     }
 
+    /// An answer with what it behaves like, if no cause of the library explains it.
+    fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
+        let is_outside = answer.answer == Verdict::NotInLibrary;
+        self.outside = is_outside.then(|| Outside::of(&self.block, &self.library, &self.judgement));
+        match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
+            Some(form) => answer.with_form(form, prismatic),
+            None => answer,
+        }
+    }
+
     fn torque_error(&self, answer: &BlockAnswer) -> Option<TorqueError> {
         let before = &self.judgement.clamped;
         let after = self.found(answer).map_or(before, |found| &found.fitted);
@@ -324,12 +334,8 @@ impl Prepared {
             if answer.answer.names() && is_simpler(&block, &library, &judgement) {
                 answer = answer.denied();
             }
-            let is_outside = answer.answer == Verdict::NotInLibrary;
-            let outside = is_outside.then(|| Outside::of(&block, &library, &judgement));
-            if let Some(form) = outside.as_ref().and_then(|outside| outside.form.as_ref()) {
-                answer = answer.with_form(form, prismatic);
-            }
-            let own = Judged { block, library, judgement, outside };
+            let mut own = Judged { block, library, judgement, outside: None };
+            answer = own.looked_outside(answer, prismatic);
             answer.torque_error = own.torque_error(&answer);
             if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(Kind::Controller)) {
                 self.torque = self.moving(torques_between(&own.block, found));

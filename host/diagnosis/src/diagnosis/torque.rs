@@ -1,11 +1,10 @@
 //! Torque between a log's samples: which of those that a controller may have asked for moved the drive as it did, and what
 //! may be said where none did.
 
-use super::{Blocks, Judged, Prepared, Subject};
+use super::{Blocks, Prepared, Subject};
 use crate::answer::{BlockAnswer, Verdict};
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
-use crate::outside::Outside;
 use crate::recording::grid::Finding;
 use softdock_campaign::rig::Plant;
 use softdock_engine::blocks::Kind;
@@ -30,6 +29,7 @@ impl Prepared {
         let best: Vec<usize> = (0..allowed.len()).map(least).collect();
         allowed.into_iter().zip(best).map(|(mut own, best)| own.swap_remove(best)).collect()
     }
+
     /// Where neither the controller's torque nor the drive's motion is explained, the one may be all that is wrong with the
     /// other: a jump of the torque between two samples of the log is an impulse that nobody knows of. Then nothing is said
     /// of the drive, and no cause is named in the controller whose torque does not move the drive as it moved.
@@ -37,28 +37,26 @@ impl Prepared {
         let place = |kind: Kind| all.judged.iter().position(|own| own.block.section.is(kind));
         let (Some(asked), Some(moved)) = (place(Kind::Controller), place(Kind::Drive)) else { return };
         let periods = all.judged[asked].block.trials.iter().map(|trial| trial.recorded.stride).max().unwrap_or(1);
-        let holds = |answer: &BlockAnswer| answer.form.as_ref().is_some_and(|form| form.holds);
-        let is_explained = |answer: &BlockAnswer| answer.answer != Verdict::NotInLibrary || holds(answer);
-        if periods == 1 || all.answers[asked].residual.after.powi(2) <= ADEQUATE || is_explained(&all.answers[moved]) {
+        let is_known = periods == 1 || all.answers[asked].residual.after.powi(2) <= ADEQUATE;
+        if is_known || is_explained(&all.answers[moved]) {
             return;
         }
-        let (answer, own) = (&mut all.answers[moved], &mut all.judged[moved]);
-        *answer = answer.clone().withheld(&own.library);
+        let own = &mut all.judged[moved];
         own.outside = None;
         let what = format!(
             "no cause explains the motion, but torque that jumps between the log's samples may, for the controller is not \
              understood and the log has one in {periods} of its periods: nothing is said of the drive; log every period"
         );
         self.findings.push(Finding { recording: own.block.name.to_owned(), what });
-        let (answer, own) = (&mut all.answers[asked], &mut all.judged[asked]);
+        all.answers[moved] = all.answers[moved].clone().withheld(&own.library);
+        let answer = &mut all.answers[asked];
         if answer.answer.names() {
-            let Judged { block, library, judgement, .. } = &*own;
-            let outside = Outside::of(block, library, judgement);
-            *answer = answer.clone().denied();
-            if let Some(form) = &outside.form {
-                *answer = answer.clone().with_form(form, prismatic);
-            }
-            own.outside = Some(outside);
+            *answer = all.judged[asked].looked_outside(answer.clone().denied(), prismatic);
         }
     }
+}
+
+/// Whether a block's motion needs nothing that nobody knows.
+fn is_explained(answer: &BlockAnswer) -> bool {
+    answer.answer != Verdict::NotInLibrary || answer.form.as_ref().is_some_and(|form| form.holds)
 }
