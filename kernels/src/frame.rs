@@ -6,6 +6,7 @@
 mod arms;
 pub mod facility;
 mod kept;
+mod runs;
 pub mod single;
 pub mod tile_state;
 
@@ -15,22 +16,20 @@ use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::fixture::gives_way;
 use crate::impedance::{Yielding, not_yielding};
-use crate::lanes::{Lane, MOST_LANES, Stage};
-use crate::load::{Load, load_at, loaded, sensor_at};
-use crate::metrics::Metrics;
+use crate::lanes::{Lane, MOST_LANES};
+use crate::load::{Load, loaded};
 use crate::model::CompensatorKind;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
-use crate::outcome::{Finished, RunEnd, Signals, run_flags};
+use crate::outcome::Signals;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle_in_place, space_masses};
 use crate::staged::{
-    advance_in_place, carry_on, command, compensate, contact_point, displaced, feed_back, felt, followed, guide,
-    in_place, interpolate, kinematics, latch, metrics, normals, set_where, start, substitute, update_kinematics,
-    with_test,
+    advance_in_place, command, compensate, contact_point, displaced, feed_back, felt, followed, guide, in_place,
+    interpolate, kinematics, latch, metrics, normals, set_where, start, substitute, update_kinematics, with_test,
 };
 use crate::test_motion::{Tracking, no_tracking};
 use crate::vector::Vec3;
@@ -103,21 +102,6 @@ fn zero_wrench<L: Lane>() -> Wrench<L> {
     Wrench::zero()
 }
 
-/// [`Tile::reset`], compiled for the lanes.
-struct Reset<'a, L: Lane, const N: usize> {
-    tile: &'a mut Tile<L, N>,
-    m: &'a Plant,
-    fresh: L::Mask,
-}
-
-impl<L: Lane, const N: usize> Stage for Reset<'_, L, N> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        self.tile.reset(self.m, self.fresh);
-    }
-}
-
 /// All contact points of a pair of parts, and the bristles they move.
 #[inline(always)]
 fn touch_points<L: Lane>(
@@ -185,66 +169,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             commands: Line::new(line_slots(m)),
             wrenches: Line::new(line_slots(m)),
         }
-    }
-
-    /// Lanes that could take a run.
-    pub fn free_lanes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.runs.iter().enumerate().filter(|(_, run)| run.is_none()).map(|(lane, _)| lane)
-    }
-
-    /// Puts runs into free lanes.
-    #[inline(never)]
-    pub fn load(&mut self, m: &Plant, entering: &[(usize, u64, Params<f64>)]) {
-        let (mut fresh, mut values) = ([0.0; MOST_LANES], [const { Vec::new() }; MOST_LANES]);
-        for (lane, run, params) in entering {
-            self.runs[*lane] = Some(*run);
-            (fresh[*lane], values[*lane]) = (1.0, crate::fields::to_vec(params));
-        }
-        let mut old = crate::fields::to_vec::<L, _>(&self.params).into_iter().enumerate();
-        self.params = Params::read(&mut || {
-            let (field, old) = old.next().expect("as many as before");
-            L::gather(|lane| values[lane].get(field).copied().unwrap_or_else(|| old.lane(lane)))
-        });
-        let fresh = L::lit(0.5).lt(L::gather(|lane| fresh[lane]));
-        L::stage(Reset { tile: self, m, fresh });
-    }
-
-    /// Starts the runs of the lanes in the mask.
-    #[inline(always)]
-    fn reset(&mut self, m: &Plant, fresh: L::Mask) {
-        let (p, zero) = (&self.params, L::lit(0.0));
-        let pairs = [(space_masses(p), space_pair(p)), (hil_masses(p), hil_pair(p))];
-        for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(pairs) {
-            set_where(fresh, &mut side.masses, &masses);
-            set_where(fresh, &mut side.pair, &pair);
-            set_where(fresh, &mut side.bodies, &start(m, p, &side.masses));
-            set_where(fresh, &mut side.watch, &monitor::new_watch());
-            side.bristles.iter_mut().for_each(|b| *b = Vec3::select(fresh, Vec3::zero(), *b));
-        }
-        if self.batch.loops == Loops::SpaceOnly {
-            self.hil.watch.done = L::lit(1.0);
-        }
-        let told = command(m, &kinematics(m, &self.hil.masses, &self.hil.bodies).parts);
-        // The line is full of the start carried backwards; the newest entry is one tick old.
-        for age in 1..self.slots {
-            let past = carry_on(m, &told, L::lit(-(age as f64)));
-            self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
-            self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
-        }
-        let at = carry_on(m, &told, -(crate::robot::transport(m, &self.params, zero) + L::lit(1.0)));
-        self.place_robots(m, &at, fresh);
-        let a = crate::robot::mounted_parts(m, &self.params, &self.robots).a;
-        let load = load_at(m, &self.params, a);
-        let sensor = sensor_at(m, &load, a);
-        set_where(fresh, &mut self.load, &load);
-        set_where(fresh, &mut self.sensor, &sensor);
-        set_where(fresh, &mut self.held, &zero_wrench());
-        set_where(fresh, &mut self.compensation, &new_compensation());
-        self.lost = L::select(fresh, zero, self.lost);
-        self.dropped = L::select(fresh, zero, self.dropped);
-        set_where(fresh, &mut self.tracking, &no_tracking());
-        set_where(fresh, &mut self.yielding, &not_yielding());
-        self.tick = L::select(fresh, zero, self.tick);
     }
 
     /// One tick of both loops: the facility catches up to now, then the simulation goes on from its answer.
@@ -480,47 +404,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             force: crate::vector::vec3(p.first, p.second, q.first),
             moment: crate::vector::vec3(q.second, r.first, r.second),
         }
-    }
-
-    /// Takes out the runs whose both loops have ended.
-    #[inline(never)]
-    pub fn take_finished(&mut self, m: &Plant, out: &mut Vec<Finished>) {
-        let done = |lane: usize| self.space.watch.done.lane(lane) > 0.0 && self.hil.watch.done.lane(lane) > 0.0;
-        let ended: Vec<usize> = (0..L::WIDTH).filter(|lane| self.runs[*lane].is_some() && done(*lane)).collect();
-        if ended.is_empty() {
-            return;
-        }
-        let seen = followed(m, &self.params, &self.tracking);
-        let space = metrics(m, &self.space.watch, &self.space.bodies, &seen, L::lit(0.0));
-        let hil = metrics(m, &self.hil.watch, &self.hil.bodies, &seen, L::lit(1.0));
-        for lane in ended {
-            let (space, hil) = (one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane));
-            out.push(Finished {
-                run: self.runs[lane].take().expect("only lanes with a run end"),
-                params: one(&self.params, lane),
-                flags: self.flags(m, lane, &space, &hil),
-                space,
-                hil,
-                touch: [one(&self.space.watch.normal, lane), one(&self.space.watch.lever, lane)],
-            });
-        }
-    }
-
-    fn flags(&self, m: &Plant, lane: usize, space: &Metrics<f64>, hil: &Metrics<f64>) -> u32 {
-        let at = |value: L| value.lane(lane);
-        let watch = |w: &Watch<L>| (at(w.unstable) > 0.0, at(w.contact_work), at(w.absorbed));
-        run_flags(
-            m,
-            RunEnd {
-                space: *space,
-                hil: *hil,
-                space_watch: watch(&self.space.watch),
-                hil_unstable: at(self.hil.watch.unstable) > 0.0,
-                saturated: at(self.sensor.saturated) > 0.0,
-                limited: at(self.robots.limited) > 0.0,
-                dropped: at(self.dropped) > 0.0,
-            },
-        )
     }
 
     /// The signals of one lane.

@@ -131,19 +131,20 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         carried: Option<PointMass<R>>,
     ) -> Folded<R, N> {
         let zero = R::lit(0.0);
-        let mut forces = [Force::zero(); N];
-        let last = self.link_forces(led(base), rate, &[zero; N], &mut forces);
+        // What each link needs, until it is passed on; then what its joint gives.
+        let mut give = [Force::zero(); N];
+        let last = self.link_forces(led(base), rate, &[zero; N], &mut give);
         let (mut body, mut load) = (Articulated::zero(), Force { moment: -tip.moment, force: -tip.force });
         if let Some(PointMass { mass, place }) = carried {
             let force = (last.acceleration + last.field().times(place)) * mass;
             body = body.plus_point(mass, place);
             load = load.plus(Force { moment: place.cross(force), force });
         }
-        let (mut give, mut joint) = ([Force::zero(); N], [zero; N]);
+        let mut joint = [zero; N];
         for i in (0..N).rev() {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             body = body.plus_link(link);
-            load = load.plus(forces[i]);
+            load = load.plus(give[i]);
             let resistance = body.about_z();
             let inverse = R::lit(-1.0) / (resistance.moment.z + armature[i]);
             give[i] = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
