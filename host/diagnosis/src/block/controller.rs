@@ -40,7 +40,7 @@ pub fn controller_block(
 
 /// The torque of each recording at every period of the controller, the likeliest first of those that the log allows: what
 /// the controller asked for by a fit, with what was measured beyond that at the log's samples; between those that is
-/// band-limited.
+/// band-limited. The last one is what a fit that is wrong does not spoil: measured alone.
 ///
 /// A reference that is held or limited makes torque jump between two samples of the log, which no interpolation of
 /// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself;
@@ -64,7 +64,8 @@ pub fn torques_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<Vec<
             asked.iter_mut().zip(beyond).for_each(|(asked, beyond)| *asked += beyond);
             asked
         };
-        different(tried, own, trial.measured[0].len()).into_iter().map(whole).collect()
+        let nothing = vec![0.0; tried[0].1.len()];
+        different(tried, own, trial.measured[0].len()).into_iter().chain([nothing]).map(whole).collect()
     };
     block.trials.iter().map(each).collect()
 }

@@ -18,9 +18,6 @@ impl Prepared {
         let held = |experiment: &str| self.held_out.contains(experiment);
         let most = allowed.iter().map(Vec::len).max().unwrap_or(0);
         let nth = |n: usize| -> Vec<Vec<f64>> { allowed.iter().map(|own| own[n.min(own.len() - 1)].clone()).collect() };
-        if most <= 1 {
-            return nth(0);
-        }
         let left = |n: usize| drive_block(drive, pieces, &held, self.first, &nth(n)).misfits();
         let left: Vec<Vec<f64>> = (0..most).map(left).collect();
         let least = |trial: usize| {
@@ -49,6 +46,7 @@ impl Prepared {
         );
         self.findings.push(Finding { recording: own.block.name.to_owned(), what });
         all.answers[moved] = all.answers[moved].clone().withheld(&own.library);
+        all.answers[moved].torque_error = own.torque_error(&all.answers[moved]);
         let answer = &mut all.answers[asked];
         if answer.answer.names() {
             *answer = all.judged[asked].looked_outside(answer.clone().denied(), prismatic);

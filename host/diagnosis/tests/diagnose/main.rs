@@ -67,6 +67,8 @@ fn torque_that_nobody_knows_between_the_logs_samples_is_not_held_against_the_dri
         assert!(drive(&diagnosis).not_visible.iter().any(|effect| effect.id == "J1_coulomb"));
         let said = |words: &str| diagnosis.findings.iter().any(|finding| finding.what.contains(words));
         assert!(said("nothing is said of the drive"), "{:?}", diagnosis.findings);
+        let error = drive(&diagnosis).torque_error.as_ref().expect("a drive's torque is measured");
+        assert_eq!(error.before.to_bits(), error.after.to_bits(), "what is not told explains nothing");
     }
 }
 
