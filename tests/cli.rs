@@ -165,6 +165,7 @@ fn the_step_size_is_checked_by_a_share_of_the_runs() {
     assert!(rms > 0.0 && rms < 20.0, "{rms}");
     let page = fs::read_to_string(bench.path("r/report.html")).expect("the page");
     assert!(page.contains("8 runs were repeated at half the substep"));
+    assert!(!page.contains("Test motion"), "there is none in this campaign");
     bench.edit("half_step = \"12.5 %\"", "half_step = \"0 %\"");
     let said = bench.expect(0, "run c/smoke.toml --backend cpu --out none");
     assert!(!said.contains("step size") && !bench.path("none/half_step.parquet").exists(), "{said}");

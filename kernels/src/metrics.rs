@@ -68,16 +68,40 @@ pub mod flags {
     ];
 }
 
+/// When a metric has a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// In every run.
+    Always,
+    /// Where that happened of which it tells; it is negative where it did not.
+    Happened,
+    /// Where the robots followed a test motion; the gain is negative where they did not.
+    Tested,
+}
+
 impl Metrics<f64> {
+    /// When the metric of this field name has a value.
+    pub fn presence(name: &str) -> Presence {
+        match name {
+            "touch_time" | "approach_speed" | "restitution" | "capture_time" | "capture_offset" => Presence::Happened,
+            _ if name.starts_with("tracking_") => Presence::Tested,
+            _ => Presence::Always,
+        }
+    }
+
+    /// The value of one of these metrics, or `None` if it has none.
+    pub fn told(&self, presence: Presence, value: f64) -> Option<f64> {
+        let is_there = match presence {
+            Presence::Always => true,
+            Presence::Happened => value >= 0.0,
+            Presence::Tested => self.tracking_gain >= 0.0,
+        };
+        (value.is_finite() && is_there).then_some(value)
+    }
+
     /// The value of a metric by its field name, or `None` if it is not available (or unknown).
     pub fn available(&self, name: &str) -> Option<f64> {
         let position = crate::fields::fields::<f64, Self>().iter().position(|field| field.name == name)?;
-        let value = crate::fields::to_vec(self)[position];
-        if name.starts_with("tracking_") && self.tracking_gain < 0.0 {
-            return None;
-        }
-        let may_be_missing =
-            matches!(name, "touch_time" | "approach_speed" | "restitution" | "capture_time" | "capture_offset");
-        (value.is_finite() && !(may_be_missing && value < 0.0)).then_some(value)
+        self.told(Self::presence(name), crate::fields::to_vec(self)[position])
     }
 }

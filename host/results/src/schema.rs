@@ -1,7 +1,7 @@
 //! The runs contract: how runs become columns and come back.
 
 use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
-use softdock_kernels::metrics::Metrics;
+use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::Params;
 
 use crate::runs::{AGREEMENT_WORDS, Agreement, Outcome, RunRow, STATUS_WORDS, Status};
@@ -64,26 +64,24 @@ pub(crate) struct MetricColumn {
     pub(crate) field: Field,
     /// Position in the bundle.
     at: usize,
-    /// A negative value says that it never happened.
-    may_be_missing: bool,
+    presence: Presence,
 }
 
 impl MetricColumn {
     /// The metrics that a loop's columns hold; in space no energy can be created, so that column is left out.
     pub(crate) fn all(side: Loop) -> Vec<Self> {
         let fields = metric_fields();
-        let negative: Metrics<f64> = from_slice(&vec![-1.0; fields.len()]);
         let kept = |field: &Field| matches!(side, Loop::Hil) || field.name != "created_energy";
         let described = fields.into_iter().enumerate().map(|(at, field)| {
-            let may_be_missing = negative.available(&field.name).is_none();
-            Self { field, at, may_be_missing }
+            let presence = Metrics::presence(&field.name);
+            Self { field, at, presence }
         });
         described.filter(|metric| kept(&metric.field)).collect()
     }
 
-    pub(crate) fn value(&self, scalars: &[f64]) -> Option<f64> {
-        let value = scalars[self.at];
-        (value.is_finite() && !(self.may_be_missing && value < 0.0)).then_some(value)
+    /// Its value among those of a loop.
+    pub(crate) fn value(&self, all: &Metrics<f64>, scalars: &[f64]) -> Option<f64> {
+        all.told(self.presence, scalars[self.at])
     }
 
     pub(crate) fn is_success(&self) -> bool {
@@ -92,7 +90,7 @@ impl MetricColumn {
 
     /// The number that stands for "not available" in memory.
     fn missing(&self) -> f64 {
-        if self.may_be_missing { -1.0 } else { f64::NAN }
+        if self.presence == Presence::Always { f64::NAN } else { -1.0 }
     }
 }
 
@@ -212,7 +210,8 @@ fn head(rows: &[RunRow]) -> Vec<Column> {
 fn metric_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
     let scalars: Vec<Vec<f64>> = rows.iter().map(|row| to_vec(side.metrics(row))).collect();
     let metric = |metric: MetricColumn| {
-        let numbers = scalars.iter().map(|scalars| metric.value(scalars));
+        let all = rows.iter().zip(&scalars);
+        let numbers = all.map(|(row, scalars)| metric.value(side.metrics(row), scalars));
         let values = if metric.is_success() {
             Values::Bool(numbers.map(|number| number.map(|success| success != 0.0)).collect())
         } else {

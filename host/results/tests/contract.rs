@@ -112,6 +112,22 @@ fn not_available_is_null_and_never_a_number() {
     assert!(captured.contains(&None));
 }
 
+/// A robot that lags never reaches the speed of its command: an overshoot below zero.
+#[test]
+fn what_a_test_motion_tells_is_null_without_one_and_may_be_negative_with_one() {
+    let mut rows = [row(0), row(1)];
+    for (row, [gain, overshoot]) in rows.iter_mut().zip([[-1.0, 0.0], [0.8, -0.2]]) {
+        (row.hil.tracking_gain, row.hil.tracking_overshoot) = (gain, overshoot);
+    }
+    let table = schema().table(&rows);
+    for name in ["gain", "lag_rad", "error_m", "overshoot"] {
+        let told = table.f64s(&format!("hil_tracking_{name}")).expect("a column of numbers");
+        assert!(told[0].is_none() && told[1].is_some(), "{name}: {told:?}");
+    }
+    assert_eq!(table.f64s("hil_tracking_overshoot").expect("a column of numbers")[1], Some(-0.2));
+    assert_eq!(schema().rows(&table).expect("its own table")[1], rows[1]);
+}
+
 #[test]
 fn equal_content_gives_equal_bytes() {
     let (one, two) = (folder(), folder());
