@@ -30,6 +30,7 @@ fn begun(folder: &Path) {
         partner_missing: false,
         experiment: None,
         gain: None,
+        gain_elsewhere: None,
         refusal: None,
     };
     let cost = Cost { diagnosis: 4.0, rest: 2.0 };

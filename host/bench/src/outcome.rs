@@ -158,6 +158,7 @@ pub(crate) mod tests {
             partner_missing: false,
             experiment: None,
             gain: None,
+            gain_elsewhere: None,
             refusal: None,
         }
     }

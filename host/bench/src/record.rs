@@ -54,6 +54,9 @@ pub struct Answer {
     pub experiment: Option<String>,
     /// Held-out gain where most was found: value and 95 % interval.
     pub gain: Option<[f64; 3]>,
+    /// 95 % interval of the gain on a motion that was not recorded.
+    #[serde(default)]
+    pub gain_elsewhere: Option<[f64; 2]>,
     /// Why the recordings cannot be judged.
     pub refusal: Option<String>,
 }

@@ -9,7 +9,7 @@ use crate::plan::{Case, Task};
 use crate::plant::code;
 use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
 use crate::seal::{SealedTruth, seal};
-use softdock_diagnosis::answer::{BlockAnswer, EffectFound};
+use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
@@ -193,6 +193,7 @@ fn refused(refusal: String) -> Answer {
         partner_missing: false,
         experiment: None,
         gain: None,
+        gain_elsewhere: None,
         refusal: Some(refusal),
     }
 }
@@ -214,6 +215,7 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) 
         partner_missing: diagnosis.blocks.iter().any(|block| block.partner_missing),
         experiment: diagnosis.experiment.clone(),
         gain: diagnosis.gain.map(|gain| [gain.value, gain.lo, gain.hi]),
+        gain_elsewhere: diagnosis.gain.and_then(|gain| gain.elsewhere).map(|Bounds { lo, hi }| [lo, hi]),
         refusal: None,
     };
     let main = |block: &&BlockAnswer| !block.effects.is_empty() && block.gain == diagnosis.gain;

@@ -104,11 +104,23 @@ pub struct Gain {
     pub lo: f64,
     /// Upper bound.
     pub hi: f64,
+    /// The same on a motion that was not recorded, if several were: some motions show an effect that others hardly have.
+    pub elsewhere: Option<Bounds>,
+}
+
+/// A 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bounds {
+    /// Lower bound.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
 }
 
 impl Gain {
     pub(crate) fn of(adequacy: &Adequacy) -> Self {
-        Self { value: adequacy.gain, lo: adequacy.gain_lo, hi: adequacy.gain_hi }
+        let elsewhere = adequacy.gain_elsewhere.map(|[lo, hi]| Bounds { lo, hi });
+        Self { value: adequacy.gain, lo: adequacy.gain_lo, hi: adequacy.gain_hi, elsewhere }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
+mod held_out;
+
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
-use crate::inference::adequacy::{Adequacy, adequacy};
+use crate::inference::adequacy::Adequacy;
 use crate::inference::bank::{Bank, Entry, Scores};
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
@@ -20,8 +22,6 @@ const CLAMP: f64 = 3.0;
 const STARTS: usize = 3;
 /// Hypotheses whose fits are carried on with all repeats.
 const POLISHED: usize = 5;
-/// Best candidates whose held-out residuals are whitened by the noise under themselves too.
-const OWN_NOISE: usize = 3;
 /// Best candidates whose numbers go without the pull of input noise, and that are simulated in steps half as long.
 const REFINED: usize = 3;
 /// Noise alone may reach the threshold with this probability.
@@ -305,34 +305,6 @@ impl<'a> Bench<'a> {
             let Candidate { fitted, evidence, .. } = &*candidate;
             candidate.deviations = deviations(fitted, evidence, dispersion, &rows, change.as_ref());
         }
-    }
-
-    /// How each candidate does on held-out data against the clamped null hypothesis.
-    pub(crate) fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
-        if self.test.is_empty() {
-            return;
-        }
-        let base = &self.block.base;
-        let sets: Vec<Vec<f64>> =
-            std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
-        let residuals = self.test.whitened(&self.noise, &sets);
-        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
-        for (place, candidate) in ranking.iter_mut().enumerate() {
-            let with = &with[place];
-            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
-            let own = own.unwrap_or_else(|| with.clone());
-            let carried = [candidate.fitted.carried, clamped.carried];
-            candidate.adequacy = Some(adequacy(with.as_slice(), own.as_slice(), without.as_slice(), carried));
-            candidate.held_out = with.clone();
-        }
-    }
-
-    /// Held-out residuals whitened by what repeats differ by under these parameters; `None` without repeats.
-    fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
-        let mut deviations = self.learn.deviations(set);
-        deviations.extend(self.test.deviations(set));
-        let noise = Noise::above(&deviations, &self.block.floor)?;
-        Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
     }
 }
 

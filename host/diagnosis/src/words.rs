@@ -1,6 +1,6 @@
 //! A diagnosis in plain words.
 
-use crate::answer::{BlockAnswer, EffectFound, Estimate, FormFound, FormTerm, RuledOut, Verdict};
+use crate::answer::{BlockAnswer, Bounds, EffectFound, Estimate, FormFound, FormTerm, RuledOut, Verdict};
 use crate::diagnosis::Diagnosis;
 use crate::experiment::Experiment;
 use crate::free_run::{Compared, FreeRun, Median};
@@ -206,11 +206,15 @@ pub fn residual(block: &BlockAnswer) -> String {
             format!("residual {before} times the noise, {after} with the nearest cause of the library, {place}")
         }
         None => format!("residual {before} times the noise {place}"),
-        Some(gain) => format!(
-            "residual {before} times the noise before, {after} after, {place}: gain {} % ({} to {} %)",
-            percent(gain.value),
-            percent(gain.lo),
-            percent(gain.hi)
-        ),
+        Some(gain) => {
+            let range = |lo: f64, hi: f64| format!("{} to {} %", percent(lo), percent(hi));
+            let elsewhere = gain.elsewhere.map(|Bounds { lo, hi }| format!("; on other motion {}", range(lo, hi)));
+            format!(
+                "residual {before} times the noise before, {after} after, {place}: gain {} % ({}){}",
+                percent(gain.value),
+                range(gain.lo, gain.hi),
+                elsewhere.unwrap_or_default()
+            )
+        }
     }
 }

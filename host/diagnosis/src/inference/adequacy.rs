@@ -1,18 +1,9 @@
 //! Whether a fit explains motion that it has not seen: evidence ranks, adequacy decides whether any name may be spoken.
 
-use softdock_kernels::philox;
+use super::bootstrap::{Pair, interval, interval_elsewhere};
 
 /// Mean square of whitened residuals up to which a fit is adequate.
 pub(crate) const ADEQUATE: f64 = 1.3;
-
-/// Resamples of the bootstrap.
-const RESAMPLES: usize = 2000;
-/// Blocks of the bootstrap, at least: fewer would hold too few independent stretches.
-const FEWEST_BLOCKS: usize = 20;
-/// Difference of residuals from which on a sample is changed, in units of the noise.
-const CHANGED: f64 = 1e-3;
-/// Seed of the bootstrap: the same data give the same interval.
-const SEED: u64 = 1;
 
 /// What held-out residuals say, all per sample and in units of the noise's variance.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -31,6 +22,8 @@ pub struct Adequacy {
     pub gain_lo: f64,
     /// Its 95 % interval.
     pub gain_hi: f64,
+    /// 95 % interval of the gain on a motion that was not recorded, if several were.
+    pub gain_elsewhere: Option<[f64; 2]>,
 }
 
 /// Compares whitened residuals of the same held-out samples with and without a hypothesis, `carried` the power in either
@@ -38,53 +31,27 @@ pub struct Adequacy {
 /// by the noise under it.
 pub fn adequacy(with: &[f64], own: &[f64], without: &[f64], carried: [f64; 2]) -> Adequacy {
     let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64;
-    // Where as much is carried as is there nothing is left, and a share of nothing would be no number.
-    let less = |power: f64, carried: f64| (power - carried).max(f64::MIN_POSITIVE);
     let (x, own, x0) = (less(power(with), carried[0]), power(own), less(power(without), carried[1]));
-    let gain = |x: f64, x0: f64| 1.0 - (x / x0).sqrt();
-    let count = with.len() as f64;
-    let of_sums = |x: f64, x0: f64| gain(less(x / count, carried[0]), less(x0 / count, carried[1]));
-    let [gain_lo, gain_hi] = interval(with, without, &of_sums);
+    let [gain_lo, gain_hi] = interval([with, without], &|powers| gain(powers, carried));
     let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
-    Adequacy { with: x, own, without: x0, explained, gain: gain(x, x0), gain_lo, gain_hi }
+    let gain = 1.0 - (x / x0).sqrt();
+    Adequacy { with: x, own, without: x0, explained, gain, gain_lo, gain_hi, gain_elsewhere: None }
 }
 
-/// 95 % interval of a function of both sums of squares by the moving-block bootstrap (Kuensch 1989), over the samples that
-/// the hypothesis changes: a touch fills a small part of a recording, and that there is one is no chance.
-fn interval(with: &[f64], without: &[f64], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
-    let is_changed = |pair: &(&f64, &f64)| (pair.0 - pair.1).abs() > CHANGED;
-    let (changed, kept): (Vec<_>, Vec<_>) = with.iter().zip(without).partition(is_changed);
-    let kept = kept.into_iter().fold((0.0, 0.0), |sum, (x, x0)| (sum.0 + x * x, sum.1 + x0 * x0));
-    let (with, without): (Vec<f64>, Vec<f64>) = changed.into_iter().unzip();
-    let n = with.len();
-    if n == 0 {
-        return [f(kept.0, kept.1); 2];
-    }
-    let length = (n / FEWEST_BLOCKS).clamp(1, 200);
-    let running = |w: &[f64]| -> Vec<f64> {
-        let sums = w.iter().scan(0.0, |sum, w| {
-            *sum += w * w;
-            Some(*sum)
-        });
-        std::iter::once(0.0).chain(sums).collect()
-    };
-    let (with, without) = (running(&with), running(&without));
-    let blocks = n / length;
-    // Blocks of whole length leave a rest, which counts as the others do.
-    let scale = n as f64 / (blocks * length) as f64;
-    let one = |resample: u64| {
-        let (mut x, mut x0) = (0.0, 0.0);
-        for block in 0..blocks {
-            let u = philox::uniform(SEED, "bootstrap", resample, block as u32);
-            let from = ((n - length + 1) as f64 * u) as usize;
-            x += with[from + length] - with[from];
-            x0 += without[from + length] - without[from];
-        }
-        f(scale * x + kept.0, scale * x0 + kept.1)
-    };
-    let mut values: Vec<f64> = (0..RESAMPLES as u64).map(one).collect();
-    values.sort_by(f64::total_cmp);
-    [values[RESAMPLES / 40], values[RESAMPLES - 1 - RESAMPLES / 40]]
+/// 95 % interval of the gain on a motion that was not recorded, by the residuals of those that were, learnt from or held
+/// out; `None` of one alone.
+pub(crate) fn gain_elsewhere(motions: &[Pair<'_>], carried: [f64; 2]) -> Option<[f64; 2]> {
+    interval_elsewhere(motions, &|powers| gain(powers, carried))
+}
+
+/// By how much the root mean square falls, carried noise aside.
+fn gain(powers: [f64; 2], carried: [f64; 2]) -> f64 {
+    1.0 - (less(powers[0], carried[0]) / less(powers[1], carried[1])).sqrt()
+}
+
+/// Where as much is carried as is there nothing is left, and a share of nothing would be no number.
+fn less(power: f64, carried: f64) -> f64 {
+    (power - carried).max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]
@@ -108,6 +75,17 @@ mod tests {
         let found = adequacy(&with, &with, &without, [1.0, 0.0]);
         assert!((found.gain - (1.0 - 0.5_f64.sqrt())).abs() < 0.02, "{found:?}");
         assert!(found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
+    }
+
+    #[test]
+    fn on_another_motion_a_hypothesis_may_gain_what_it_gains_on_any_that_was_recorded() {
+        let noise = |i: i32| (f64::from(i) * 12.9898).sin() * 1.4;
+        let shown = |size: f64| -> Vec<f64> { (0..2000).map(|i| noise(i) + size * noise(7 * i + 3)).collect() };
+        let (none, little, much) = (shown(0.0), shown(0.5), shown(5.0));
+        let of = |motions: &[Pair<'_>]| gain_elsewhere(motions, [0.0; 2]);
+        let [lo, hi] = of(&[[&none, &little], [&none, &much], [&none, &little]]).expect("three motions");
+        assert!((0.05..0.12).contains(&lo) && (0.79..0.83).contains(&hi), "{lo} {hi}");
+        assert_eq!(of(&[[&none, &much]]), None, "one motion does not tell of others");
     }
 
     #[test]

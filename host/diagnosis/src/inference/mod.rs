@@ -2,6 +2,7 @@
 
 pub mod adequacy;
 pub mod bank;
+pub(crate) mod bootstrap;
 pub mod errors_in_variables;
 pub mod evidence;
 pub mod fit;

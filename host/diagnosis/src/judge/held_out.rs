@@ -1,0 +1,52 @@
+//! How each candidate does on motion that no fit has seen, and what it may gain on motion that nobody recorded.
+
+use super::{Bench, Candidate};
+use crate::inference::adequacy::{Adequacy, adequacy, gain_elsewhere};
+use crate::inference::bootstrap::Pair;
+use crate::inference::fit::Fitted;
+use crate::inference::noise::Noise;
+use nalgebra::DVector;
+use std::ops::Range;
+
+/// Best candidates whose held-out residuals are whitened by the noise under themselves too.
+const OWN_NOISE: usize = 3;
+
+impl Bench<'_> {
+    /// How each candidate does on held-out data against the clamped null hypothesis.
+    pub(crate) fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+        if self.test.is_empty() {
+            return;
+        }
+        let base = &self.block.base;
+        let sets: Vec<Vec<f64>> =
+            std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
+        let residuals = self.test.whitened(&self.noise, &sets);
+        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
+        let (learnt, tested) = (self.learn.rows(&self.noise), self.test.rows(&self.noise));
+        for (place, candidate) in ranking.iter_mut().enumerate() {
+            let with = &with[place];
+            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
+            let own = own.unwrap_or_else(|| with.clone());
+            let carried = [candidate.fitted.carried, clamped.carried];
+            let learnt = each_of(&learnt, [&candidate.fitted.residual, &clamped.residual]);
+            let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
+            let gain_elsewhere = gain_elsewhere(&motions, carried);
+            let found = adequacy(with.as_slice(), own.as_slice(), without.as_slice(), carried);
+            candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
+            candidate.held_out = with.clone();
+        }
+    }
+
+    /// Held-out residuals whitened by what repeats differ by under these parameters; `None` without repeats.
+    fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
+        let mut deviations = self.learn.deviations(set);
+        deviations.extend(self.test.deviations(set));
+        let noise = Noise::above(&deviations, &self.block.floor)?;
+        Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
+    }
+}
+
+/// Residuals with and without a hypothesis, motion by motion.
+fn each_of<'r>(motions: &'r [Range<usize>], both: [&'r DVector<f64>; 2]) -> impl Iterator<Item = Pair<'r>> {
+    motions.iter().map(move |rows| both.map(|all| &all.as_slice()[rows.clone()]))
+}
