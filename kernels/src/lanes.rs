@@ -217,6 +217,10 @@ pub mod plain {
         fn bit(self, index: usize) -> bool {
             self.0[index]
         }
+        #[inline(always)]
+        fn any(self) -> bool {
+            self.0.contains(&true)
+        }
     }
 
     operators!(Lanes, Mask);
@@ -254,6 +258,10 @@ pub mod plain {
         #[inline(always)]
         fn select(mask: Mask, then: Self, other: Self) -> Self {
             Self(each!(i => if mask.0[i] { then.0[i] } else { other.0[i] }))
+        }
+        #[inline(always)]
+        fn any(mask: Mask) -> bool {
+            mask.any()
         }
         bitwise!();
     }
@@ -331,6 +339,10 @@ pub mod avx512 {
         fn bit(self, index: usize) -> bool {
             self.0 >> index & 1 == 1
         }
+        #[inline(always)]
+        fn any(self) -> bool {
+            self.0 != 0
+        }
     }
 
     operators!(Lanes, Mask, "avx512f,avx512dq,avx2,fma");
@@ -368,6 +380,10 @@ pub mod avx512 {
         #[inline(always)]
         fn select(mask: Mask, then: Self, other: Self) -> Self {
             Self(simd!(_mm512_mask_blend_pd(mask.0, other.0, then.0)))
+        }
+        #[inline(always)]
+        fn any(mask: Mask) -> bool {
+            mask.any()
         }
         bitwise!();
     }
@@ -448,10 +464,17 @@ pub mod avx2 {
             halves!(Mask, _mm256_xor_pd(self, all))
         }
         #[inline(always)]
-        fn bit(self, index: usize) -> bool {
+        fn bits(self) -> i32 {
             // SAFETY: as in `halves!`.
-            let bits = unsafe { _mm256_movemask_pd(self.0) | _mm256_movemask_pd(self.1) << 4 };
-            bits >> index & 1 == 1
+            unsafe { _mm256_movemask_pd(self.0) | _mm256_movemask_pd(self.1) << 4 }
+        }
+        #[inline(always)]
+        fn bit(self, index: usize) -> bool {
+            self.bits() >> index & 1 == 1
+        }
+        #[inline(always)]
+        fn any(self) -> bool {
+            self.bits() != 0
         }
     }
 
@@ -492,6 +515,10 @@ pub mod avx2 {
         #[inline(always)]
         fn select(mask: Mask, then: Self, other: Self) -> Self {
             halves!(Lanes, _mm256_blendv_pd(other, then, mask))
+        }
+        #[inline(always)]
+        fn any(mask: Mask) -> bool {
+            mask.any()
         }
         bitwise!();
     }

@@ -49,6 +49,9 @@ pub fn sin_cos<R: Real>(angle: R) -> (R, R) {
 /// A first-order lag \[s\] after a step \[s\] over which `to` holds, exactly; without a time constant nothing lags.
 #[inline(always)]
 pub fn lagged<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
+    if lag.max(R::lit(0.0)).is_absent() {
+        return to;
+    }
     let share = R::lit(1.0) - exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
     R::select(lag.le(R::lit(0.0)), to, (to - at).mul_add(share, at))
 }
@@ -56,6 +59,9 @@ pub fn lagged<R: Real>(step: f64, lag: R, at: R, to: R) -> R {
 /// The same after a step over which the signal goes straight from `from` to `to`.
 #[inline(always)]
 pub fn lagged_along<R: Real>(step: f64, lag: R, at: R, from: R, to: R) -> R {
+    if lag.max(R::lit(0.0)).is_absent() {
+        return to;
+    }
     let keep = exp(-(R::lit(step) / lag.max(R::lit(1e-9))));
     let behind = (to - from) * lag * R::lit(1.0 / step);
     R::select(lag.le(R::lit(0.0)), to, (at - from + behind).mul_add(keep, to - behind))

@@ -36,6 +36,9 @@ pub trait Real:
     fn le(self, other: Self) -> Self::Mask;
     /// `then` where the mask holds, `other` elsewhere.
     fn select(mask: Self::Mask, then: Self, other: Self) -> Self;
+    /// Whether the mask holds in any lane: work that none needs may be left out where it would change nothing. A trace
+    /// knows no values and leaves all work in.
+    fn any(mask: Self::Mask) -> bool;
     /// `self = mantissa * 2^exponent` with the mantissa in [0.5, 1), for positive normal numbers.
     fn frexp(self) -> (Self, Self);
     /// `2^self` for a whole number in the normal exponent range.
@@ -51,6 +54,12 @@ pub trait Real:
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
+    }
+
+    /// Whether it is zero in every lane, and with it all that it scales. Never in a trace.
+    #[inline(always)]
+    fn is_absent(self) -> bool {
+        !Self::any(!self.abs().le(Self::lit(0.0)))
     }
 
     /// Polynomial with the given coefficients, lowest power first, by Horner's rule.
@@ -101,6 +110,10 @@ impl Real for f64 {
     #[inline(always)]
     fn select(mask: bool, then: Self, other: Self) -> Self {
         if mask { then } else { other }
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
     }
     #[inline(always)]
     fn frexp(self) -> (Self, Self) {

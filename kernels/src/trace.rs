@@ -365,6 +365,9 @@ impl Real for Sym {
     fn select(mask: SymMask, then: Self, other: Self) -> Self {
         Self(push(Op::Select(mask.0, then.0, other.0)))
     }
+    fn any(_mask: SymMask) -> bool {
+        true
+    }
     fn frexp(self) -> (Self, Self) {
         (Self(push(Op::Mantissa(self.0))), Self(push(Op::Exponent(self.0))))
     }

@@ -131,10 +131,7 @@ impl Block for Contact {
         let plate = plate_rate.mul_add(dt, s.plate);
 
         let push = normal(p, depth(p, plate, late), plate_rate - late.rate.z);
-        let touching = R::lit(0.0).lt(push);
-        let way = late.position - s.position;
-        let bent = bristles(s.bristle, vec3(way.x, way.y, R::lit(0.0)), p.presliding_travel);
-        let bristle = Vec3::select(touching, bent, Vec3::zero());
+        let bristle = bristles(p, s.bristle, late.position - s.position, push);
         let force = friction(p, bristle, push, late.rate) + vec3(R::lit(0.0), R::lit(0.0), push);
         let filtered = LowPass::of(step, p.lag).after_vector(s.force, force, Vec3::zero(), s.filtered);
         ContactHidden { position: late.position, bristle, plate, plate_rate, force, filtered }
@@ -162,28 +159,46 @@ fn depth<R: Real>(p: &ContactValues<R>, plate: R, late: &ContactMotion<R>) -> R 
 #[inline(always)]
 fn normal<R: Real>(p: &ContactValues<R>, depth: R, rate: R) -> R {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let inside = depth.max(zero);
+    let near = (depth / p.adhesion_range + one).max(zero).min(one);
+    pressed(p, depth.max(zero), rate) - p.adhesion * near
+}
+
+/// The part of it that pushes, which is none where nothing is inside.
+#[inline(always)]
+fn pressed<R: Real>(p: &ContactValues<R>, inside: R, rate: R) -> R {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    if inside.is_absent() {
+        return zero;
+    }
     let relative = inside.max(R::lit(1e-12)) * R::lit(1.0 / REFERENCE_DEPTH);
     let spring = p.stiffness * inside * exp(log(relative) * (p.exponent - one));
     let damping = p.depth_damping.mul_add(inside, p.damping);
     // Rough parts touch one after the other: a damper that is there at once would make a blow begin with a jump.
     let set_in = one - exp(-(inside / p.damping_onset.max(R::lit(1e-12))));
     let push = (damping * set_in).mul_add(rate, spring).max(zero);
-    let near = (depth / p.adhesion_range + one).max(zero).min(one);
-    R::select(zero.lt(depth), push, zero) - p.adhesion * near
+    R::select(zero.lt(inside), push, zero)
 }
 
-/// The bristles after a further way: Dahl's model, exact for a straight way, in the plane.
+/// The bristles after a further way under a push: Dahl's model, exact for a straight way, in the plane.
 #[inline(always)]
-fn bristles<R: Real>(bristle: Vec3<R>, way: Vec3<R>, travel: R) -> Vec3<R> {
+fn bristles<R: Real>(p: &ContactValues<R>, bristle: Vec3<R>, way: Vec3<R>, push: R) -> Vec3<R> {
+    let (zero, none) = (R::lit(0.0), Vec3::zero());
+    if !R::any(zero.lt(push)) {
+        return none;
+    }
+    let way = vec3(way.x, way.y, zero);
     let length = way.norm();
     let ahead = way * (R::lit(1.0) / length.max(R::lit(1e-30)));
-    (bristle - ahead).scale_add(exp(-(length / travel)), ahead)
+    let bent = (bristle - ahead).scale_add(exp(-(length / p.presliding_travel)), ahead);
+    Vec3::select(zero.lt(push), bent, none)
 }
 
 /// Friction under a push, against bristles that the sliding has bent.
 #[inline(always)]
 fn friction<R: Real>(p: &ContactValues<R>, bristle: Vec3<R>, push: R, rate: Vec3<R>) -> Vec3<R> {
+    if !R::any(R::lit(0.0).lt(push)) {
+        return Vec3::zero();
+    }
     let speed = rate.x.mul_add(rate.x, rate.y * rate.y).sqrt();
     let level = exp(-(speed / p.stribeck_speed)).mul_add(p.stribeck, p.friction) * push.max(R::lit(0.0));
     let along = p.anisotropy.mul_add(bristle.x, p.anisotropy_across.mul_add(bristle.y, bristle.x));

@@ -1,6 +1,7 @@
 //! The contact's block against closed forms.
 
 use super::contact::{Contact, ContactValues};
+use super::tests::same_beside_others;
 use super::{Recorded, replay};
 
 const STEP: f64 = 1e-4;
@@ -11,12 +12,16 @@ fn contact() -> ContactValues<f64> {
 
 /// Forces on a point that moves over time: position and rate \[m, m/s\].
 fn forces(p: ContactValues<f64>, seconds: f64, motion: impl Fn(f64) -> ([f64; 3], [f64; 3])) -> Vec<[f64; 3]> {
+    let outputs = replay::<f64, Contact>(&Contact, &recorded(seconds, motion), &p);
+    outputs.chunks(3).map(|f| [f[0], f[1], f[2]]).collect()
+}
+
+fn recorded(seconds: f64, motion: impl Fn(f64) -> ([f64; 3], [f64; 3])) -> Recorded {
     let instants = (seconds / STEP).round() as usize + 1;
     let at = |i: usize| motion(i as f64 * STEP);
     let late = (0..instants).flat_map(|i| [at(i).0, at(i).1].concat()).collect();
     let inputs = (0..instants).map(|i| i as f64 * STEP).collect();
-    let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
-    replay::<f64, Contact>(&Contact, &recorded, &p).chunks(3).map(|f| [f[0], f[1], f[2]]).collect()
+    Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() }
 }
 
 /// Normal force of a point at rest at a depth.
@@ -48,6 +53,27 @@ fn the_normal_force_goes_with_depth_and_its_rate_and_never_pulls() {
     let soft = ContactValues { damping_onset: 1e-3, ..contact() };
     let share = 1.0 - (-1.0_f64).exp();
     assert!((forces(soft, 1e-3, sinking(0.1))[0][2] - 100.0 - 20.0 * share).abs() < 1e-9);
+}
+
+/// Where one point touches, its neighbours may not.
+#[test]
+fn a_contact_gives_the_same_whatever_contacts_are_simulated_beside_it() {
+    let base = ContactValues { damping_onset: 1e-4, ..contact() };
+    let sets = [
+        base,
+        ContactValues { surface: -2e-3, ..base },
+        ContactValues { surface: 5e-4, ..base },
+        ContactValues { exponent: 1.5, stribeck: 0.1, stribeck_speed: 0.01, ..base },
+        ContactValues { adhesion: 10.0, adhesion_range: 1e-4, ..base },
+        ContactValues { anisotropy: 0.3, ..base },
+        ContactValues { fixture_compliance: 1e-6, fixture_frequency: 40.0, fixture_damping: 0.05, ..base },
+        ContactValues { lag: 2e-3, clock_offset: 1e-3, ..base },
+    ];
+    let bounce = |t: f64| {
+        let (sin, cos) = (60.0 * t).sin_cos();
+        ([0.05 * t, 0.02 * t * t, 1e-3 * cos], [0.05, 0.04 * t, -0.06 * sin])
+    };
+    same_beside_others(&Contact, &recorded(0.5, bounce), &sets);
 }
 
 #[test]

@@ -7,6 +7,11 @@
 //! precision resolves what an encoder does.
 //! Numbers count at the joint's side of the gear; for a prismatic joint read m for rad and N for N m.
 
+mod friction;
+mod gear;
+
+use self::friction::Sliding;
+use self::gear::{flank, gear_torque, wind};
 use super::Block;
 use super::forms::Forms;
 use crate::bundle;
@@ -119,9 +124,6 @@ impl DriveValues<f64> {
 /// Angular frequency of the observer that holds the simulated drive to the measured motion \[rad/s\]; critically damped.
 pub const OBSERVER: f64 = TAU * 10.0;
 
-/// Least compliance that counts \[rad/(N m)\]: a gear without any is rigid far beyond this.
-const RIGID: f64 = 1e-12;
-
 /// Least inertia of a link \[kg m^2\].
 const LIGHTEST: f64 = 1e-3;
 
@@ -145,7 +147,7 @@ impl Block for Drive {
     fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
         let zero = R::lit(0.0);
         let inertia = Inertia::of(p, u);
-        let load = load(p, u, inertia.link, zero);
+        let load = load(p, u, inertia.link, &Wave::of(p, u));
         let pull = u.acceleration.mul_add(inertia.link, load);
         let given = limited(p, late.torque);
         let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
@@ -179,12 +181,14 @@ impl Block for Drive {
         let centre_rate = s.centre_acceleration.mul_add(dt * R::lit(0.5), s.centre_rate);
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
-        let cable = bristle(s.cable, moved, p.cable_travel);
+        let cable = cables(p, s, moved);
         let told = limited(p, late.torque);
         let given = lagged_along(step, p.current_lag, s.given, s.told, told);
 
+        let wave = Wave::of(p, u);
         let gear = gear_torque(p, s, inertia.reduced());
-        let static_load = load(p, u, inertia.link, s.cable);
+        let load = load(p, u, inertia.link, &wave);
+        let static_load = s.cable.mul_add(p.cable_hysteresis, load);
         let bearing = (gear - static_load).mul_add(p.load_inertial, static_load);
         let sliding = Sliding::of(p, u, direction(moved), motor_rate, bearing);
         let bristles = sliding.approached(s.bristles, moved);
@@ -194,8 +198,8 @@ impl Block for Drive {
         let slower = u.rate - motor_rate;
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
         // What the gear passes on comes back by its ratio, which waves with the transmission error.
-        let driving = applied(p, u, given) - bristles - drag + observer - wave(p, u).slope * s.pull;
-        let load = load(p, u, inertia.link, cable);
+        let driving = applied(p, u, given) - bristles - drag + observer - wave.slope * s.pull;
+        let load = cable.mul_add(p.cable_hysteresis, load);
         let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
         let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
         let centre_acceleration = (driving - load) / inertia.whole();
@@ -224,7 +228,7 @@ impl Block for Drive {
         let lead = s.windup.mul_add(Inertia::of(p, u).share(), s.centre);
         // So long ago, by the motion as it is now.
         let since = u.acceleration.mul_add(p.link_age * R::lit(-0.5), u.rate) * p.link_age;
-        DriveOutput { lead, twist: p.link_zero - s.windup + wave(p, u).angle - since }
+        DriveOutput { lead, twist: p.link_zero - s.windup + Wave::of(p, u).angle - since }
     }
 }
 
@@ -277,55 +281,18 @@ fn direction<R: Real>(rate: R) -> R {
 /// Torque of the motor: what it was given, as the drive's scale has it, and the ripple.
 #[inline(always)]
 fn applied<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R) -> R {
-    let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
-    let ripple = sin.mul_add(p.ripple_sin, cos * p.ripple_cos);
     let net = p.form.given(given) - p.offset;
-    net.mul_add(p.torque_constant_error, net + ripple)
+    net.mul_add(p.torque_constant_error, net + ripple(p, u))
 }
 
-/// Dry friction on the motor's side: where it settles when the drive slides on in a direction, and over which travel.
-///
-/// The bristles come to their level over a travel, so that friction lags behind the speed (Canudas de Wit 1995). Their
-/// stiffness is what Coulomb friction and its presliding travel make it, whatever the level: the higher that is, the
-/// further they bend.
-#[derive(Clone, Copy)]
-struct Sliding<R> {
-    level: R,
-    travel: R,
-    compliance: R,
-}
-
-/// Least and greatest travel, as shares of the nominal one.
-const TRAVELS: [f64; 2] = [0.05, 20.0];
-
-impl<R: Real> Sliding<R> {
-    /// Of a direction (1, -1, or 0 at rest), at a rate and under a torque that loads the gear.
-    #[inline(always)]
-    fn of(p: &DriveValues<R>, u: &DriveMotion<R>, direction: R, rate: R, bearing: R) -> Self {
-        let (zero, one) = (R::lit(0.0), R::lit(1.0));
-        let weakening = exp(-(rate.abs() / p.stribeck_speed));
-        let dry = weakening.mul_add(p.stribeck, bearing.abs().mul_add(p.load_coefficient, p.coulomb));
-        let dry = dry + p.form.dry(u.angle) + direction * p.coulomb_asymmetry;
-        // Without any Coulomb friction there is no stiffness to keep.
-        let known = zero.lt(p.coulomb);
-        let reference = R::select(known, p.coulomb, one);
-        let share = (dry / reference).max(R::lit(TRAVELS[0])).min(R::lit(TRAVELS[1]));
-        let travel = p.presliding_travel * R::select(known, share, one);
-        Self { level: direction * dry, travel, compliance: p.presliding_travel / reference }
+/// Torque ripple.
+#[inline(always)]
+fn ripple<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
+    if (p.ripple_sin.abs() + p.ripple_cos.abs()).is_absent() {
+        return R::lit(0.0);
     }
-
-    /// Friction after a displacement.
-    #[inline(always)]
-    fn approached(&self, friction: R, displacement: R) -> R {
-        let kept = exp(-(displacement.abs() / self.travel));
-        (friction - self.level).mul_add(kept, self.level)
-    }
-
-    /// What the bristles bend by while their torque changes.
-    #[inline(always)]
-    fn bent(&self, change: R) -> R {
-        change * self.compliance
-    }
+    let (sin, cos) = sin_cos(u.angle * p.ripple_cycles);
+    sin.mul_add(p.ripple_sin, cos * p.ripple_cos)
 }
 
 /// Dry friction where a recording starts: what holds the torques in balance, within what friction can hold.
@@ -340,9 +307,18 @@ fn resting<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R, load: R, i
 /// Friction that grows with the rate, and what forms outside the catalogue resist with.
 #[inline(always)]
 fn drag<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, rate: R) -> R {
-    // Lubricants thin as they warm up; dry friction hardly changes (Bittencourt et al. 2010).
-    let warmth = R::lit(1.0) - exp(-(u.time / p.warm_up));
-    (p.viscous * exp(-(p.warm_loss * warmth))).mul_add(rate, p.form.resisting(u.angle, rate))
+    (p.viscous * thinning(p, u.time)).mul_add(rate, p.form.resisting(u.angle, rate))
+}
+
+/// Factor by which viscous friction has fallen: lubricants thin as they warm up, dry friction hardly changes
+/// (Bittencourt et al. 2010).
+#[inline(always)]
+fn thinning<R: Real>(p: &DriveValues<R>, time: R) -> R {
+    if p.warm_loss.is_absent() {
+        return R::lit(1.0);
+    }
+    let warmth = R::lit(1.0) - exp(-(time / p.warm_up));
+    exp(-(p.warm_loss * warmth))
 }
 
 /// The gear's transmission error, its derivative by the motor's angle, and its second derivative by time.
@@ -352,110 +328,45 @@ struct Wave<R> {
     acceleration: R,
 }
 
-#[inline(always)]
-fn wave<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> Wave<R> {
-    let (sin, cos) = sin_cos(u.angle * p.wave_cycles);
-    let angle = sin.mul_add(p.wave_sin, cos * p.wave_cos);
-    let slope = (cos * p.wave_sin - sin * p.wave_cos) * p.wave_cycles;
-    let speed = u.rate * p.wave_cycles;
-    Wave { angle, slope, acceleration: slope * u.acceleration - speed * speed * angle }
-}
-
-/// Torque against the link, its own inertia left out: what the model says, and the effects behind the gear.
-#[inline(always)]
-fn load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, inertia: R, cable: R) -> R {
-    let (sin, cos) = sin_cos(u.angle);
-    let gravity = cos.mul_add(p.gravity_cos, sin * p.gravity_sin);
-    let spring = (u.angle - p.cable_centre).mul_add(p.cable_stiffness, cable * p.cable_hysteresis);
-    let loads = u.payload_weight.mul_add(p.payload, gravity + spring);
-    u.load + wave(p, u).acceleration.mul_add(inertia, loads)
-}
-
-/// The flank that carries a torque; without one the middle of the play.
-#[inline(always)]
-fn flank<R: Real>(torque: R, half_backlash: R) -> R {
-    let one = R::lit(1.0);
-    torque.min(one).max(-one) * half_backlash
-}
-
-/// The link on its gear.
-struct Gear<R> {
-    compliance: R,
-    /// Angular frequency of the link on the gear with the motor held \[rad/s\].
-    frequency: R,
-    damping: R,
-}
-
-impl<R: Real> Gear<R> {
+impl<R: Real> Wave<R> {
     #[inline(always)]
-    fn of(p: &DriveValues<R>, inertia: R) -> Self {
-        let compliance = p.compliance.max(R::lit(RIGID));
-        let frequency = R::lit(1.0) / (inertia * compliance).sqrt();
-        Self { compliance, frequency, damping: p.gear_damping.min(R::lit(0.99)) }
-    }
-
-    /// Windup at rest under a torque, on the flank at `side`.
-    #[inline(always)]
-    fn rest(&self, torque: R, side: R) -> R {
-        torque.mul_add(self.compliance, side)
+    fn of(p: &DriveValues<R>, u: &DriveMotion<R>) -> Self {
+        let zero = R::lit(0.0);
+        if (p.wave_sin.abs() + p.wave_cos.abs()).is_absent() {
+            return Self { angle: zero, slope: zero, acceleration: zero };
+        }
+        let (sin, cos) = sin_cos(u.angle * p.wave_cycles);
+        let angle = sin.mul_add(p.wave_sin, cos * p.wave_cos);
+        let slope = (cos * p.wave_sin - sin * p.wave_cos) * p.wave_cycles;
+        let speed = u.rate * p.wave_cycles;
+        Self { angle, slope, acceleration: slope * u.acceleration - speed * speed * angle }
     }
 }
 
-/// Torque that the gear transmits.
+/// Torque against the link, its own inertia and the cables' hysteresis left out: what the model says, and the effects
+/// behind the gear.
 #[inline(always)]
-fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R {
-    let gear = Gear::of(p, inertia);
-    let stretch = s.windup - s.windup.min(p.half_backlash).max(-p.half_backlash);
-    let damper = gear.damping * R::lit(2.0) * gear.frequency * inertia;
-    let torque = stretch / gear.compliance + damper * s.windup_rate;
-    // Teeth with a gap push and never pull.
-    let (zero, loose) = (R::lit(0.0), R::lit(0.0).lt(p.half_backlash));
-    let pushed = R::select(s.windup.lt(zero), torque.min(zero), torque.max(zero));
-    R::select(engaged(p, s.windup), R::select(loose, pushed, torque), zero)
+fn load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, inertia: R, wave: &Wave<R>) -> R {
+    let spring = (u.angle - p.cable_centre) * p.cable_stiffness;
+    let loads = u.payload_weight.mul_add(p.payload, gravity(p, u.angle) + spring);
+    u.load + wave.acceleration.mul_add(inertia, loads)
 }
 
+/// Gravity torque beyond the model's.
 #[inline(always)]
-fn engaged<R: Real>(p: &DriveValues<R>, windup: R) -> R::Mask {
-    p.half_backlash.le(R::lit(0.0)) | p.half_backlash.le(windup.abs())
+fn gravity<R: Real>(p: &DriveValues<R>, angle: R) -> R {
+    if (p.gravity_cos.abs() + p.gravity_sin.abs()).is_absent() {
+        return R::lit(0.0);
+    }
+    let (sin, cos) = sin_cos(angle);
+    cos.mul_add(p.gravity_cos, sin * p.gravity_sin)
 }
 
-/// Windup and its rate after a step over which the pull goes from `s.pull` to `pull` in a straight line.
-///
-/// Free in the play until a flank is met, then the exact motion of a damped spring: no step limit, however stiff.
+/// State of the cables' hysteresis after a displacement.
 #[inline(always)]
-fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R, pull: R) -> (R, R) {
-    let (zero, half, step) = (R::lit(0.0), R::lit(0.5), R::lit(step));
-    let free = R::select(engaged(p, s.windup), zero, step);
-    let acceleration = (s.pull + pull) * half / inertia;
-    let reached = acceleration.mul_add(free * free * half, s.windup_rate.mul_add(free, s.windup));
-    let past = p.half_backlash.lt(reached.abs());
-    let side = R::select(reached.lt(zero), -p.half_backlash, p.half_backlash);
-    let way = reached - s.windup;
-    let met = free * ((side - s.windup) / R::select(past, way, R::lit(1.0)));
-    let flight = R::select(past, met.max(zero).min(free), free);
-    let windup = acceleration.mul_add(flight * flight * half, s.windup_rate.mul_add(flight, s.windup));
-    let rate = acceleration.mul_add(flight, s.windup_rate);
-
-    let gear = Gear::of(p, inertia);
-    let slope = (pull - s.pull) / step;
-    let behind = gear.damping * R::lit(2.0) / gear.frequency * slope;
-    let side = windup.min(p.half_backlash).max(-p.half_backlash);
-    let met_pull = slope.mul_add(flight, s.pull);
-    let apart = (windup - gear.rest(met_pull - behind, side), rate - slope * gear.compliance);
-    let (place, speed) = swing(&gear, step - flight, apart);
-    let swung = (place + gear.rest(pull - behind, side), speed + slope * gear.compliance);
-    let still_free = step.le(flight);
-    (R::select(still_free, windup, swung.0), R::select(still_free, rate, swung.1))
-}
-
-/// Free vibration about rest: place and speed after a time.
-#[inline(always)]
-fn swing<R: Real>(gear: &Gear<R>, time: R, (place, speed): (R, R)) -> (R, R) {
-    let decay = gear.damping * gear.frequency;
-    let damped = gear.frequency * (R::lit(1.0) - gear.damping * gear.damping).sqrt();
-    let (sin, cos) = sin_cos(damped * time);
-    let kept = exp(-(decay * time));
-    let quarter = (decay.mul_add(place, speed)) / damped;
-    let quarter_speed = (gear.frequency * gear.frequency).mul_add(place, decay * speed) / damped;
-    (kept * (place * cos + quarter * sin), kept * (speed * cos - quarter_speed * sin))
+fn cables<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, displacement: R) -> R {
+    if p.cable_hysteresis.is_absent() {
+        return s.cable;
+    }
+    bristle(s.cable, displacement, p.cable_travel)
 }

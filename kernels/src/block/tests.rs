@@ -7,7 +7,9 @@ use super::controller::{Controller, ControllerValues};
 use super::drive::{Drive, DriveValues};
 use super::kernel::kernel;
 use super::sensor::Sensor;
-use super::{Forms, Recorded, replay};
+use super::{Block, Forms, Recorded, replay};
+use crate::fields::{Bundle, to_vec};
+use crate::lanes::{Lane, WIDTH, plain::Lanes};
 
 /// Inertias of motor and link \[kg m^2\].
 const MOTOR: f64 = 10.0;
@@ -50,6 +52,22 @@ fn drive() -> DriveValues<f64> {
 fn swing(t: f64) -> [f64; 3] {
     let omega = std::f64::consts::TAU;
     [0.3 * (omega * t).sin(), 0.3 * omega * (omega * t).cos(), -0.3 * omega * omega * (omega * t).sin()]
+}
+
+/// Simulates each parameter set alone and all of them as lanes of one vector: they must give the same.
+pub(super) fn same_beside_others<B: Block>(block: &B, recorded: &Recorded, sets: &[B::Params<f64>; WIDTH]) {
+    let fields: Vec<Vec<f64>> = sets.iter().map(to_vec).collect();
+    let mut field = 0;
+    let lanes = Bundle::read(&mut || {
+        field += 1;
+        Lanes::gather(|lane| fields[lane][field - 1])
+    });
+    let together = replay::<Lanes, B>(block, recorded, &lanes);
+    for (lane, set) in sets.iter().enumerate() {
+        let alone = replay::<f64, B>(block, recorded, set);
+        let beside: Vec<f64> = together.iter().map(|all| all.lane(lane)).collect();
+        assert_eq!(alone, beside, "set {lane}");
+    }
 }
 
 /// The greatest distance between simulated and measured motor angle, were a torque of a drive's own law given.
@@ -299,6 +317,24 @@ fn a_reference_may_be_late_held_lagging_or_limited() {
     let dry = ControllerValues { coulomb: 20.0, coulomb_speed: 0.4, ..p };
     assert!((asked(dry) - 200.0 - 20.0 * 2.5_f64.tanh()).abs() < 1e-9);
     assert!((asked(ControllerValues { torque_limit: 50.0, ..p }) - 50.0).abs() < 1e-9);
+}
+
+/// What a drive does not have is left out of its steps only where its neighbours have none either.
+#[test]
+fn a_drive_moves_the_same_whatever_drives_are_simulated_beside_it() {
+    let base = DriveValues { coulomb: 20.0, presliding_travel: 1e-3, viscous: 5.0, bristle_damping: 3.0, ..drive() };
+    let sets = [
+        base,
+        DriveValues { compliance: 2e-5, gear_damping: 0.1, load_coefficient: 0.1, ..base },
+        DriveValues { half_backlash: 1e-4, load_coefficient: 0.1, ..base },
+        DriveValues { ripple_sin: 3.0, ripple_cycles: 40.0, load_coefficient: 0.1, ..base },
+        DriveValues { wave_cos: 1e-4, wave_cycles: 20.0, stribeck: 8.0, ..base },
+        DriveValues { warm_loss: 0.5, warm_up: 10.0, ..base },
+        DriveValues { cable_hysteresis: 4.0, gravity_sin: 6.0, ..base },
+        DriveValues { current_lag: 2e-3, clock_offset: 1e-3, ..base },
+    ];
+    let recorded = driven(1.0, 5e-4, swing, |t| 60.0 + 20.0 * t, |t| 80.0 + rigid(swing(t)));
+    same_beside_others(&Drive, &recorded, &sets);
 }
 
 #[test]
