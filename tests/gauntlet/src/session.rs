@@ -196,6 +196,9 @@ fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, seed: u64) -
 
 /// The truth on a fresh motion, with the nuisances of the data set of the same seed: what a true gain is measured on.
 ///
+/// It is made in the middle of the session: what drifts or warms up is met as the recordings met it on the average, and
+/// another motion is all that differs.
+///
 /// # Errors
 /// As [`generate`].
 pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
@@ -203,7 +206,7 @@ pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
     let record = |sizes: &Sizes| {
         let bench = bench(rig, sizes, seed);
         let number = REPEATS * (bench.training().len() as u64 + 1);
-        let run = Run { seed, number, start_s: number as f64 * SPACING_S, noise: None };
+        let run = Run { seed, number, start_s: 0.5 * number as f64 * SPACING_S, noise: None };
         bench.record(FRESH, &run).exact().csv()
     };
     Ok(Fresh { with_effect: record(&sizes), without_effect: record(&Sizes::none()) })

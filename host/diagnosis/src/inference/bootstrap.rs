@@ -1,6 +1,8 @@
 //! Intervals of what a hypothesis gains, by the moving-block bootstrap (Kuensch 1989) over residuals with and without it.
 
+use softdock_kernels::noise::normals;
 use softdock_kernels::philox;
+use statrs::statistics::Statistics;
 
 /// Resamples.
 const RESAMPLES: usize = 2000;
@@ -22,13 +24,24 @@ pub(crate) fn interval(pair: Pair<'_>, f: &dyn Fn([f64; 2]) -> f64) -> [f64; 2] 
     middle(|resample| f(blocks.powers(resample)))
 }
 
-/// The same on a motion that was not recorded, by what those that were differ by: every resample takes one of them at
-/// random, and blocks of it (two-stage bootstrap; Davison and Hinkley 1997, 3.8). `None` of fewer than two.
-pub(crate) fn interval_elsewhere(motions: &[Pair<'_>], f: &dyn Fn([f64; 2]) -> f64) -> Option<[f64; 2]> {
+/// 95 % interval on a motion that was not recorded, by what those that were differ by; `None` of fewer than two.
+///
+/// Every resample takes one of them at random, and blocks of it (two-stage bootstrap; Davison and Hinkley 1997, 3.8).
+/// `shown` is the logarithm of how much of the hypothesis a motion shows, and `f` the function where a motion shows so many
+/// times as much: resamples of k motions vary by 1 - 1/k of these logarithms' variance, one more about their mean by
+/// 1 + 1/k, and smoothing makes up the difference (ibid., 3.4).
+pub(crate) fn interval_elsewhere(
+    motions: &[Pair<'_>],
+    shown: &dyn Fn([f64; 2]) -> f64,
+    f: &dyn Fn([f64; 2], f64) -> f64,
+) -> Option<[f64; 2]> {
     let motions: Vec<Blocks> = motions.iter().map(|pair| Blocks::of(*pair)).collect();
+    let known = motions.iter().map(|motion| shown(motion.recorded()));
+    let width = known.std_dev() * (2.0 / motions.len() as f64).sqrt();
     let of = |resample: u64| {
-        let u = philox::uniform(SEED, "motion", resample, 0);
-        f(motions[(motions.len() as f64 * u) as usize].powers(resample))
+        let [which, u, v] = [0, 1, 2].map(|index| philox::uniform(SEED, "motion", resample, index));
+        let motion = &motions[(motions.len() as f64 * which) as usize];
+        f(motion.powers(resample), (width * normals(u, v).first).exp())
     };
     (motions.len() > 1).then(|| middle(of))
 }
@@ -71,6 +84,13 @@ impl Blocks {
         });
         let length = (n / FEWEST_BLOCKS).clamp(1, LONGEST_BLOCK);
         Self { samples, kept, running, length, blocks: n / length }
+    }
+
+    /// Mean squares with and without, as recorded.
+    fn recorded(&self) -> [f64; 2] {
+        [0, 1].map(|i| {
+            (self.running[i].last().expect("a running sum begins with 0") + self.kept[i]) / self.samples as f64
+        })
     }
 
     /// Mean squares with and without, of a resample.
