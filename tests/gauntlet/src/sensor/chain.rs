@@ -3,6 +3,7 @@
 use super::nominal::{self, tolerance};
 use crate::catalogue::Sizes;
 use crate::random::Stream;
+use std::f64::consts::TAU;
 
 /// A wrench on the sensor: force \[N\], moment \[N m\].
 pub(crate) type Wrench = [f64; 6];
@@ -135,14 +136,32 @@ impl Chain {
         filtered
     }
 
-    /// Reading at a time of the session \[s\] from the element's signal with its noise.
-    pub(crate) fn reading(&self, signal: Wrench, session: f64) -> Wrench {
+    /// Reading at a time of the session \[s\] from the element's signal with its noise; or from the signal alone what is
+    /// read on the average, behind a noise of such a deviation \[N\].
+    pub(crate) fn reading(&self, signal: Wrench, noise: f64, session: f64) -> Wrench {
         std::array::from_fn(|i| {
             let value = signal[i] + self.bias[i] + self.drift[i] * session;
             let quantum = SCALES[i] * self.quantum;
-            if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
+            if quantum > 0.0 { rounded(value / quantum, noise / self.quantum) * quantum } else { value }
         })
     }
+}
+
+/// Most terms of the series below: without noise they come within half a per cent of a step but next to its edges.
+const TERMS: u32 = 100;
+
+/// A value behind normal noise of a deviation rounded to whole numbers, on the average: the noise takes each term of the
+/// rounding's Fourier series down by its own factor (Widrow and Kollar 2008, 4).
+fn rounded(value: f64, deviation: f64) -> f64 {
+    if deviation == 0.0 {
+        return value.round();
+    }
+    let term = |k: u32| {
+        let turn = TAU * f64::from(k);
+        let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+        sign / turn * (turn * value).sin() * (-0.5 * (turn * deviation).powi(2)).exp()
+    };
+    value + (1..=TERMS).map(term).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -161,11 +180,21 @@ mod tests {
     fn reading(id: &'static str, size: f64, session: f64) -> Wrench {
         let mut chain = chain(id, size);
         let signal = chain.element(WRENCH, 1e-4, session);
-        chain.reading(signal, session)
+        chain.reading(signal, 0.0, session)
     }
 
     fn near(a: Wrench, b: Wrench) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn noise_blurs_what_is_rounded_until_no_steps_are_left() {
+        assert_eq!(rounded(3.4, 0.0), 3.0);
+        assert!((rounded(3.4, 0.02) - 3.0).abs() < 1e-3);
+        // The mean of a fine grid of normal quantiles, by the chance to lie beyond the step's edge at 3.5.
+        let beyond = 0.368_214;
+        assert!((rounded(3.4, 0.3) - 3.0 - beyond).abs() < 1e-3);
+        assert!((rounded(3.4, 0.8) - 3.4).abs() < 1e-5);
     }
 
     #[test]

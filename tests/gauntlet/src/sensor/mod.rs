@@ -163,6 +163,7 @@ impl Bench for SensorBench {
         let experiment = motions::experiment(experiment);
         let signal = self.signal(&experiment, run);
         let mut noise = self.noise(run);
+        let unseen = if run.noise.is_some() { 0.0 } else { NOISE.hypot(COLOURED_NOISE) };
         let mut reference = Instrument::new(run, "reference", REFERENCE_NOISE, 0.1 * QUANTUM);
         let mut sensor = Instrument::new(run, "sensor", NOISE, QUANTUM);
         let mut acceleration = Instrument::new(run, "accelerometer", ACCELERATION_NOISE, 1e-4);
@@ -180,7 +181,7 @@ impl Bench for SensorBench {
                 let hidden = noise.hidden.get_mut(i).map_or(0.0, Disturbance::next);
                 sensor.read(signal[i] / SCALES[i]) * SCALES[i] + coloured + hidden
             });
-            let reading = self.chain.reading(noisy, run.start_s + time);
+            let reading = self.chain.reading(noisy, unseen, run.start_s + time);
             let compensated = tool_wrench(&moving, nominal::TOOL_MASS);
             let mut row = vec![run.start_s + time];
             row.extend((0..6).map(|i| reference.read(load[i] / SCALES[i]) * SCALES[i]));
