@@ -191,7 +191,7 @@ the same data. The truth is sealed (BLAKE3) before the diagnosis is given model 
 
 What is finished is one line of answers-*.jsonl in the folder, and is not run again: the same command resumes. Workers
 share a folder by --shard; the score counts what all of them have finished. The full size asks 5280 cases of the drive,
-each some 12 s of one core, 2280 of the sensor and 2700 of the contact, which take longer, and 324 of a whole facility,
+each some 7 s of one core, 2280 of the sensor and 2700 of the contact, which take longer, and 324 of a whole facility,
 which take minutes.
 
 Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 cases are missing.
