@@ -158,7 +158,7 @@ fn rounded(value: f64, deviation: f64) -> f64 {
     }
     let term = |k: u32| {
         let turn = TAU * f64::from(k);
-        let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+        let sign = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
         sign / turn * (turn * value).sin() * (-0.5 * (turn * deviation).powi(2)).exp()
     };
     value + (1..=TERMS).map(term).sum::<f64>()
