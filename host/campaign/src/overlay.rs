@@ -24,7 +24,7 @@ impl Overlay {
         Self { source: source.clone(), variant: Some(variant), keys }
     }
 
-    /// The table [set] of an effects file.
+    /// The table `[set]` of an effects file.
     pub(crate) fn of_effects(source: &Source, keys: Vec<String>) -> Self {
         Self { source: source.clone(), variant: None, keys }
     }

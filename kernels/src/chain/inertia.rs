@@ -213,7 +213,7 @@ impl<R: Real> Articulated<R> {
         self
     }
 
-    /// About a point that is so far behind on the x axis: J + [r] C_old + ([r] C_new)^T.
+    /// About a point that is so far behind on the x axis: `J + [r] C_old + ([r] C_new)^T`.
     #[inline(always)]
     fn shifted_along_x(self, r: f64) -> Self {
         if r == 0.0 {

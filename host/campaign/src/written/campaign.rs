@@ -82,7 +82,7 @@ pub(crate) struct SamplingTable {
 pub(crate) struct DispersionTable {
     /// A parameter (`target_mass`), or a whole vector (`offset`) with kind mvnormal.
     pub(crate) target: Option<At<String>>,
-    /// Instead of a target: a pure number of the campaign's own, by its name, for the expressions of [[derived]].
+    /// Instead of a target: a pure number of the campaign's own, by its name, for the expressions of `[[derived]]`.
     pub(crate) variable: Option<At<String>>,
     /// Several parameters, with kind mvnormal.
     pub(crate) targets: Option<At<Vec<At<String>>>>,

@@ -15,7 +15,7 @@ pub(crate) struct VariantTable {
     pub(crate) name: At<String>,
     /// One line for people; default the name.
     pub(crate) title: Option<At<String>>,
-    /// Keys of the scenario's [facility] in quotes, each with what stands in its place: { "facility.loop_delay" = "8 ms" }.
+    /// Keys of the scenario's `[facility]` in quotes, each with what stands in its place: `{ "facility.loop_delay" = "8 ms" }`.
     #[serde(default)]
     pub(crate) set: Replacements,
     /// Parameters that follow from others in this variant, besides or instead of the campaign's.
