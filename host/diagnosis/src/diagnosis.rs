@@ -343,7 +343,11 @@ impl Prepared {
             if let Some(Plant::Toss(rig)) = self.plant() {
                 answer.free_run = self.free_run(rig, &own, &answer);
             }
-            all.answers.push(self.with_random(&own.block, answer));
+            answer = match own.block.grew() {
+                true => self.changing(&own.block, answer),
+                false => self.with_random(&own.block, answer),
+            };
+            all.answers.push(answer);
             all.judged.push(own);
         }
         self.withhold(&mut all, prismatic);
@@ -354,6 +358,16 @@ impl Prepared {
     fn free_run(&self, rig: &TossRig, judged: &Judged, answer: &BlockAnswer) -> Option<FreeRun> {
         let own = |piece: &&Piece| self.held_out.contains(&piece.experiment) == answer.held_out;
         FreeRun::of(rig, &self.pieces().iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
+    }
+
+    /// The answer where what repeats differ by grew with the session: no effect of a library does that to a signal, and
+    /// noise cannot be told from it.
+    fn changing(&mut self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
+        let what = "what repeats differ by grows with the time of the session, and with the signal: something drifts \
+                    that no cause of the library has, such as a gain with warmth; repeat one experiment for as long as \
+                    it takes to settle";
+        self.findings.push(Finding { recording: block.name.to_owned(), what: what.to_owned() });
+        answer.denied()
     }
 
     /// The answer with the effects that have no mean.

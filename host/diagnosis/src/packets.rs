@@ -4,8 +4,9 @@
 use crate::answer::{BlockAnswer, EffectFound, Estimate, Verdict};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::evidence::Interval;
+use crate::inference::memory::{Memory, correlation};
 use crate::recording::grid::Piece;
-use crate::variance::{Healthy, Memory, correlation};
+use crate::variance::Healthy;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;
 use softdock_kernels::effects::EffectId;
@@ -189,7 +190,7 @@ fn jitter(rig: &CommandRig, block: &MeasuredBlock) -> Option<(Found, bool)> {
     let variance = mean_power(2);
     let scale = EffectId::of("C3_jitter").effect().parameters[0].scale;
     let healthy = Healthy { deviation, share: rig.noise_share, scale };
-    let (value, log_odds) = healthy.exceeded(variance, Memory::of(&series).samples);
+    let (value, log_odds) = healthy.exceeded(variance, Memory::of(&series).samples(&series));
     let shared = correlation(&series, 1) * variance - deviation.powi(2);
     let is_white = shared < COLOURED * (variance - deviation.powi(2));
     let is_normal = mean_power(4) / variance.powi(2) < LONG_TAIL;

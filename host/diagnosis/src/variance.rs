@@ -3,6 +3,7 @@
 use crate::block::MeasuredBlock;
 use crate::block::sensor::READINGS;
 use crate::inference::evidence::Interval;
+use crate::inference::memory::{Memory, power};
 use crate::inference::noise::deviations;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
@@ -23,9 +24,6 @@ pub struct ExcessNoise {
     /// Time over which all noise forgets to 1/e \[s\].
     pub correlation_time: f64,
 }
-
-/// Longest lag at which the noise's memory is looked for, as a share of a recording.
-const LONGEST_LAG: f64 = 0.1;
 
 /// Judges the noise of a sensor's readings against what is known of it healthy; `None` if nothing is known of it, or
 /// nothing was repeated.
@@ -50,7 +48,7 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let scale = id.parameters[kind].scale;
         let known = Healthy { deviation: healthy[kind], share: rig.noise_share, scale };
-        let (beyond, odds) = known.exceeded(variance, 3.0 * memory.samples);
+        let (beyond, odds) = known.exceeded(variance, 3.0 * memory.samples(&series));
         (deviation[kind], log_odds) = (beyond, log_odds + odds);
     }
     Some(ExcessNoise { effect: id, log_odds, deviation, correlation_time: memory.time * step })
@@ -82,45 +80,6 @@ impl Healthy {
 fn centred(x: DMatrix<f64>) -> DMatrix<f64> {
     let mean = x.column_mean();
     DMatrix::from_fn(x.nrows(), x.ncols(), |c, t| x[(c, t)] - mean[c])
-}
-
-fn power(series: &[DMatrix<f64>], channel: usize) -> f64 {
-    let samples: usize = series.iter().map(DMatrix::ncols).sum();
-    series.iter().map(|x| x.row(channel).norm_squared()).sum::<f64>() / samples as f64
-}
-
-/// How long noise remembers.
-pub(crate) struct Memory {
-    /// Samples until the correlation has fallen to 1/e.
-    time: f64,
-    /// Independent samples that tell a channel's variance as well (Bartlett).
-    pub(crate) samples: f64,
-}
-
-impl Memory {
-    /// Of all channels alike, by their mean correlation.
-    pub(crate) fn of(series: &[DMatrix<f64>]) -> Self {
-        let samples: usize = series.iter().map(DMatrix::ncols).sum();
-        let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
-        let correlation: Vec<f64> = (0..=most).map(|lag| correlation(series, lag)).collect();
-        let squares: f64 = correlation[1..].iter().map(|r| r * r).sum();
-        let time = correlation.iter().position(|r| *r < (-1.0_f64).exp()).unwrap_or(most);
-        // Of R deviations from a mean R - 1 are independent; three repeats are the usual number.
-        Self { time: time as f64, samples: samples as f64 * (2.0 / 3.0) / (1.0 + 2.0 * squares) }
-    }
-}
-
-/// Mean correlation of all channels at a lag.
-pub(crate) fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
-    let channels = series[0].nrows();
-    let of = |c: usize| {
-        let at = |lag: usize| -> f64 {
-            let pairs = |x: &DMatrix<f64>| (lag..x.ncols()).map(|t| x[(c, t)] * x[(c, t - lag)]).sum::<f64>();
-            series.iter().map(pairs).sum()
-        };
-        at(lag) / at(0)
-    };
-    (0..channels).map(of).sum::<f64>() / channels as f64
 }
 
 /// Log odds of a variance, in units of the healthy one that is known to a share, for an excess of a plausible size

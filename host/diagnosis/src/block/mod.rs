@@ -26,6 +26,7 @@ use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use trend::{Aged, Detrended, detrended};
 
 /// A measured signal that a block's model must give.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,6 +138,11 @@ impl MeasuredBlock {
         series
     }
 
+    /// Whether what repeats differ by at the model's own parameters grew with the session, otherwise than all alike.
+    pub fn grew(&self) -> bool {
+        self.clock.is_some() && self.part_of(|_| true).detrended(&self.base).grew
+    }
+
     /// From one judged sample of a trial to the next \[s\].
     pub fn judged_step(&self, trial: &Trial) -> f64 {
         trial.recorded.step * (trial.recorded.stride * self.decimator.every()) as f64
@@ -193,24 +199,29 @@ impl<'a> Part<'a> {
 
     /// What the repeats of each experiment differ by, for one parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
-        let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, &trials));
-        let mut all: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
-        if let Some(clock) = self.block.clock {
-            trend::removed(&mut all, &self.ages(clock));
-        }
-        all
+        self.detrended(set).noise
     }
 
-    /// When each repeat began \[s\], from the mean of its experiment on, in the order of [`Part::deviations`].
-    fn ages(&self, clock: &str) -> Vec<f64> {
-        let field = self.block.section.inputs().iter().position(|field| field.name == clock).expect("an input's name");
-        let of = |(_, members): &(&str, Vec<usize>)| -> Vec<f64> {
-            let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
-            let mean = starts.iter().sum::<f64>() / starts.len() as f64;
-            if starts.len() < 2 { Vec::new() } else { starts.iter().map(|start| start - mean).collect() }
+    /// What the repeats of each experiment differ by but for trends, where there is a session's clock.
+    fn detrended(&self, set: &[f64]) -> Detrended {
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        let of = |(_, members): &(&str, Vec<usize>)| Aged {
+            deviations: deviations(&cut(members, &trials)),
+            ages: self.block.clock.map_or_else(Vec::new, |clock| self.ages(clock, members)),
         };
-        self.experiments.iter().flat_map(of).collect()
+        let repeats: Vec<Aged> = self.experiments.iter().filter(|(_, members)| members.len() > 1).map(of).collect();
+        match self.block.clock {
+            Some(_) => detrended(repeats),
+            None => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
+        }
+    }
+
+    /// When each of some repeats began \[s\], from their mean on.
+    fn ages(&self, clock: &str, members: &[usize]) -> Vec<f64> {
+        let field = self.block.section.inputs().iter().position(|field| field.name == clock).expect("an input's name");
+        let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
+        let mean = starts.iter().sum::<f64>() / starts.len() as f64;
+        starts.iter().map(|start| start - mean).collect()
     }
 
     /// Power of the noise that the simulation carries into the residuals for every parameter set, beyond what it carries

@@ -1,37 +1,166 @@
-//! What repeats differ by because the session goes on: a trend, not noise.
+//! What repeats differ by because the session goes on: trends, not noise.
 
+use crate::inference::adequacy::ADEQUATE;
+use crate::inference::memory::{Memory, power};
 use nalgebra::{DMatrix, DVector};
 
-/// Takes a growth that all series share off them, channel by channel: least squares on each series' age \[s\].
-///
-/// Left in, a drift would pass for noise of the lowest frequencies and hide itself and every constant.
-pub(super) fn removed(series: &mut [DMatrix<f64>], ages: &[f64]) {
-    let weight: f64 = series.iter().zip(ages).map(|(x, age)| x.ncols() as f64 * age * age).sum();
-    let Some(channels) = series.first().map(DMatrix::nrows).filter(|_| weight > 0.0) else {
+/// Standard deviations of chance by which what grows must exceed the noise.
+const CERTAIN: f64 = 4.0;
+
+/// Repeats of one command on a session's clock.
+pub(super) struct Aged {
+    /// What they differ by: deviations from their mean, as large as a single residual's noise.
+    pub(super) deviations: Vec<DMatrix<f64>>,
+    /// When each began \[s\], from the mean of all on.
+    pub(super) ages: Vec<f64>,
+}
+
+/// What repeats differ by, without trends.
+pub(super) struct Detrended {
+    /// The noise.
+    pub(super) noise: Vec<DMatrix<f64>>,
+    /// Whether something grew with the session otherwise than all experiments alike: a gain that drifts, say, with the
+    /// signal that it acts on.
+    pub(super) grew: bool,
+}
+
+/// Takes trends off what repeats differ by. Left in, they would pass for noise of the lowest frequencies and hide their
+/// cause and every constant.
+pub(super) fn detrended(mut repeats: Vec<Aged>) -> Detrended {
+    remove_common(&mut repeats);
+    let apart: Vec<Apart> = repeats.iter().filter_map(Aged::apart).collect();
+    match grew(&apart) {
+        true => Detrended { noise: apart.into_iter().flat_map(|own| own.rest).collect(), grew: true },
+        false => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
+    }
+}
+
+/// Takes a growth that all share off them, channel by channel: least squares on each repeat's age.
+fn remove_common(repeats: &mut [Aged]) {
+    let each = || repeats.iter().flat_map(|own| own.deviations.iter().zip(&own.ages));
+    let weight: f64 = each().map(|(x, age)| x.ncols() as f64 * age * age).sum();
+    let Some(channels) = each().next().map(|(x, _)| x.nrows()).filter(|_| weight > 0.0) else {
         return;
     };
-    let mut growth = DVector::zeros(channels);
-    for (x, age) in series.iter().zip(ages) {
-        growth += x.column_sum() * (age / weight);
+    let growth = each().fold(DVector::zeros(channels), |sum, (x, age)| sum + x.column_sum() * (age / weight));
+    for own in repeats {
+        for (x, age) in own.deviations.iter_mut().zip(&own.ages) {
+            x.column_iter_mut().for_each(|mut column| column -= &growth * *age);
+        }
     }
-    for (x, age) in series.iter_mut().zip(ages) {
-        x.column_iter_mut().for_each(|mut column| column -= &growth * *age);
+}
+
+/// What repeats of one command differ by, apart.
+struct Apart {
+    /// What grows with their age, sample by sample, as large as a single residual's noise if it is nothing but noise.
+    grown: DMatrix<f64>,
+    /// The rest, as large as a single residual's noise.
+    rest: Vec<DMatrix<f64>>,
+}
+
+impl Aged {
+    /// `None` for fewer than three, of which nothing would be left.
+    fn apart(&self) -> Option<Apart> {
+        let length = self.ages.iter().map(|age| age * age).sum::<f64>().sqrt();
+        if self.deviations.len() < 3 || length == 0.0 {
+            return None;
+        }
+        let each = || self.deviations.iter().zip(self.ages.iter().map(|age| age / length));
+        let along = each().fold(self.deviations[0].clone() * 0.0, |sum, (x, share)| sum + x * share);
+        // Of R deviations from a mean R - 1 are independent; R - 2 without what grows.
+        let count = self.deviations.len() as f64;
+        let scale = ((count - 1.0) / (count - 2.0)).sqrt();
+        let rest = each().map(|(x, share)| (x - &along * share) * scale).collect();
+        Some(Apart { grown: along * ((count - 1.0) / count).sqrt(), rest })
     }
+}
+
+/// Whether what grows is more than what noise does not explain, and not by chance.
+fn grew(apart: &[Apart]) -> bool {
+    let (grown, rest): (Vec<DMatrix<f64>>, Vec<Vec<DMatrix<f64>>>) =
+        apart.iter().map(|own| (own.grown.clone(), own.rest.clone())).unzip();
+    // Of all the rest's series two in each experiment follow from the others.
+    let spare: usize = rest.iter().map(|own| (own.len() - 2) * own[0].ncols()).sum();
+    let rest = rest.concat();
+    if rest.is_empty() {
+        return false;
+    }
+    let channels = rest[0].nrows();
+    let ratio = (0..channels).map(|c| power(&grown, c) / power(&rest, c)).sum::<f64>() / channels as f64;
+    let samples: usize = grown.iter().map(DMatrix::ncols).sum();
+    let independent = channels as f64 * Memory::of(&rest).independent;
+    let chance = (2.0 / (independent * samples as f64) + 2.0 / (independent * spare as f64)).sqrt();
+    ratio.ln() > ADEQUATE.ln().max(CERTAIN * chance)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_kernels::philox;
+
+    const AGES: [f64; 3] = [-40.0, 3.0, 37.0];
+
+    fn normal(stream: &str, i: u64) -> f64 {
+        let u = philox::uniform(3, stream, i, 0).max(1e-12);
+        let v = philox::uniform(3, stream, i, 1);
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
+    /// Three repeats with noise of deviation 1 that remembers, and what each age adds at each sample.
+    fn repeats(stream: &str, added: impl Fn(f64, usize) -> f64) -> Aged {
+        let of = |(number, age): (usize, &f64)| {
+            let (own, mut last) = (format!("{stream} {number}"), [0.0; 2]);
+            let noise = |t: usize, c: usize| normal(&own, (2 * t + c) as u64) * (1.0_f64 - 0.49).sqrt();
+            let columns: Vec<f64> = (0..900)
+                .flat_map(|t| {
+                    last = std::array::from_fn(|c| 0.7 * last[c] + noise(t, c));
+                    last.map(|x| x + added(*age, t))
+                })
+                .collect();
+            DMatrix::from_vec(2, 900, columns)
+        };
+        let all: Vec<DMatrix<f64>> = AGES.iter().enumerate().map(of).collect();
+        Aged { deviations: crate::inference::noise::deviations(&all), ages: AGES.to_vec() }
+    }
+
+    fn wave(t: usize) -> f64 {
+        (0.02 * t as f64).sin()
+    }
+
+    fn power_of(series: &[DMatrix<f64>]) -> f64 {
+        0.5 * (power(series, 0) + power(series, 1))
+    }
 
     #[test]
-    fn a_common_growth_is_taken_off_and_nothing_else() {
-        let wave = |t: usize| (0.3 * t as f64).sin();
-        let ages = [-40.0, 3.0, 37.0];
-        let mut series: Vec<DMatrix<f64>> =
-            ages.iter().map(|age| DMatrix::from_fn(2, 210, |c, t| wave(t) + 0.02 * age * c as f64)).collect();
-        removed(&mut series, &ages);
-        for x in &series {
-            assert!((0..210).all(|t| (x[(0, t)] - wave(t)).abs() < 1e-9 && (x[(1, t)] - wave(t)).abs() < 1e-9));
-        }
+    fn noise_stays_as_it_is() {
+        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |_, t| wave(t))).into());
+        assert!(!all.grew && all.noise.len() == 9);
+        assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
+    }
+
+    #[test]
+    fn a_common_growth_is_taken_off_and_is_no_other() {
+        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |age, _| 0.5 * age)).into());
+        assert!(!all.grew, "it is known what grows");
+        assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
+    }
+
+    #[test]
+    fn a_growth_that_goes_with_the_signal_is_found_and_is_no_noise() {
+        let grown = |size: f64| ["a", "b", "c"].map(|stream| repeats(stream, |age, t| size * age * wave(t)));
+        assert!(!detrended(grown(0.001).into()).grew);
+        let all = detrended(grown(0.05).into());
+        assert!(all.grew && all.noise.len() == 9);
+        assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
+    }
+
+    #[test]
+    fn of_two_repeats_nothing_can_be_told_apart() {
+        let two = |stream: &str| {
+            let Aged { mut deviations, mut ages } = repeats(stream, |age, t| 0.05 * age * wave(t));
+            (deviations.truncate(2), ages.truncate(2));
+            Aged { deviations, ages }
+        };
+        assert!(!detrended(vec![two("a"), two("b")]).grew);
     }
 }

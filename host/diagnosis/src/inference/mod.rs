@@ -7,6 +7,7 @@ pub mod errors_in_variables;
 pub mod evidence;
 pub mod fit;
 pub mod latent;
+pub(crate) mod memory;
 pub mod noise;
 pub mod selection;
 pub mod spread;
