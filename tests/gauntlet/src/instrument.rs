@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn readings_are_whole_quanta_about_the_value() {
-        let run = Run { seed: 1, number: 0, start_s: 0.0, noise: Some(NoiseColour::White) };
+        let run = Run { seed: 1, number: 0, start_s: 0.0, noise: Some(NoiseColour::White), unmoved: false };
         let mut instrument = Instrument::new(&run, "a reading", 5e-6, 6e-6);
         let readings: Vec<f64> = (0..10_000).map(|_| instrument.read(0.1)).collect();
         let error = |reading: &f64| reading - 0.1;

@@ -27,6 +27,8 @@ pub(crate) struct Run {
     pub(crate) start_s: f64,
     /// Colour of the disturbance; none for the truth: no disturbance, no instruments.
     pub(crate) noise: Option<NoiseColour>,
+    /// Whether what is hidden acts on the readings alone, and not on the motion, where a rig can tell them apart.
+    pub(crate) unmoved: bool,
 }
 
 impl Run {
@@ -160,19 +162,29 @@ fn truth(rig: Rig, sizes: &Sizes, bench: &dyn Bench) -> Truth {
 /// # Errors
 /// An effect that the rig does not have or that is named twice, a size that is not a positive number or too large.
 pub fn generate(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> Result<Set, Error> {
-    session(rig, hidden, Some(noise), seed)
+    session(rig, hidden, Some(noise), false, seed)
 }
 
-/// The data set of the same seed without disturbance and instruments, all digits written: what an effect changes in the
-/// recordings is their difference from the set with nothing hidden.
+/// The data set of the same seed without disturbance and instruments, all digits written.
 ///
 /// # Errors
 /// As [`generate`].
 pub fn exact(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
-    session(rig, hidden, None, seed)
+    session(rig, hidden, None, false, seed)
 }
 
-fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, seed: u64) -> Result<Set, Error> {
+/// The same along the motion of the bench with nothing hidden: what an effect changes in the readings is the difference
+/// from the [`exact`] set with nothing hidden. A blow that comes a moment later is another blow: what a model leaves of
+/// it would differ, too, and pass for the effect. Rigs whose block is fed with what the effect acts on, or hardly moves
+/// otherwise, give the exact set.
+///
+/// # Errors
+/// As [`generate`].
+pub fn unmoved(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
+    session(rig, hidden, None, true, seed)
+}
+
+fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, unmoved: bool, seed: u64) -> Result<Set, Error> {
     let sizes = Sizes::check(rig, hidden)?;
     let bench = bench(rig, &sizes, seed);
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
@@ -184,7 +196,7 @@ fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, seed: u64) -
         truth: truth(rig, &sizes, &*bench),
     };
     for (number, (experiment, repeat)) in (0..).zip(order(&experiments, seed)) {
-        let table = bench.record(experiment, &Run { seed, number, start_s: number as f64 * SPACING_S, noise });
+        let table = bench.record(experiment, &Run { seed, number, start_s: number as f64 * SPACING_S, noise, unmoved });
         let table = if noise.is_some() { table } else { table.exact() };
         let file = (format!("{experiment}_{repeat}.csv"), table.csv());
         if experiment == HOLDOUT { set.holdout.push(file) } else { set.logs.push(file) }
@@ -206,7 +218,7 @@ pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
     let record = |sizes: &Sizes| {
         let bench = bench(rig, sizes, seed);
         let number = REPEATS * (bench.training().len() as u64 + 1);
-        let run = Run { seed, number, start_s: 0.5 * number as f64 * SPACING_S, noise: None };
+        let run = Run { seed, number, start_s: 0.5 * number as f64 * SPACING_S, noise: None, unmoved: false };
         bench.record(FRESH, &run).exact().csv()
     };
     Ok(Fresh { with_effect: record(&sizes), without_effect: record(&Sizes::none()) })
@@ -230,7 +242,8 @@ pub fn follow(
     let before = REPEATS * (bench.training().len() as u64 + 1 + number);
     let record = |repeat: u64| {
         let number_of_run = before + repeat;
-        let run = Run { seed, number: number_of_run, start_s: number_of_run as f64 * SPACING_S, noise: Some(noise) };
+        let start_s = number_of_run as f64 * SPACING_S;
+        let run = Run { seed, number: number_of_run, start_s, noise: Some(noise), unmoved: false };
         let table = bench.follow(told, &run)?;
         Some((format!("asked{number}_{}.csv", repeat + 1), table.csv()))
     };

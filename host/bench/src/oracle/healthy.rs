@@ -1,9 +1,10 @@
-//! The recordings with nothing hidden: their noise, what the nuisances explain of them, and how others look beside them.
+//! The recordings with nothing hidden: their noise, what the nuisances explain along their motion, and how others look
+//! beside them.
 
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
-use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::inference::bank::Bank;
+use softdock_diagnosis::block::{MeasuredBlock, Part};
+use softdock_diagnosis::inference::bank::{Bank, Projector};
 use softdock_diagnosis::inference::fit::{Fitted, Start, fit};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_diagnosis::inference::unknown::applied;
@@ -11,57 +12,90 @@ use softdock_diagnosis::library::Hypothesis;
 
 /// Step of difference quotients, in standard deviations.
 const STEP: f64 = 2e-3;
+/// Times that nuisances are placed, each time by what is left where they are.
+const BENDS: usize = 3;
 
 /// A block's recordings with nothing hidden.
 pub(super) struct Healthy {
-    block: MeasuredBlock,
+    /// The recordings without noise: in a bounce, say, noise makes another motion, which nuisances change otherwise.
+    still: MeasuredBlock,
     noise: Noise,
-    /// The null hypothesis.
+    /// The null hypothesis that the noisy recordings give, with its residuals and their derivatives without noise.
     pub(super) null: Fitted,
-    /// The block's parameters by it.
-    values: Vec<f64>,
-    /// Whitened held-out residuals under it, and their derivatives by its nuisances.
+    /// Whitened held-out residuals under it: with noise, without, and their derivatives by the nuisances.
     pub(super) held_out: DVector<f64>,
+    held_out_still: DVector<f64>,
     pub(super) held_out_jacobian: DMatrix<f64>,
 }
 
 impl Healthy {
-    pub(super) fn of(block: MeasuredBlock) -> Result<Self> {
-        let test = block.part(true);
+    /// Of recordings with their noise, and without.
+    pub(super) fn of(block: &MeasuredBlock, mut still: MeasuredBlock) -> Result<Self> {
         let silent = || Error::Model(format!("{} has no noise", block.name));
-        let noise = noise(&block).ok_or_else(silent)?;
-        let null = null(&block, &noise);
-        let moved = |column: usize| {
-            let mut z = null.z.clone();
-            z[column] += STEP;
-            applied(&block.base, &null.unknowns, &z)
-        };
+        let noise = noise(block).ok_or_else(silent)?;
+        // Judged at the samples that the noise allows.
+        still.decimator = block.decimator.clone();
+        let null = null(block, &noise);
         let values = null.values(&block.base);
-        let sets: Vec<Vec<f64>> = std::iter::once(values.clone()).chain((0..null.z.len()).map(moved)).collect();
-        let mut residuals = test.whitened(&noise, &sets);
-        let held_out = residuals.remove(0);
-        let columns: Vec<DVector<f64>> = residuals.into_iter().map(|with| (with - &held_out) / STEP).collect();
-        let held_out_jacobian = match columns.is_empty() {
-            true => DMatrix::zeros(held_out.len(), 0),
-            false => DMatrix::from_columns(&columns),
-        };
-        Ok(Self { block, noise, null, values, held_out, held_out_jacobian })
+        let held_out = block.part(true).whitened(&noise, std::slice::from_ref(&values)).remove(0);
+        let (residual, jacobian) = linearised(&still.part(false), &noise, &still.base, &null);
+        let (held_out_still, held_out_jacobian) = linearised(&still.part(true), &noise, &still.base, &null);
+        let null = Fitted { residual, jacobian, ..null };
+        Ok(Self { still, noise, null, held_out, held_out_still, held_out_jacobian })
     }
 
     /// The bank of a library on these recordings.
     pub(super) fn bank(&self, library: &[Hypothesis]) -> Bank {
-        let learn = self.block.part(false);
-        let shortcut = learn.shortcut(&self.noise, &self.block.base);
-        Bank::simulate(library, &self.null, &self.block.base, &|sets| shortcut.whitened(sets))
+        let learn = self.still.part(false);
+        let shortcut = learn.shortcut(&self.noise, &self.null.values(&self.still.base));
+        Bank::simulate(library, &self.null, &self.still.base, &|sets| shortcut.whitened(sets))
     }
 
-    /// Whitened residuals of other recordings of the same motions at the null hypothesis of these: to learn from, held out.
-    pub(super) fn residuals(&self, mut other: MeasuredBlock) -> [DVector<f64>; 2] {
-        // Judged at the samples that the noise of these recordings allows.
-        other.decimator = self.block.decimator.clone();
-        let of = |held_out| other.part(held_out).whitened(&self.noise, std::slice::from_ref(&self.values)).remove(0);
-        [of(false), of(true)]
+    /// Sum of squares of whitened residuals behind what the nuisances explain of them.
+    pub(super) fn unexplained(&self, residual: &DVector<f64>) -> f64 {
+        let columns = DMatrix::from_columns(std::slice::from_ref(residual));
+        residual.dot(&Projector::of(&self.null).reject(&columns).column(0))
     }
+
+    /// What other recordings without noise differ by from these in the whitened residuals, to learn from and held out, as
+    /// nuisances that go where `placed` has them tell: they may bend, and what they explain there is no difference.
+    pub(super) fn changed(
+        &self,
+        mut other: MeasuredBlock,
+        placed: impl Fn(&DVector<f64>) -> DVector<f64>,
+    ) -> [DVector<f64>; 2] {
+        other.decimator = self.still.decimator.clone();
+        let (learn, test) = (other.part(false), other.part(true));
+        let change = |part: &Part<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
+            let z_there: Vec<f64> = self.null.z.iter().zip(z.iter()).map(|(own, more)| own + more).collect();
+            let values = applied(&self.still.base, &self.null.unknowns, &z_there);
+            part.whitened(&self.noise, &[values]).remove(0) - still - jacobian * z
+        };
+        let of_learn = |z: &DVector<f64>| change(&learn, &self.null.residual, &self.null.jacobian, z);
+        let mut z = DVector::zeros(self.null.z.len());
+        for _ in 0..BENDS {
+            z = placed(&of_learn(&z));
+        }
+        [of_learn(&z), change(&test, &self.held_out_still, &self.held_out_jacobian, &z)]
+    }
+}
+
+/// Whitened residuals of some recordings under a fit, and their derivatives by its numbers.
+fn linearised(part: &Part<'_>, noise: &Noise, base: &[f64], fitted: &Fitted) -> (DVector<f64>, DMatrix<f64>) {
+    let moved = |column: usize| {
+        let mut z = fitted.z.clone();
+        z[column] += STEP;
+        applied(base, &fitted.unknowns, &z)
+    };
+    let sets: Vec<Vec<f64>> = std::iter::once(fitted.values(base)).chain((0..fitted.z.len()).map(moved)).collect();
+    let mut residuals = part.whitened(noise, &sets);
+    let residual = residuals.remove(0);
+    let columns: Vec<DVector<f64>> = residuals.into_iter().map(|with| (with - &residual) / STEP).collect();
+    let jacobian = match columns.is_empty() {
+        true => DMatrix::zeros(residual.len(), 0),
+        false => DMatrix::from_columns(&columns),
+    };
+    (residual, jacobian)
 }
 
 /// The noise of recordings with nothing hidden: by their repeats or quiet stretches, or, where every recording has its own

@@ -1,7 +1,8 @@
 //! How large an effect must be before anybody could tell it: the smallest size at which one who knows what is hidden
 //! reaches the evidence, the lead and the gain that an answer needs, on the same data with the same noise.
 //!
-//! What an effect changes in the whitened residuals is the difference of two recordings without noise. Behind what the
+//! What an effect changes in the whitened residuals is the difference of two recordings without noise, of the same motion
+//! where it acts on what that is fed to. Behind what the
 //! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
 //! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
 //! the forms of the bank: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than too
@@ -18,11 +19,11 @@ use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_diagnosis::inference::adequacy::adequacy;
-use softdock_diagnosis::inference::bank::{Bank, Projector};
+use softdock_diagnosis::inference::bank::Bank;
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
 use softdock_diagnosis::threshold;
-use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate};
+use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate, unmoved};
 use std::cell::RefCell;
 
 /// How far beyond what counts as present the oracle's log-odds must be.
@@ -87,8 +88,8 @@ pub struct Oracle {
     bank: Bank,
     /// Log-odds from which on an effect counts as present.
     threshold: f64,
-    /// Whitened residuals without noise where nothing is hidden: to learn from, held out.
-    unmoved: [DVector<f64>; 2],
+    /// Sum of squares that the model leaves of the recordings without noise where nothing is hidden.
+    own_misfit: f64,
     asked: RefCell<Vec<Expected>>,
 }
 
@@ -99,12 +100,12 @@ impl Oracle {
     /// Recordings that cannot be made or used.
     pub fn of(plant: &'static Plant, case: &'static EffectCase, noise: NoiseColour, seed: u64) -> Result<Self> {
         let (block, library) = block(plant, case.id, &generate(plant.rig, &[], noise, seed)?)?;
-        let healthy = Healthy::of(block)?;
+        let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
+        let healthy = Healthy::of(&block, still)?;
         let bank = healthy.bank(&library);
         let threshold = threshold(&bank, &bank.scores(&healthy.null), library.len());
-        let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
-        let unmoved = healthy.residuals(still);
-        Ok(Self { plant, case, seed, healthy, library, bank, threshold, unmoved, asked: RefCell::default() })
+        let own_misfit = healthy.unexplained(&healthy.null.residual);
+        Ok(Self { plant, case, seed, healthy, library, bank, threshold, own_misfit, asked: RefCell::default() })
     }
 
     /// The smallest size that can be told; none where no size of the bench's range can.
@@ -180,23 +181,26 @@ impl Oracle {
             return Ok(known.clone());
         }
         let hidden = [Hidden { id: self.case.id, size }];
-        let (moved, _) = block(self.plant, self.case.id, &exact(self.plant.rig, &hidden, self.seed)?)?;
-        let [learn, test] = self.healthy.residuals(moved);
-        let expected = self.judged(size, &(learn - &self.unmoved[0]), &(test - &self.unmoved[1]));
+        let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &hidden, self.seed)?)?;
+        let [learn, test] = self.healthy.changed(moved, |change| self.clamped(change));
+        let expected = self.judged(size, &learn, &test);
         self.asked.borrow_mut().push(expected.clone());
         Ok(expected)
     }
 
     /// From what an effect changes in the whitened residuals to what is to be expected of it.
     fn judged(&self, size: f64, learn: &DVector<f64>, test: &DVector<f64>) -> Expected {
-        let columns = DMatrix::from_columns(std::slice::from_ref(learn));
-        let left = learn.dot(&Projector::of(&self.healthy.null).reject(&columns).column(0));
+        let left = self.healthy.unexplained(learn);
+        // What the model leaves with nothing hidden, and leaves otherwise where nuisances go, is no evidence.
+        let told = (1.0 - (2.0 * self.own_misfit / left.max(f64::MIN_POSITIVE)).sqrt()).max(0.0);
+        let left = left * told * told;
         let z = self.clamped(learn);
         let left_clamped = (learn + &self.healthy.null.jacobian * &z).norm_squared() + z.norm_squared();
+        let left_clamped = left_clamped * told * told;
         // A size is plausible up to about the bench's own; a limit has no scale.
         let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
         let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
-        let (lead, rival) = self.nearest(learn, 0.5 * left - occam);
+        let (lead, rival) = self.nearest(&(learn * told), 0.5 * left - occam);
         let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
         let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
         let gain = adequacy(held_out, held_out, without.as_slice(), [0.0; 2]).gain_lo;

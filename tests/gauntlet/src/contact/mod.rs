@@ -1,5 +1,6 @@
 //! The contact rig: a body pressed, bounced and slid against a plate, with position and force measured.
 
+mod course;
 mod effects;
 mod law;
 mod motions;
@@ -14,6 +15,7 @@ use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
 use crate::session::{Bench, Run};
 use crate::table::{Column, Table, column};
+use course::Course;
 pub(crate) use effects::{EFFECTS, OUTSIDE};
 use law::Law;
 use motions::Experiment;
@@ -119,6 +121,8 @@ fn plant(sizes: &Sizes, nuisances: &Nuisances, map: [[f64; 3]; 3]) -> Plant {
 pub(crate) struct ContactBench {
     nuisances: Nuisances,
     plant: Plant,
+    /// The plate with nothing hidden.
+    healthy: Plant,
 }
 
 impl ContactBench {
@@ -130,7 +134,8 @@ impl ContactBench {
             let (number, angle) = (TAU / stream.between(0.01, 0.04), stream.between(0.0, TAU));
             [number * angle.cos(), number * angle.sin(), stream.between(0.0, TAU)]
         });
-        Self { nuisances, plant: plant(sizes, &nuisances, map) }
+        let of = |sizes: &Sizes| plant(sizes, &nuisances, map);
+        Self { nuisances, plant: of(sizes), healthy: of(&Sizes::none()) }
     }
 
     /// Position \[m\] and force that the sensor shows by its own clock \[N\], tick by tick, one tick longer than the record.
@@ -139,8 +144,8 @@ impl ContactBench {
             let of = |axis| Disturbance::new(colour, DISTURBANCE, TICK, run.stream(axis));
             ["disturbance x", "disturbance y", "disturbance z"].map(of).into()
         });
-        let mut plant = self.plant.clone();
-        let mut state = [0.0; 14];
+        let mut course = self.course(run);
+        let mut state = [0.0; 22];
         state[POSITION..POSITION + 3].copy_from_slice(&[
             experiment.carriage[0].at(0.0)[0],
             experiment.carriage[1].at(0.0)[0],
@@ -150,18 +155,18 @@ impl ContactBench {
         let mut fine: [Vec<f64>; 3] = Default::default();
         for tick in 0..=(motions::DURATION_S / TICK).round() as usize {
             let time = tick as f64 * TICK;
-            for axis in 0..3 {
-                trace[axis].push(state[POSITION + axis]);
-                plant.inputs.disturbance[axis] = disturbance.get_mut(axis).map_or(0.0, Disturbance::next);
-            }
-            plant.inputs.push = experiment.push.at(time)[0];
+            (0..3).for_each(|axis| trace[axis].push(state[POSITION + axis]));
             let [x, y] = [0, 1].map(|axis| experiment.carriage[axis].at(time));
-            plant.inputs.carriage = [[x[0], y[0]], [x[1], y[1]]];
+            course.act(Inputs {
+                push: experiment.push.at(time)[0],
+                carriage: [[x[0], y[0]], [x[1], y[1]]],
+                disturbance: std::array::from_fn(|axis| disturbance.get_mut(axis).map_or(0.0, Disturbance::next)),
+            });
             for _ in 0..steps {
-                let sensed = plant.sensed(&state);
+                let sensed = course.sensed(&state);
                 fine.iter_mut().zip(sensed).for_each(|(fine, force)| fine.push(force));
-                state = advance(&plant, &state, TICK / steps as f64);
-                plant.dent(&state);
+                state = advance(&course, &state, TICK / steps as f64);
+                course.dent(&state);
             }
         }
         for (trace, fine) in trace[3..].iter_mut().zip(&fine) {
@@ -169,9 +174,15 @@ impl ContactBench {
         }
         trace
     }
-}
 
-impl ContactBench {
+    /// The body in a run: moved by the plate as it is, or as it would be with nothing hidden.
+    fn course(&self, run: &Run) -> Course {
+        match run.unmoved {
+            true => Course { mover: self.healthy.clone(), shown: Some(self.plant.clone()) },
+            false => Course { mover: self.plant.clone(), shown: None },
+        }
+    }
+
     /// What a force shows at a tick by its own clock. Steps are interpolated, not ticks: between two ticks a blow begins,
     /// and their mean would be a low-pass that the model does not tell of.
     fn by_its_clock(&self, fine: &[f64], tick: usize, steps: usize) -> f64 {

@@ -8,7 +8,9 @@ use crate::ode::System;
 /// the plate, memory of the contact, filtered force (3).
 pub(crate) const POSITION: usize = 0;
 pub(crate) const VELOCITY: usize = 3;
-const BRISTLES: usize = 6;
+/// How many states are the body's own.
+pub(crate) const BODY: usize = 6;
+const BRISTLES: usize = BODY;
 const PLATE: usize = 8;
 const PLATE_RATE: usize = 9;
 const MEMORY: usize = 10;

@@ -192,8 +192,8 @@ fn memory_relaxes_and_the_sensor_lags() {
 
 #[test]
 fn every_experiment_does_what_it_is_for() {
-    let bench = ContactBench { nuisances: NONE, plant: healthy() };
-    let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None };
+    let bench = ContactBench { nuisances: NONE, plant: healthy(), healthy: healthy() };
+    let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
     let trace = |name: &str| bench.simulate(&super::motions::experiment(name), &run, super::STEPS);
     let [press, bounce, slide] = [0, 1, 2].map(|i| trace(TRAINING[i]));
     let peak = |trace: &[Vec<f64>; 6]| trace[5].iter().fold(0.0_f64, |peak, force| peak.max(*force));
@@ -208,8 +208,8 @@ fn every_experiment_does_what_it_is_for() {
 #[test]
 fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
     for hidden in [&[][..], &[("K9_plastic", 0.15)], &[("K8_adhesion", 10.0)], &[("K10_fixture", 7.5e-7)]] {
-        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP) };
-        let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None };
+        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
         for name in TRAINING {
             let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&super::motions::experiment(name), &run, steps));
             let apart = |i: usize| {
@@ -222,5 +222,31 @@ fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
                 assert!(apart(3 + i) < 0.03, "{hidden:?} {name}: {} N", apart(3 + i));
             }
         }
+    }
+}
+
+#[test]
+fn an_effect_along_the_healthy_motion_changes_what_is_shown_and_not_the_motion() {
+    let record = |hidden: &[(&'static str, f64)], unmoved: bool| {
+        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved };
+        bench.simulate(&super::motions::experiment("bounce"), &run, super::STEPS)
+    };
+    let still = record(&[], false);
+    let none = record(&[], true);
+    assert!(none[2] == still[2] && none[5] == still[5], "with nothing hidden there is nothing to tell apart");
+    let (stiffer, moved) = (record(&[("K1_stiffness", 2e4)], true), record(&[("K1_stiffness", 2e4)], false));
+    assert!(stiffer[2] == still[2] && moved[2] != still[2]);
+    // The same depths, a fifth more of the spring's force; the damper's share stays.
+    for (with, without) in stiffer[5].iter().zip(&still[5]).filter(|(_, without)| **without > 50.0) {
+        assert!((1.1..1.3).contains(&(with / without)), "{with} N instead of {without} N");
+    }
+    // What the plate and the sensor do by themselves goes on under it.
+    for own in [("K10_fixture", 7.5e-7), ("S5_low_pass", 1e-3), ("K9_plastic", 0.15)] {
+        let shown = record(&[own], true);
+        let apart = shown[5].iter().zip(&still[5]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Its own kinks cut the steps of both.
+        let gone = shown[2].iter().zip(&still[2]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(gone < 1e-8 && apart > 5.0, "{own:?}: {gone:e} m, {apart} N");
     }
 }

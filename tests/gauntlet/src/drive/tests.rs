@@ -208,7 +208,7 @@ fn a_step_of_half_the_length_changes_nothing_that_an_encoder_sees() {
         let sizes: Vec<Hidden> = hidden.into_iter().map(|(id, size)| Hidden { id, size }).collect();
         let sizes = Sizes::check(Rig::Drive { link_encoder: true }, &sizes).expect("effects");
         let bench = super::DriveBench::new(&sizes, true, 9);
-        let run = crate::session::Run { seed: 9, number: 0, start_s: 0.0, noise: None };
+        let run = crate::session::Run { seed: 9, number: 0, start_s: 0.0, noise: None, unmoved: false };
         let motion = super::motions::motion("creep");
         let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&motion, super::motions::DURATION_S, &run, steps));
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
