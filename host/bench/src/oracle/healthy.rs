@@ -51,6 +51,36 @@ impl Healthy {
         Bank::simulate(library, &self.null, &self.still.base, &|sets| shortcut.whitened(sets))
     }
 
+    /// Where the nuisances go to explain a change of the residuals, none further than so many tolerances.
+    pub(super) fn placed(&self, change: &DVector<f64>, furthest: f64) -> DVector<f64> {
+        let jacobian = &self.null.jacobian;
+        let size = jacobian.ncols();
+        let normal = jacobian.tr_mul(jacobian) + DMatrix::identity(size, size);
+        let gradient = jacobian.tr_mul(change);
+        let mut z = DVector::zeros(size);
+        let mut held = vec![false; size];
+        loop {
+            let free: Vec<usize> = (0..size).filter(|i| !held[*i]).collect();
+            if free.is_empty() {
+                return z;
+            }
+            let own = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])]);
+            let pull = |i: usize| {
+                let others: f64 = (0..size).filter(|j| held[*j]).map(|j| normal[(i, j)] * z[j]).sum();
+                -gradient[i] - others
+            };
+            let right = DVector::from_iterator(free.len(), free.iter().map(|i| pull(*i)));
+            let solved = own.cholesky().map_or_else(|| DVector::zeros(free.len()), |own| own.solve(&right));
+            for (place, i) in free.iter().enumerate() {
+                z[*i] = solved[place].clamp(-furthest, furthest);
+                held[*i] |= solved[place].abs() > furthest;
+            }
+            if free.iter().all(|i| !held[*i]) {
+                return z;
+            }
+        }
+    }
+
     /// Sum of squares of whitened residuals behind what the nuisances explain of them.
     pub(super) fn unexplained(&self, residual: &DVector<f64>) -> f64 {
         let columns = DMatrix::from_columns(std::slice::from_ref(residual));
@@ -58,12 +88,8 @@ impl Healthy {
     }
 
     /// What other recordings without noise differ by from these in the whitened residuals, to learn from and held out, as
-    /// nuisances that go where `placed` has them tell: they may bend, and what they explain there is no difference.
-    pub(super) fn changed(
-        &self,
-        mut other: MeasuredBlock,
-        placed: impl Fn(&DVector<f64>) -> DVector<f64>,
-    ) -> [DVector<f64>; 2] {
+    /// nuisances tell that go no further than so many tolerances: what they explain there, bent or not, is no difference.
+    pub(super) fn changed(&self, mut other: MeasuredBlock, furthest: f64) -> [DVector<f64>; 2] {
         other.decimator = self.still.decimator.clone();
         let (learn, test) = (other.part(false), other.part(true));
         let change = |part: &Part<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
@@ -74,7 +100,7 @@ impl Healthy {
         let of_learn = |z: &DVector<f64>| change(&learn, &self.null.residual, &self.null.jacobian, z);
         let mut z = DVector::zeros(self.null.z.len());
         for _ in 0..BENDS {
-            z = placed(&of_learn(&z));
+            z = self.placed(&of_learn(&z), furthest);
         }
         [of_learn(&z), change(&test, &self.held_out_still, &self.held_out_jacobian, &z)]
     }

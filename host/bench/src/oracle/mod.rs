@@ -14,7 +14,7 @@ use crate::exhibit::{Exhibit, read};
 use crate::plant::{Plant, is_random};
 use crate::{Error, Result};
 use healthy::Healthy;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Options;
@@ -88,7 +88,7 @@ pub struct Oracle {
     bank: Bank,
     /// Log-odds from which on an effect counts as present.
     threshold: f64,
-    /// Sum of squares that the model leaves of the recordings without noise where nothing is hidden.
+    /// Root of the sum of squares that the model leaves of the recordings without noise where nothing is hidden.
     own_misfit: f64,
     asked: RefCell<Vec<Expected>>,
 }
@@ -104,7 +104,7 @@ impl Oracle {
         let healthy = Healthy::of(&block, still)?;
         let bank = healthy.bank(&library);
         let threshold = threshold(&bank, &bank.scores(&healthy.null), library.len());
-        let own_misfit = healthy.unexplained(&healthy.null.residual);
+        let own_misfit = healthy.unexplained(&healthy.null.residual).sqrt();
         Ok(Self { plant, case, seed, healthy, library, bank, threshold, own_misfit, asked: RefCell::default() })
     }
 
@@ -182,7 +182,7 @@ impl Oracle {
         }
         let hidden = [Hidden { id: self.case.id, size }];
         let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &hidden, self.seed)?)?;
-        let [learn, test] = self.healthy.changed(moved, |change| self.clamped(change));
+        let [learn, test] = self.healthy.changed(moved, CLAMP);
         let expected = self.judged(size, &learn, &test);
         self.asked.borrow_mut().push(expected.clone());
         Ok(expected)
@@ -190,56 +190,31 @@ impl Oracle {
 
     /// From what an effect changes in the whitened residuals to what is to be expected of it.
     fn judged(&self, size: f64, learn: &DVector<f64>, test: &DVector<f64>) -> Expected {
-        let left = self.healthy.unexplained(learn);
-        // What the model leaves with nothing hidden, and leaves otherwise where nuisances go, is no evidence.
-        let told = (1.0 - (2.0 * self.own_misfit / left.max(f64::MIN_POSITIVE)).sqrt()).max(0.0);
-        let left = left * told * told;
-        let z = self.clamped(learn);
-        let left_clamped = (learn + &self.healthy.null.jacobian * &z).norm_squared() + z.norm_squared();
-        let left_clamped = left_clamped * told * told;
+        let z = self.healthy.placed(learn, CLAMP);
+        let left_clamped = self.evident(learn, &z);
+        let left = self.evident(learn, &self.healthy.placed(learn, f64::INFINITY));
         // A size is plausible up to about the bench's own; a limit has no scale.
         let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
         let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
-        let (lead, rival) = self.nearest(&(learn * told), 0.5 * left - occam);
+        let (lead, rival) = self.nearest(learn, left, 0.5 * left - occam);
         let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
         let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
         let gain = adequacy(held_out, held_out, without.as_slice(), [0.0; 2]).gain_lo;
         Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
     }
 
-    /// Where the nuisances go to explain a change of the residuals, none beyond what is plausible.
-    fn clamped(&self, change: &DVector<f64>) -> DVector<f64> {
-        let jacobian = &self.healthy.null.jacobian;
-        let size = jacobian.ncols();
-        let normal = jacobian.tr_mul(jacobian) + DMatrix::identity(size, size);
-        let gradient = jacobian.tr_mul(change);
-        let mut z = DVector::zeros(size);
-        let mut held = vec![false; size];
-        loop {
-            let free: Vec<usize> = (0..size).filter(|i| !held[*i]).collect();
-            if free.is_empty() {
-                return z;
-            }
-            let own = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])]);
-            let pull = |i: usize| {
-                let others: f64 = (0..size).filter(|j| held[*j]).map(|j| normal[(i, j)] * z[j]).sum();
-                -gradient[i] - others
-            };
-            let right = DVector::from_iterator(free.len(), free.iter().map(|i| pull(*i)));
-            let solved = own.cholesky().map_or_else(|| DVector::zeros(free.len()), |own| own.solve(&right));
-            for (place, i) in free.iter().enumerate() {
-                z[*i] = solved[place].clamp(-CLAMP, CLAMP);
-                held[*i] |= solved[place].abs() > CLAMP;
-            }
-            if free.iter().all(|i| !held[*i]) {
-                return z;
-            }
-        }
+    /// The chi-squared of a change that nuisances somewhere do not explain, their own included. What the model leaves with
+    /// nothing hidden, and leaves otherwise where nuisances go, is no evidence of what is hidden.
+    fn evident(&self, change: &DVector<f64>, z: &DVector<f64>) -> f64 {
+        let left = (change + &self.healthy.null.jacobian * z).norm();
+        (left - 2.0_f64.sqrt() * self.own_misfit).max(0.0).powi(2) + z.norm_squared()
     }
 
     /// The lead of the oracle's log-odds over the best other explanation, nuisances beyond their tolerance being one.
-    fn nearest(&self, change: &DVector<f64>, own: f64) -> (f64, String) {
-        let moved = Fitted { residual: change.clone(), ..self.healthy.null.clone() };
+    fn nearest(&self, change: &DVector<f64>, left: f64, own: f64) -> (f64, String) {
+        // Others share in what is evident as they do in all.
+        let share = (left / self.healthy.unexplained(change).max(f64::MIN_POSITIVE)).sqrt();
+        let moved = Fitted { residual: change * share.min(1.0), ..self.healthy.null.clone() };
         let odds = self.bank.log_odds(&self.bank.scores(&moved), self.library.len());
         let rivals = self.library.iter().zip(odds);
         let rivals = rivals.filter(|(hypothesis, _)| !self.plant.is_right(self.case.id, hypothesis.effect.id));

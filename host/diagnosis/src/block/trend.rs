@@ -158,7 +158,8 @@ mod tests {
     fn of_two_repeats_nothing_can_be_told_apart() {
         let two = |stream: &str| {
             let Aged { mut deviations, mut ages } = repeats(stream, |age, t| 0.05 * age * wave(t));
-            (deviations.truncate(2), ages.truncate(2));
+            deviations.truncate(2);
+            ages.truncate(2);
             Aged { deviations, ages }
         };
         assert!(!detrended(vec![two("a"), two("b")]).grew);

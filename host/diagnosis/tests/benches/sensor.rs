@@ -1,9 +1,13 @@
 //! The sensor bench.
 
-use super::{Recorded, assert_named, assert_nothing_found};
+use super::{Recorded, assert_named, assert_nothing_found, files};
+use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
+use softdock_diagnosis::answer::Verdict;
+use softdock_diagnosis::diagnosis::{Options, prepare};
 use softdock_diagnosis::variance::excess_noise;
-use softdock_gauntlet::{Hidden, Rig as Bench};
+use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
+use std::path::Path;
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
@@ -29,4 +33,26 @@ fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
     let more = odds(&[Hidden { id: "S7_noise", size: 1.0 }]);
     assert!(more.log_odds > 20.0 && (more.deviation[0].value - 1.0).abs() < 0.15, "{more:?}");
     assert!((more.deviation[1].value - 0.1).abs() < 0.015 && (more.correlation_time - 0.05).abs() < 0.02, "{more:?}");
+}
+
+#[test]
+fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
+    let grew = |id, size| Recorded::of(Bench::Sensor, &[Hidden { id, size }], 4).block().grew();
+    assert!(grew("temperature_gain", 0.02), "half of what one would look for");
+    assert!(!grew("S2_drift", 0.02) && !grew("S7_noise", 1.0) && !grew("S3_gain", 0.1));
+}
+
+#[test]
+fn a_gain_that_drifts_with_warmth_is_in_no_library_and_is_no_noise() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = [Hidden { id: "temperature_gain", size: 0.02 }];
+    generate(Bench::Sensor, &hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
+    let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
+    let [logs, holdout] = ["training", "holdout"].map(|name| files(&folder.path().join(name)));
+    let logs: Vec<&Path> = logs.iter().map(AsRef::as_ref).collect();
+    let holdout: Vec<&Path> = holdout.iter().map(AsRef::as_ref).collect();
+    let prepared = prepare(rig, &logs, &holdout, &Options::default()).expect("recordings of use");
+    let said = prepared.diagnose().expect("an answer").0;
+    assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
+    assert!(said.findings.iter().any(|finding| finding.what.contains("grows with the time")), "{:?}", said.findings);
 }
