@@ -242,3 +242,24 @@ fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<H
     let own = blocks.into_iter().find(|(block, _)| block.name == name);
     own.ok_or_else(|| Error::Model(format!("no block {name} of {hidden}")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_gauntlet::effects;
+
+    fn scale(name: &str, id: &str) -> f64 {
+        let plant = crate::plant::plant(name).expect("a plant");
+        let case = effects(plant.rig).iter().find(|case| case.id == id).expect("one of its effects");
+        let oracle = Oracle::of(plant, case, NoiseColour::FirstOrder, 5).expect("recordings of use");
+        oracle.scale().expect("recordings of use").expect("a size that shows").size
+    }
+
+    #[test]
+    fn what_may_differ_unnoticed_is_told_beyond_its_tolerance_alone() {
+        // Three tolerances are plausible; twice as far nobody would go.
+        let (surface, stiffness) = (scale("contact", "K7_surface_offset"), scale("contact", "K1_stiffness"));
+        assert!((1.5e-5..3e-5).contains(&surface), "{surface} m, of a tolerance of 0.005 mm");
+        assert!((6e3..12e3).contains(&stiffness), "{stiffness} N/m, of a tolerance of 2 % of 100000 N/m");
+    }
+}
