@@ -71,6 +71,8 @@ pub fn outcome(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
         (_, Said::NotInLibrary) if names_falsely(plant, truth, answer) => Outcome::Wrong,
         (Asks::Outside | Asks::LeftOut, Said::NotInLibrary) => Outcome::Right,
         (_, Said::NotInLibrary) => Outcome::NotInLibrary,
+        // What was left out cannot be named, or it was not left out.
+        (Asks::LeftOut, Said::Named) => Outcome::Wrong,
         (_, Said::Named) => named(plant, truth, answer),
         (_, Said::Ambiguous) => ambiguous(plant, truth, answer),
     }
@@ -191,6 +193,7 @@ pub(crate) mod tests {
         assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::NotInLibrary, &[]), Outcome::Right);
         assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::Named, &["J2_viscous"]), Outcome::Wrong);
         assert_eq!(worth(Asks::Outside, &["stribeck_squared"], Said::Named, &["J3_stribeck"]), Outcome::Right);
+        assert_eq!(worth(Asks::LeftOut, &["S7_noise"], Said::Named, &["S7_noise"]), Outcome::Wrong);
         let truth = truth(Asks::LeftOut, &["J14_payload"]);
         let mut relative = answer(Said::Ambiguous, &["J15_link_inertia"]);
         assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Wrong);

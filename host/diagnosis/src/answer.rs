@@ -249,12 +249,21 @@ impl BlockAnswer {
     }
 
     /// The answer with noise beyond a sensor's own, where repeats differ by more than that; a sensor whose readings are
-    /// stairs differs at their edges.
+    /// stairs differs at their edges. `without` are effects that the library goes without.
     #[must_use]
-    pub fn with_noise(mut self, noise: &ExcessNoise) -> Self {
+    pub fn with_noise(mut self, noise: &ExcessNoise, without: &[String]) -> Self {
         let stairs = self.effects.iter().any(|effect| effect.id.starts_with("S6"));
         if noise.log_odds < self.threshold || stairs {
             return self;
+        }
+        self.log_odds = self.log_odds.max(noise.log_odds);
+        if without.iter().any(|id| id == noise.effect.id) {
+            return self.denied();
+        }
+        if self.answer < Verdict::Named {
+            // What has no practical effect is not the answer any more.
+            self.answer = Verdict::Named;
+            self.effects.clear();
         }
         let of = |place: usize, unit: &str| {
             let Interval { value, lo, hi } = noise.deviation[place];
@@ -271,10 +280,6 @@ impl BlockAnswer {
                 .collect(),
             covariance: Vec::new(),
         });
-        self.log_odds = self.log_odds.max(noise.log_odds);
-        if self.answer < Verdict::Named {
-            self.answer = Verdict::Named;
-        }
         self
     }
 }

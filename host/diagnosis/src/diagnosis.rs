@@ -373,7 +373,10 @@ impl Prepared {
     /// The answer with the effects that have no mean.
     fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
         match self.plant() {
-            Some(Plant::Sensor(rig)) => excess_noise(rig, block).iter().fold(answer, BlockAnswer::with_noise),
+            Some(Plant::Sensor(rig)) => match excess_noise(rig, block) {
+                Some(noise) => answer.with_noise(&noise, &self.without),
+                None => answer,
+            },
             Some(Plant::Command(rig)) => packets::with_random(rig, self.pieces(), block, &self.without, answer),
             _ => answer,
         }

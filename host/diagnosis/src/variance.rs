@@ -5,6 +5,7 @@ use crate::block::sensor::READINGS;
 use crate::inference::evidence::Interval;
 use crate::inference::memory::{Memory, power};
 use crate::inference::noise::deviations;
+use crate::recording::grid::Piece;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
 use softdock_kernels::effects::{Effect, EffectId};
@@ -23,6 +24,12 @@ pub struct ExcessNoise {
     pub deviation: [Interval; 2],
     /// Time over which all noise forgets to 1/e \[s\].
     pub correlation_time: f64,
+}
+
+/// The effect that repeats can show where the healthy sensor's noise is known.
+pub(crate) fn visible(rig: &SensorRig, pieces: &[Piece]) -> Option<&'static str> {
+    let is_visible = rig.noise.is_some() && pieces.iter().any(|piece| piece.repeat > 1);
+    is_visible.then(|| EffectId::of("S7_noise").effect().id)
 }
 
 /// Judges the noise of a sensor's readings against what is known of it healthy; `None` if nothing is known of it, or

@@ -4,8 +4,8 @@ use super::{Prepared, facility};
 use crate::block::{MeasuredBlock, body, command, contact, sensor, toss};
 use crate::isolability::BlockView;
 use crate::library::Hypothesis;
-use crate::{Error, Result, packets, timing};
-use softdock_campaign::rig::{CommandRig, Plant, RobotRig};
+use crate::{Error, Result, packets, timing, variance};
+use softdock_campaign::rig::{CommandRig, Plant, RobotRig, SensorRig};
 use softdock_engine::blocks::Kind;
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ impl Prepared {
             None => facility::views(&self.blocks(1)),
             Some(Plant::Drive(_)) => self.drive_views()?,
             Some(Plant::Robot(rig)) => self.robot_views(rig)?,
-            Some(Plant::Sensor(_)) => self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0)),
+            Some(Plant::Sensor(rig)) => self.sensor_views(rig),
             Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
             Some(Plant::Command(rig)) => self.command_views(rig),
             Some(Plant::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
@@ -41,6 +41,12 @@ impl Prepared {
         let of =
             |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| BlockView::judged(block, library, inputs, outputs);
         self.blocks(1).iter().map(of).collect()
+    }
+
+    fn sensor_views(&self, rig: &SensorRig) -> Vec<BlockView> {
+        let mut views = self.only_view(&sensor::INPUTS, &sensor::READINGS.map(|reading| reading.0));
+        views[0].effects.extend(variance::visible(rig, self.pieces()));
+        views
     }
 
     fn command_views(&self, rig: &CommandRig) -> Vec<BlockView> {

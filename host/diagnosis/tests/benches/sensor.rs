@@ -4,7 +4,7 @@ use super::{Recorded, assert_named, assert_nothing_found, files};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
 use softdock_diagnosis::answer::Verdict;
-use softdock_diagnosis::diagnosis::{Options, prepare};
+use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
 use softdock_diagnosis::variance::excess_noise;
 use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
 use std::path::Path;
@@ -42,17 +42,27 @@ fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
     assert!(!grew("S2_drift", 0.02) && !grew("S7_noise", 1.0) && !grew("S3_gain", 0.1));
 }
 
-#[test]
-fn a_gain_that_drifts_with_warmth_is_in_no_library_and_is_no_noise() {
+/// What is said of a bench with something hidden, by a library without some effects.
+fn said(hidden: Hidden, without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
-    let hidden = [Hidden { id: "temperature_gain", size: 0.02 }];
-    generate(Bench::Sensor, &hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
+    generate(Bench::Sensor, &[hidden], NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
     let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
     let [logs, holdout] = ["training", "holdout"].map(|name| files(&folder.path().join(name)));
     let logs: Vec<&Path> = logs.iter().map(AsRef::as_ref).collect();
     let holdout: Vec<&Path> = holdout.iter().map(AsRef::as_ref).collect();
-    let prepared = prepare(rig, &logs, &holdout, &Options::default()).expect("recordings of use");
-    let said = prepared.diagnose().expect("an answer").0;
+    let options = Options { without: without.iter().map(|id| (*id).to_owned()).collect(), ..Options::default() };
+    prepare(rig, &logs, &holdout, &options).expect("recordings of use").diagnose().expect("an answer").0
+}
+
+#[test]
+fn noise_that_is_left_out_of_the_library_is_not_named() {
+    let said = said(Hidden { id: "S7_noise", size: 1.0 }, &["S7_noise"]);
+    assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
+}
+
+#[test]
+fn a_gain_that_drifts_with_warmth_is_in_no_library_and_is_no_noise() {
+    let said = said(Hidden { id: "temperature_gain", size: 0.02 }, &[]);
     assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
     assert!(said.findings.iter().any(|finding| finding.what.contains("grows with the time")), "{:?}", said.findings);
 }
