@@ -175,8 +175,7 @@ pub fn exact(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
 
 /// The same along the motion of the bench with nothing hidden: what an effect changes in the readings is the difference
 /// from the [`exact`] set with nothing hidden. A blow that comes a moment later is another blow: what a model leaves of
-/// it would differ, too, and pass for the effect. Rigs whose block is fed with what the effect acts on, or hardly moves
-/// otherwise, give the exact set.
+/// it would differ, too, and pass for the effect. Rigs without blows give the exact set.
 ///
 /// # Errors
 /// As [`generate`].

@@ -40,12 +40,28 @@ const DISTURBANCE: [f64; 2] = [4e-4, 4e-4];
 const POSE_NOISE: f64 = 2e-6;
 const POSE_QUANTUM: f64 = 2e-6;
 
-/// The bench with its effects and nuisances.
-pub(crate) struct FacilityBench {
-    plant: Plant,
-    sensor: Sensor,
+/// What lies between the simulation and a reading.
+#[derive(Clone, Debug)]
+struct Chain {
     /// From the simulation to the robots, by the facility's clocks \[s\].
     transport: f64,
+    plant: Plant,
+    sensor: Sensor,
+}
+
+impl Chain {
+    fn new(sizes: &Sizes, seed: u64, clock_offset: f64) -> Self {
+        // The loop's dead time is also that of the sensor and, the wrench being held over a cycle, half of that.
+        let transport = LOOP_DELAY - SENSOR_DELAY - 0.5 * CYCLE + sizes.of("C1_transport_delay") + clock_offset;
+        Self { transport, plant: Plant::new(sizes, Law::new(sizes, seed)), sensor: Sensor::new(sizes) }
+    }
+}
+
+/// The bench with its effects and nuisances.
+pub(crate) struct FacilityBench {
+    chain: Chain,
+    /// With nothing hidden.
+    healthy: Chain,
     /// What the clocks add to the loop's delay \[s\].
     clock_offset: f64,
 }
@@ -54,10 +70,8 @@ impl FacilityBench {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let draw: f64 = Stream::new(seed, "nuisances of the facility", 0).normal();
         let clock_offset = CLOCK_OFFSET * draw;
-        // The loop's dead time is also that of the sensor and, the wrench being held over a cycle, half of that.
-        let transport = LOOP_DELAY - SENSOR_DELAY - 0.5 * CYCLE + sizes.of("C1_transport_delay") + clock_offset;
-        let plant = Plant::new(sizes, Law::new(sizes, seed));
-        Self { plant, sensor: Sensor::new(sizes), transport, clock_offset }
+        let of = |sizes: &Sizes| Chain::new(sizes, seed, clock_offset);
+        Self { chain: of(sizes), healthy: of(&Sizes::none()), clock_offset }
     }
 }
 
@@ -66,19 +80,22 @@ struct Loop {
     plant: Plant,
     state: State,
     path: Path,
+    sensor: Sensor,
+    /// Centre of the sensor's hysteresis.
+    play: Wrench,
     disturbances: Vec<Disturbance>,
     /// What the sensor's filter gave, step by step since the run-up began.
     history: Vec<Wrench>,
 }
 
 impl Loop {
-    /// Robots at the begin of their run-up.
-    fn of(bench: &FacilityBench, start: &Start, run: &Run) -> Self {
+    /// Robots at the end of their run-up.
+    fn of(chain: &Chain, start: &Start, run: &Run) -> Self {
         let begin = -(RUN_UP as f64) * CYCLE;
-        let mut path = Path::new(CYCLE, bench.transport, begin);
+        let mut path = Path::new(CYCLE, chain.transport, begin);
         path.send(&start.coasting(-begin));
         path.send(&start.coasting(-begin - CYCLE));
-        let mut plant = bench.plant.clone();
+        let mut plant = chain.plant.clone();
         plant.told = path.at(begin);
         let disturbances = run.noise.map_or(Vec::new(), |colour| {
             let of = |i: usize| {
@@ -87,8 +104,16 @@ impl Loop {
             };
             (0..12).map(of).collect()
         });
-        let state = plant.at_command();
-        Self { plant, state, path, disturbances, history: Vec::new() }
+        let (state, sensor) = (plant.at_command(), chain.sensor);
+        let mut own = Self { plant, state, path, sensor, play: [0.0; 6], disturbances, history: Vec::new() };
+        for cycle in 0..RUN_UP {
+            let to_go = (RUN_UP - cycle) as f64;
+            if cycle > 0 {
+                own.path.send(&start.coasting((to_go - 1.0) * CYCLE));
+            }
+            own.cycle(-to_go * CYCLE);
+        }
+        own
     }
 
     /// Robots, contact and filter over the cycle that begins at a time \[s\].
@@ -110,6 +135,11 @@ impl Loop {
         let at = |place: usize| *self.history.get(place).unwrap_or(&self.plant.filtered(&self.state));
         let (older, newer) = (at(place as usize), at(place as usize + 1));
         std::array::from_fn(|i| older[i] + place.fract() * (newer[i] - older[i]))
+    }
+
+    /// What the sensor reads without noise.
+    fn reading(&mut self) -> Wrench {
+        self.sensor.read(self.delayed(self.sensor.delay), &mut self.play)
     }
 }
 
@@ -158,15 +188,10 @@ impl Bench for FacilityBench {
     /// The log of a drive: its first row is the last cycle before the run.
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let start = Start::of(experiment);
-        let (mut bodies, mut under_way) = (Bodies::at(&start), Loop::of(self, &start, run));
-        for cycle in 0..RUN_UP {
-            let to_go = (RUN_UP - cycle) as f64;
-            if cycle > 0 {
-                under_way.path.send(&start.coasting((to_go - 1.0) * CYCLE));
-            }
-            under_way.cycle(-to_go * CYCLE);
-        }
-        let (mut axes, mut noise, mut play) = (Axes::new(run), Noise::new(run, CYCLE), [0.0; 6]);
+        let (mut bodies, mut under_way) = (Bodies::at(&start), Loop::of(&self.chain, &start, run));
+        // What moves the bodies where what is hidden does not: it gets the same commands.
+        let mut mover = run.unmoved.then(|| Loop::of(&self.healthy, &start, run));
+        let (mut axes, mut noise) = (Axes::new(run), Noise::new(run, CYCLE));
         let mut table = Table::new(&columns());
         let mut simulated = bodies.parts();
         for tick in 0..=(motions::DURATION_S / CYCLE).round() as usize {
@@ -177,12 +202,15 @@ impl Bench for FacilityBench {
                 // The share that the robot makes is laid back onto its part.
                 (sum(position, difference(simulated[robot].position, laboratory[robot].0)), attitude)
             });
-            let wrench = noise.on(self.sensor.read(under_way.delayed(self.sensor.delay), &mut play));
+            let wrench = noise.on(under_way.reading());
+            let felt = mover.as_mut().map_or(wrench, Loop::reading);
             if tick > 0 {
-                bodies.advance(wrench, CYCLE);
+                bodies.advance(felt, CYCLE);
                 simulated = bodies.parts();
-                under_way.path.send(&simulated);
-                under_way.cycle((tick - 1) as f64 * CYCLE);
+                for own in std::iter::once(&mut under_way).chain(&mut mover) {
+                    own.path.send(&simulated);
+                    own.cycle((tick - 1) as f64 * CYCLE);
+                }
             }
             table.push(&row(tick, tick as f64 * CYCLE, &simulated, &held, wrench));
         }

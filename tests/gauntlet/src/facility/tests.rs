@@ -13,7 +13,10 @@ struct Log {
 impl Log {
     fn of(hidden: &[Hidden], file: &str) -> Self {
         let set = exact(Rig::Facility, hidden, 3).expect("a set");
-        let text = &set.logs.iter().find(|log| log.0 == file).expect("an experiment").1;
+        Self::read(&set.logs.iter().find(|log| log.0 == file).expect("an experiment").1)
+    }
+
+    fn read(text: &str) -> Self {
         let mut lines = text.lines();
         let names = lines.next().expect("a header").split(',').map(str::to_owned).collect();
         let numbers = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
@@ -144,4 +147,28 @@ fn repeats_differ_by_noise_of_some_micrometres() {
     let squares: f64 = one.iter().zip(&two).take(150).map(|(a, b)| (a - b).powi(2)).sum();
     let off = (squares / 150.0 / 2.0).sqrt();
     assert!((2e-6..2e-5).contains(&off), "{off}");
+}
+
+#[test]
+fn an_effect_along_the_healthy_motion_changes_what_is_shown_and_not_what_is_simulated() {
+    let log = |hidden: &[Hidden]| {
+        let set = crate::session::unmoved(Rig::Facility, hidden, 3).expect("a set");
+        Log::read(&set.logs.iter().find(|log| log.0 == "head_on_1.csv").expect("an experiment").1)
+    };
+    let still = Log::of(&[], "head_on_1.csv");
+    let (simulated, held, force) = ("simulated_part_a_position_x_m", "part_a_position_x_m", "ft_compensated_force_x_n");
+    let apart = |log: &Log, name: &str| {
+        let pairs = log.column(name).into_iter().zip(still.column(name));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let none = log(&[]);
+    assert!([simulated, held, force].iter().all(|name| apart(&none, name) == 0.0), "nothing is hidden");
+    let stiffer = log(&[Hidden { id: "K1_stiffness", size: 0.2 }]);
+    assert!(
+        apart(&stiffer, simulated) == 0.0 && apart(&stiffer, held) == 0.0 && apart(&stiffer, force) > 5.0,
+        "{}",
+        apart(&stiffer, force)
+    );
+    let later = log(&[Hidden { id: "C1_transport_delay", size: 2e-3 }]);
+    assert!(apart(&later, simulated) == 0.0 && apart(&later, held) > 5e-5, "{}", apart(&later, held));
 }
