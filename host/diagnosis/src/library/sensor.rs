@@ -143,7 +143,8 @@ fn timing(shelf: &mut Shelf) {
 }
 
 /// Steps of the reading from three times the noise, which hides finer ones, to a tenth of the greatest force, so dense
-/// that none comes out of phase by more than half over it; and limits of the range.
+/// that none comes out of phase by more than half over it; and limits of the range, apart: a limit that no reading has met
+/// must not come with the steps.
 fn digits(shelf: &mut Shelf, spans: &Spans) {
     let scale = size("S6_quantisation", "sensor_resolution_force").max(0.01 * spans.force);
     let peak = spans.force.max(spans.moment / shelf.base("lever"));
@@ -152,18 +153,17 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
     let entries = [
         ("resolution", Prior::Positive { scale }, Role::Size),
         ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
-        ("range", Prior::Below { top, share: 0.2 }, Role::Form),
     ];
-    shelf.add("S6_quantisation", "steps and limits of the sensor's reading", &entries, &[1.0], &[]);
+    shelf.add("S6_quantisation", "steps of the sensor's reading", &entries, &[1.0], &[]);
     let (fewest, most) = (10.0 / peak, 0.33 / spans.noise);
     let apart = 0.5 / peak;
     let count = ((most - fewest) / apart).clamp(0.0, MOST_STEPS) as usize;
-    let stepped = |k: usize| vec![1.0 / (scale * (fewest + k as f64 * apart)), 0.0, 0.0];
-    let forms = (0..=count).map(stepped).chain([0.1, 0.3, 1.0, 3.0].map(|cut| vec![0.0, 0.0, cut]));
-    let forms = forms.collect();
+    let stepped = |k: usize| vec![1.0 / (scale * (fewest + k as f64 * apart)), 0.0];
     if let Some(own) = shelf.all.last_mut() {
-        (own.forms, own.shaped) = (forms, true);
+        (own.forms, own.shaped) = ((0..=count).map(stepped).collect(), true);
     }
+    let limit = [("range", Prior::Below { top, share: 0.2 }, Role::Size)];
+    shelf.add("S6_quantisation", "limits of the sensor's range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
 }
 
 /// Most steps of a reading that are tried.
