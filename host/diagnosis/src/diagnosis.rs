@@ -424,7 +424,7 @@ struct Exact {
 /// Mean square by which half the step may change the whitened residuals.
 const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.
-const FINEST: usize = 8;
+const FINEST: usize = 16;
 
 fn silent(block: &MeasuredBlock) -> Error {
     let channels: Vec<&str> = block.channels.iter().map(|channel| channel.name).collect();
