@@ -13,7 +13,8 @@ const ROUNDS: usize = 25;
 /// A fit ends when a round gains less than this, or less than this share of what is left beyond noise.
 const GAIN: f64 = 0.02;
 const SHARE: f64 = 2e-4;
-/// Damping at which a step that gains nothing ends a fit.
+/// First damping; and that at which a step that gains nothing ends a fit.
+const DAMPING: f64 = 1e-3;
 const STUCK: f64 = 1.0;
 /// Tolerances that a nuisance may go at first; twice as far after every round that gained what it promised.
 const REACH: f64 = 1.0;
@@ -26,7 +27,10 @@ const LONGEST: f64 = 0.1;
 /// them: they are simulated anew. Those by sizes and forms, which change most from place to place, are kept only where it
 /// gains nearly what they promise: a model that is linear in them is.
 const AGREES: f64 = 0.5;
-const HOLDS: f64 = 0.9;
+const HOLDS: f64 = 0.98;
+/// Times that one looks beside where fits ended, and how far.
+const PROBES: usize = 3;
+const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 /// Shares of its cost by which a start may trail the best of its hypothesis after so many rounds.
 const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
 /// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
@@ -208,18 +212,65 @@ struct Climb {
 /// back, in the order of their numbers.
 pub fn fit(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Fitted> {
     let mut climbs = begun(starts, base, quotient, simulate);
+    climb(&mut climbs, base, simulate);
+    for _ in 0..PROBES {
+        if !probe(&mut climbs, base, simulate) {
+            break;
+        }
+        climb(&mut climbs, base, simulate);
+    }
+    best_of_each(climbs)
+}
+
+/// Rounds until every fit is done.
+fn climb(climbs: &mut Vec<Climb>, base: &[f64], simulate: &Simulate) {
     for round in 0..ROUNDS {
         if climbs.iter().all(|climb| climb.done) {
             break;
         }
-        differentiate(&mut climbs, base, simulate);
-        step(&mut climbs, base, simulate);
+        differentiate(climbs, base, simulate);
+        step(climbs, base, simulate);
         if let Some((_, trail)) = TRAILS.iter().rfind(|(rounds, _)| *rounds <= round + 1) {
-            drop_trailing(&mut climbs, *trail);
-            give_up_hopeless(&mut climbs);
+            drop_trailing(climbs, *trail);
+            give_up_hopeless(climbs);
         }
     }
-    best_of_each(climbs)
+}
+
+/// Looks beside where fits of effects of one number ended that leave much and are not ruled out: what jumps from sample to
+/// sample, as a hold or a limit, has narrow minima beside narrow minima, and no derivative tells of the next. Whether any
+/// fit goes on from a better place.
+fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> bool {
+    let best = climbs.iter().map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min);
+    let beside = |climb: &Climb| {
+        let at = &climb.at;
+        let own: Vec<usize> = (0..at.z.len()).filter(|i| at.unknowns[*i].role != Role::Nuisance).collect();
+        let leaves_much = at.mean_square() > MUCH && at.cost() < best + HOPELESS * at.mean_square();
+        let [place] = own[..] else { return Vec::new() };
+        let moved = |way: f64| {
+            let mut z = at.z.clone();
+            z[place] = at.unknowns[place].prior.allowed(z[place] + way);
+            z
+        };
+        let ways = BESIDE.iter().flat_map(|way| [*way, -way]);
+        ways.filter(|_| leaves_much).map(moved).collect::<Vec<_>>()
+    };
+    let trials: Vec<Vec<Vec<f64>>> = climbs.iter().map(beside).collect();
+    let sets = climbs.iter().zip(&trials);
+    let sets = sets.flat_map(|(climb, own)| own.iter().map(|z| applied(base, &climb.at.unknowns, z)));
+    let mut residuals = simulate(&sets.collect::<Vec<_>>()).into_iter();
+    let mut any = false;
+    for (climb, own) in climbs.iter_mut().zip(trials) {
+        let tried = own.into_iter().map(|z| (z, residuals.next().expect("one residual a set")));
+        let tried = tried.map(|(z, residual)| (cost(&residual, &z), z, residual));
+        let Some((least, z, residual)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if least < climb.at.cost() - GAIN {
+            (climb.at.z, climb.at.residual) = (z, residual);
+            climb.due.fill(true);
+            (climb.aged, climb.done, climb.damping, any) = (false, false, DAMPING, true);
+        }
+    }
+    any
 }
 
 fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Climb> {
@@ -231,7 +282,7 @@ fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -
         let slopes = slopes.into_iter().map(|slope| slope.unwrap_or_else(|| DVector::zeros(0))).collect();
         let jacobian = DMatrix::zeros(residual.len(), 0);
         let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None, freed: false };
-        Climb { at, slopes, due, aged, damping: 1e-3, quotient, reach: REACH, gained: 0.0, done: false }
+        Climb { at, slopes, due, aged, damping: DAMPING, quotient, reach: REACH, gained: 0.0, done: false }
     };
     starts.into_iter().zip(residuals).map(climb).collect()
 }
@@ -455,5 +506,18 @@ mod tests {
         let unknowns = vec![unknown(0, Prior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
         let found = fit(vec![Start::new(0, unknowns, vec![0.2])], &[0.0], 1e-3, &simulate).remove(0);
         assert!((found.z[0] - 1.0).abs() < 0.1, "{:?}", found.z);
+    }
+
+    #[test]
+    fn a_narrow_minimum_beside_a_narrow_minimum_is_found() {
+        // Two valleys 0.03 apart, 0.004 wide to either side; between them nothing tells of the deeper one.
+        let valley = |p: f64, centre: f64, depth: f64| depth * (1.0 - (p - centre).abs() / 0.004).max(0.0);
+        let simulate = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
+            let left = |p: f64| 3.0 - valley(p, 0.5, 1.0) - valley(p, 0.53, 2.9);
+            sets.iter().map(|set| DVector::from_element(100, left(set[0]))).collect()
+        };
+        let unknowns = vec![unknown(0, Prior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
+        let found = fit(vec![Start::new(0, unknowns, vec![0.5])], &[0.0], 1e-3, &simulate).remove(0);
+        assert!((found.z[0] - 0.53).abs() < 1e-3, "{:?}", found.z);
     }
 }
