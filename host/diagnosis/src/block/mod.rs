@@ -249,7 +249,7 @@ impl<'a> Part<'a> {
         let whitened = |residuals: &Vec<DMatrix<f64>>| {
             let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
             let deviations: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
-            DVector::from_vec(deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect())
+            bounded(deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect())
         };
         self.of_recordings(&recordings, &self.all(), sets).par_iter().map(whitened).collect()
     }
@@ -273,7 +273,7 @@ impl<'a> Part<'a> {
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
             let of = |(_, members): &(&str, Vec<usize>)| noise.whiten(&mean(&cut(members, &trials)), members.len());
-            DVector::from_vec(self.experiments.iter().flat_map(of).collect())
+            bounded(self.experiments.iter().flat_map(of).collect())
         };
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
     }
@@ -292,12 +292,15 @@ impl<'a> Part<'a> {
     /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.
     pub fn shortcut(&'a self, noise: &'a Noise, at: &[f64]) -> Shortcut<'a> {
         let trials = self.of_trials(&self.all(), &[at.to_vec()]).remove(0);
-        let rest = |(_, members): &(&str, Vec<usize>)| {
-            let own = cut(members, &trials);
-            mean(&own) - &own[0]
+        let mut own = Shortcut { part: self, noise, first: self.typical(), rest: Vec::new() };
+        let first = own.of_sets(&[at.to_vec()]).remove(0);
+        let rest = |((_, members), first): (&(&str, Vec<usize>), DMatrix<f64>)| {
+            let mean = mean(&cut(members, &trials));
+            let first = first.columns(0, mean.ncols()).into_owned();
+            mean - first
         };
-        let rest = self.experiments.iter().map(rest).collect();
-        Shortcut { part: self, noise, first: self.typical(), rest }
+        own.rest = self.experiments.iter().zip(first).map(rest).collect();
+        own
     }
 
     /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
@@ -342,16 +345,21 @@ pub struct Shortcut<'a> {
 impl Shortcut<'_> {
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let first: Vec<usize> = self.part.experiments.iter().map(|(_, members)| members[0]).collect();
         let whiten = |trials: Vec<DMatrix<f64>>| {
             let of = |(place, own): (usize, &DMatrix<f64>)| {
                 let rest = &self.rest[place];
                 self.noise.whiten(&(own.columns(0, rest.ncols()) + rest), self.part.experiments[place].1.len())
             };
-            DVector::from_vec(trials.iter().enumerate().flat_map(of).collect())
+            bounded(trials.iter().enumerate().flat_map(of).collect())
         };
+        self.of_sets(sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// Residuals of the repeats that stand for all, for every parameter set.
+    fn of_sets(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let measured: Vec<usize> = self.part.experiments.iter().map(|(_, members)| members[0]).collect();
         let recordings: Vec<&Recorded> = self.first.iter().map(AsRef::as_ref).collect();
-        self.part.of_recordings(&recordings, &first, sets).into_par_iter().map(whiten).collect()
+        self.part.of_recordings(&recordings, &measured, sets)
     }
 }
 
@@ -371,6 +379,18 @@ fn nuisances(section: &Section, base: &[f64], tolerance: &[(&'static str, f64)])
     };
     tolerance.iter().map(of).collect()
 }
+
+/// Whitened residuals within what can be reckoned with.
+///
+/// Parameters that nothing in the library forbids (a fixture too stiff for the step) may make a simulation diverge: then it
+/// explains nothing, and must not spread.
+fn bounded(mut whitened: Vec<f64>) -> DVector<f64> {
+    whitened.iter_mut().for_each(|w| *w = if w.is_nan() { FARTHEST } else { w.clamp(-FARTHEST, FARTHEST) });
+    DVector::from_vec(whitened)
+}
+
+/// Greatest whitened residual: far beyond what any recording shows, and small enough for sums of squares and their products.
+const FARTHEST: f64 = 1e8;
 
 /// Rows of equal length as a matrix.
 fn table(rows: Vec<Vec<f64>>) -> DMatrix<f64> {

@@ -41,7 +41,7 @@ impl Hypothesis {
 
 /// Builds hypotheses of one block.
 pub(crate) struct Shelf<'a> {
-    block: &'a MeasuredBlock,
+    pub(crate) block: &'a MeasuredBlock,
     pub(crate) all: Vec<Hypothesis>,
 }
 

@@ -3,6 +3,9 @@
 use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 
 /// What the recordings of a sensor span.
 #[derive(Clone, Copy, Debug)]
@@ -30,13 +33,14 @@ impl Spans {
 
 /// Greatest reading of a channel before the tool's share was taken off.
 fn raw_peak(block: &MeasuredBlock, channel: usize) -> f64 {
+    block.trials.iter().flat_map(|trial| raw(block, trial, channel)).fold(0.0, |peak, reading| reading.abs().max(peak))
+}
+
+/// Readings of a channel before the tool's share was taken off.
+fn raw(block: &MeasuredBlock, trial: &Trial, channel: usize) -> impl Iterator<Item = f64> {
     let width = block.section.inputs().len();
-    let of = |trial: &Trial| {
-        let tool = trial.recorded.inputs.iter().skip(channel).step_by(width * trial.recorded.stride);
-        let raw = trial.measured[channel].iter().zip(tool).map(|(reading, tool)| (reading + tool).abs());
-        raw.fold(0.0, f64::max)
-    };
-    block.trials.iter().map(of).fold(0.0, f64::max)
+    let tool = trial.recorded.inputs.iter().skip(channel).step_by(width * trial.recorded.stride);
+    trial.measured[channel].iter().zip(tool).map(|(reading, tool)| reading + tool)
 }
 
 /// Median of the size of a standard normal number.
@@ -142,32 +146,71 @@ fn timing(shelf: &mut Shelf) {
     shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }
 
-/// Steps of the reading from three times the noise, which hides finer ones, to a tenth of the greatest force, so dense
-/// that none comes out of phase by more than half over it; and limits of the range, apart: a limit that no reading has met
-/// must not come with the steps.
+/// Steps of the reading, and limits of its range apart: a limit that no reading has met must not come with the steps.
 fn digits(shelf: &mut Shelf, spans: &Spans) {
     let scale = size("S6_quantisation", "sensor_resolution_force").max(0.01 * spans.force);
     let peak = spans.force.max(spans.moment / shelf.base("lever"));
     let top = peak.min(shelf.base("range"));
-    let blur = (3_f64.sqrt() * spans.noise).min(0.25 * scale);
+    let blur = (3_f64.sqrt() * spans.noise).clamp(0.01 * scale, 0.25 * scale);
     let entries = [
         ("resolution", Prior::Positive { scale }, Role::Size),
         ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
     ];
-    shelf.add("S6_quantisation", "steps of the sensor's reading", &entries, &[1.0], &[]);
-    let (fewest, most) = (10.0 / peak, 0.33 / spans.noise);
-    let apart = 0.5 / peak;
-    let count = ((most - fewest) / apart).clamp(0.0, MOST_STEPS) as usize;
-    let stepped = |k: usize| vec![1.0 / (scale * (fewest + k as f64 * apart)), 0.0];
-    if let Some(own) = shelf.all.last_mut() {
-        (own.forms, own.shaped) = ((0..=count).map(stepped).collect(), true);
-    }
+    let mut sizes: Vec<f64> = seen_steps(shelf.block, spans).into_iter().map(|step| step / scale).collect();
+    sizes.extend([1.0, 0.3]);
+    shelf.add("S6_quantisation", "steps of the sensor's reading", &entries, &sizes, &[]);
     let limit = [("range", Prior::Below { top, share: 0.2 }, Role::Size)];
     shelf.add("S6_quantisation", "limits of the sensor's range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
 }
 
-/// Most steps of a reading that are tried.
-const MOST_STEPS: f64 = 1000.0;
+/// Steps in which the raw force may be read, the largest first: whole multiples of a step are all in phase with it,
+/// wherever they begin. From three times the noise, which hides finer ones, to a tenth of the greatest force.
+///
+/// A fit finds a step from nearby only, where the reading's last step is in phase, and what is wrong besides (a bias, say)
+/// moves the model's stairs, but not those that were read.
+fn seen_steps(block: &MeasuredBlock, spans: &Spans) -> Vec<f64> {
+    let readings: Vec<Vec<f64>> = (0..3).map(|channel| few_raw(block, channel)).collect();
+    // Power of the readings at a number of steps a newton.
+    let power = |density: f64| -> f64 {
+        let of = |own: &Vec<f64>| {
+            let waves = own.iter().map(|reading| (TAU * density * reading).sin_cos());
+            let (sin, cos) = waves.fold((0.0, 0.0), |sum, wave| (sum.0 + wave.0, sum.1 + wave.1));
+            (sin * sin + cos * cos) / (own.len() as f64).powi(2)
+        };
+        readings.iter().map(of).sum()
+    };
+    let (first, last, apart) = (10.0 / spans.force, 0.33 / spans.noise, 0.2 / spans.force);
+    let count = ((last - first) / apart).clamp(0.0, MOST_DENSITIES) as usize;
+    let powers: Vec<f64> = (0..=count).into_par_iter().map(|k| power(first + k as f64 * apart)).collect();
+    let greatest = powers.iter().copied().fold(0.0, f64::max);
+    let is_peak = |k: &usize| {
+        let beside = |j: Option<usize>| j.and_then(|j| powers.get(j)).copied().unwrap_or(0.0);
+        powers[*k] >= beside(k.checked_sub(1)).max(beside(Some(k + 1))) && powers[*k] > IN_PHASE * greatest
+    };
+    let refined = |k: usize| {
+        let near = (-20..=20).map(|i| first + (k as f64 + 0.05 * f64::from(i)) * apart);
+        let (_, best) =
+            near.map(|density| (power(density), density)).fold((0.0, first), |a, b| if b.0 > a.0 { b } else { a });
+        1.0 / best
+    };
+    (0..=count).filter(is_peak).take(MOST_STEPS).map(refined).collect()
+}
+
+/// Raw readings of a channel from one recording of each experiment that is learnt from, evenly thinned.
+fn few_raw(block: &MeasuredBlock, channel: usize) -> Vec<f64> {
+    let mut seen = BTreeSet::new();
+    let firsts = block.trials.iter().filter(|trial| !trial.held_out && seen.insert(&trial.experiment));
+    let all: Vec<f64> = firsts.flat_map(|trial| raw(block, trial, channel)).collect();
+    all.iter().step_by((all.len() / FEW).max(1)).copied().collect()
+}
+
+/// Raw readings of a channel by which steps are looked for.
+const FEW: usize = 250;
+/// Most steps a newton that are tried, and share of the greatest power from which on they may be in phase.
+const MOST_DENSITIES: f64 = 5000.0;
+const IN_PHASE: f64 = 0.8;
+/// Most steps that are told.
+const MOST_STEPS: usize = 6;
 
 fn tool(shelf: &mut Shelf) {
     let mass = shelf.base("tool_mass");

@@ -3,6 +3,7 @@
 use nalgebra::DVectorView;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
+use std::cell::RefCell;
 use std::f64::consts::PI;
 
 /// The pass band ends at this share of the cut-off.
@@ -31,13 +32,12 @@ pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
     let odd: Vec<f64> = samples.iter().enumerate().map(|(i, y)| y - samples[0] - chord * i as f64).collect();
     let mut whole = odd.clone();
     whole.extend(odd[1..n].iter().rev().map(|y| -y));
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(2 * n);
+    let forward = planned(|planner| planner.plan_fft_forward(2 * n));
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut whole, &mut spectrum).expect("buffers of the plan's lengths");
 
     let base = PI / (n as f64 * step);
-    let backward = planner.plan_fft_inverse(2 * n * finer);
+    let backward = planned(|planner| planner.plan_fft_inverse(2 * n * finer));
     let derivative = |order: u32| -> Vec<f64> {
         let mut wide = backward.make_input_vec();
         for (k, (wide, narrow)) in wide.iter_mut().zip(&spectrum).enumerate() {
@@ -64,6 +64,16 @@ pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
     Motion { value, rate, acceleration }
 }
 
+thread_local! {
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
+/// A plan by this thread's planner, which keeps those it made: to make one takes as long as to use it, and recordings of
+/// one length have many signals.
+fn planned<P>(plan: impl FnOnce(&mut RealFftPlanner<f64>) -> P) -> P {
+    PLANNER.with(|planner| plan(&mut planner.borrow_mut()))
+}
+
 /// 1 in the pass band, 0 above the cut-off, half a cosine between.
 fn low_pass(frequency: f64, cutoff: f64) -> f64 {
     let place = (frequency / cutoff - PASS) / (1.0 - PASS);
@@ -76,7 +86,7 @@ pub fn band_powers(series: &[f64], bands: usize) -> Vec<f64> {
     let mean = series.iter().sum::<f64>() / n as f64;
     let taper = |i: usize| 0.5 - 0.5 * (2.0 * PI * (i as f64 + 0.5) / n as f64).cos();
     let mut tapered: Vec<f64> = series.iter().enumerate().map(|(i, y)| (y - mean) * taper(i)).collect();
-    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let forward = planned(|planner| planner.plan_fft_forward(n));
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut tapered, &mut spectrum).expect("buffers of the plan's lengths");
     let mut powers = vec![0.0; bands];

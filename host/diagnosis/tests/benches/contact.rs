@@ -1,11 +1,24 @@
 //! The contact bench.
 
-use super::{assert_named, assert_nothing_found};
+use super::{Recorded, assert_named, assert_nothing_found};
 use softdock_gauntlet::Rig as Bench;
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
     assert_nothing_found(Bench::Contact);
+}
+
+#[test]
+fn a_simulation_that_diverges_explains_nothing_and_spreads_nothing() {
+    let block = Recorded::of(Bench::Contact, &[], 4).block();
+    let part = block.part(false);
+    let noise = part.noise(&block.base).expect("repeats");
+    let sets = [block.base.clone(), vec![f64::NAN; block.base.len()]];
+    let shortcut = part.shortcut(&noise, &block.base);
+    for whitened in [part.whitened(&noise, &sets), shortcut.whitened(&sets), part.whitened_deviations(&noise, &sets)] {
+        let powers: Vec<f64> = whitened.iter().map(|own| own.norm_squared()).collect();
+        assert!(powers[1].is_finite() && powers[1] > 1e9 * powers[0], "{powers:?}");
+    }
 }
 
 #[test]

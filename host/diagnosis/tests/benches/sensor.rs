@@ -42,10 +42,31 @@ fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
     assert!(!grew("S2_drift", 0.02) && !grew("S7_noise", 1.0) && !grew("S3_gain", 0.1));
 }
 
+#[test]
+fn one_repeat_stands_for_all_of_a_sensor_that_drifts() {
+    let block = Recorded::of(Bench::Sensor, &[], 4).block();
+    let mut set = block.base.clone();
+    (set[block.field("drift_force_x")], set[block.field("resolution")]) = (0.05, 3.0);
+    let part = block.part(false);
+    let noise = part.noise(&block.base).expect("repeats");
+    let quick = part.shortcut(&noise, &set).whitened(std::slice::from_ref(&set)).remove(0);
+    let whole = part.whitened(&noise, std::slice::from_ref(&set)).remove(0);
+    assert!((&quick - &whole).amax() < 1e-6 * whole.amax(), "{} of {}", (&quick - &whole).amax(), whole.amax());
+}
+
+#[test]
+fn steps_of_a_reading_are_named_beside_a_bias() {
+    let hidden = [Hidden { id: "S1_bias", size: 4.2 }, Hidden { id: "S6_quantisation", size: 4.0 }];
+    let said = said(&hidden, &[]);
+    let ids: Vec<&str> = said.effects.iter().map(|effect| effect.id).collect();
+    assert!(said.answer == Verdict::Named && ids.len() == 2, "{:?} {ids:?}", said.answer);
+    assert!(ids.contains(&"S1_bias") && ids.contains(&"S6_quantisation"), "{ids:?}");
+}
+
 /// What is said of a bench with something hidden, by a library without some effects.
-fn said(hidden: Hidden, without: &[&str]) -> Diagnosis {
+fn said(hidden: &[Hidden], without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
-    generate(Bench::Sensor, &[hidden], NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
+    generate(Bench::Sensor, hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
     let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
     let [logs, holdout] = ["training", "holdout"].map(|name| files(&folder.path().join(name)));
     let logs: Vec<&Path> = logs.iter().map(AsRef::as_ref).collect();
@@ -56,13 +77,13 @@ fn said(hidden: Hidden, without: &[&str]) -> Diagnosis {
 
 #[test]
 fn noise_that_is_left_out_of_the_library_is_not_named() {
-    let said = said(Hidden { id: "S7_noise", size: 1.0 }, &["S7_noise"]);
+    let said = said(&[Hidden { id: "S7_noise", size: 1.0 }], &["S7_noise"]);
     assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
 }
 
 #[test]
 fn a_gain_that_drifts_with_warmth_is_in_no_library_and_is_no_noise() {
-    let said = said(Hidden { id: "temperature_gain", size: 0.02 }, &[]);
+    let said = said(&[Hidden { id: "temperature_gain", size: 0.02 }], &[]);
     assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
     assert!(said.findings.iter().any(|finding| finding.what.contains("grows with the time")), "{:?}", said.findings);
 }
