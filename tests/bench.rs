@@ -73,3 +73,16 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
         assert!(beside.contains(expected), "{words}: {beside}");
     }
 }
+
+#[test]
+fn one_case_is_laid_out_to_be_looked_at_and_one_that_there_is_not_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = softdock(folder.path(), "--lay-out drive.null.0 --out case");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("softdock diagnose case/model.toml"), "{}", text(&output.stdout));
+    let is_there = |path: &str| folder.path().join("case").join(path).exists();
+    assert!(["model.toml", "training", "holdout", "sealed/drive.null.0.json"].iter().all(|path| is_there(path)));
+    let output = softdock(folder.path(), "--lay-out drive.nothing --out case");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("drive.null.0"), "{}", text(&output.stderr));
+}

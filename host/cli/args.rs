@@ -199,7 +199,8 @@ Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 case
 Examples:
   softdock bench diagnosis
   softdock bench diagnosis --size full --plants drive --shard 2/8 --out /data/score    (the second of eight workers)
-  softdock bench diagnosis --size full --out /data/score --score")]
+  softdock bench diagnosis --size full --out /data/score --score
+  softdock bench diagnosis --size full --lay-out drive.pair.J6_warm_up+C6_hold.x4.0 --out case    (to look at one)")]
 pub(crate) struct BenchDiagnosisArgs {
     /// How many cases.
     #[arg(long, value_name = "SIZE", default_value = "ci")]
@@ -216,6 +217,9 @@ pub(crate) struct BenchDiagnosisArgs {
     /// Run nothing: score what is there.
     #[arg(long)]
     pub(crate) score: bool,
+    /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "json"])]
+    pub(crate) lay_out: Option<String>,
     /// Results folder; `results/bench_diagnosis_SIZE` if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

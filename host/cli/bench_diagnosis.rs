@@ -8,7 +8,7 @@ use miette::IntoDiagnostic;
 use softdock_bench::plan::{Case, Extent, Wanted, plan, shard};
 use softdock_bench::record::{Ledger, Record, done};
 use softdock_bench::score::{Score, score, scored};
-use softdock_bench::trial::Bench;
+use softdock_bench::trial::{Bench, lay_out};
 use softdock_bench::{Error, page, words};
 use std::path::Path;
 use std::time::Instant;
@@ -19,6 +19,9 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
     let wanted = Wanted { extent, plants: args.plants.clone(), draws: args.draws };
     let all = plan(&wanted).map_err(told)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", size(args))));
+    if let Some(id) = &args.lay_out {
+        return one_laid_out(&all, id, &folder);
+    }
     if !args.score {
         let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
         run_missing(shard(all.clone(), number, of), &Ledger::open(&folder, number, of).map_err(told)?)?;
@@ -32,6 +35,28 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
         return Ok(Exit::Incomplete);
     }
     Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
+}
+
+/// Leaves a case's model and recordings in a folder, and says how they are diagnosed.
+fn one_laid_out(all: &[Case], id: &str, folder: &Path) -> miette::Result<Exit> {
+    let Some(case) = all.iter().find(|case| case.id() == *id) else {
+        let error = Error::Unknown {
+            what: format!("no case `{id}` of this size and these plants; another is `{}`", all[0].id()),
+        };
+        return Err(told(error));
+    };
+    if !lay_out(case, folder).map_err(told)? {
+        let error = Error::Unknown {
+            what: format!("no bench can show as much as `{id}` hides; the same of a smaller multiple can be shown"),
+        };
+        return Err(told(error));
+    }
+    let shown = folder.display();
+    say(format!(
+        "{id}; its truth lies in {shown}/sealed\n\n  \
+         softdock diagnose {shown}/model.toml {shown}/training/* --holdout {shown}/holdout/*"
+    ));
+    Ok(Exit::Done)
 }
 
 /// Runs the cases that no worker has finished, until they are done or somebody wishes to stop.

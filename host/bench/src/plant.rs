@@ -285,6 +285,11 @@ pub fn is_random(id: &str) -> bool {
     random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
 }
 
+/// Whether an effect hides others whatever is known of it: noise, and a reading in steps.
+pub fn hides_others(id: &str) -> bool {
+    is_random(id) || code(id) == "S6"
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -332,5 +337,6 @@ mod tests {
         assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
         assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
         assert!(is_random("C3_jitter") && !is_random("C2_lag"));
+        assert!(hides_others("S7_noise") && hides_others("S6_quantisation") && !hides_others("S1_bias"));
     }
 }

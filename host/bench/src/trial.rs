@@ -1,14 +1,14 @@
 //! One case from its plan to its record: scale, recordings, seal, diagnosis; and only then what needs the truth.
 
-use crate::Result;
 use crate::baseline::Baselines;
 use crate::exhibit::{Exhibit, read};
 use crate::measure::true_gain;
 use crate::oracle::{Oracle, Scale, nominal, within};
 use crate::plan::{Case, Task};
-use crate::plant::code;
+use crate::plant::{code, hides_others, is_random};
 use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
 use crate::seal::{SealedTruth, seal};
+use crate::{Error, Result};
 use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
@@ -23,9 +23,14 @@ const EXPERIMENTS: u64 = 2;
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
     ledger: &'a Ledger,
-    /// What was asked of oracles for the last seed.
-    asked: Vec<Asked>,
+    oracles: Oracles,
     baselines: Baselines,
+}
+
+/// What was asked of oracles for the last seed.
+#[derive(Default)]
+struct Oracles {
+    asked: Vec<Asked>,
 }
 
 /// How large a case hides its effects.
@@ -39,20 +44,22 @@ struct Hiding {
 struct Asked {
     seed: u64,
     effect: &'static EffectCase,
+    /// What is hidden besides and is noise to this effect.
+    beside: Vec<Hidden>,
     /// None for an effect without a mean.
     oracle: Option<Oracle>,
     scale: Option<Scale>,
 }
 
 impl Asked {
-    fn of(case: &Case, effect: &'static EffectCase) -> Result<Self> {
+    fn of(case: &Case, effect: &'static EffectCase, beside: Vec<Hidden>) -> Result<Self> {
         let seed = case.seed();
         if let Some(scale) = nominal(effect) {
-            return Ok(Self { seed, effect, oracle: None, scale: Some(scale) });
+            return Ok(Self { seed, effect, beside, oracle: None, scale: Some(scale) });
         }
-        let oracle = Oracle::of(case.plant, effect, case.noise, seed)?;
+        let oracle = Oracle::of(case.plant, effect, &beside, case.noise, seed)?;
         let scale = oracle.scale()?;
-        Ok(Self { seed, effect, oracle: Some(oracle), scale })
+        Ok(Self { seed, effect, beside, oracle: Some(oracle), scale })
     }
 
     /// The size that is so many times as large, if the bench can show it.
@@ -68,7 +75,7 @@ impl Asked {
 impl<'a> Bench<'a> {
     /// With a ledger to write to.
     pub fn new(ledger: &'a Ledger) -> Self {
-        Self { ledger, asked: Vec::new(), baselines: Baselines::default() }
+        Self { ledger, oracles: Oracles::default(), baselines: Baselines::default() }
     }
 
     /// Runs a case and writes its record.
@@ -77,7 +84,7 @@ impl<'a> Bench<'a> {
     /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
     pub fn run(&mut self, case: &Case) -> Result<Record> {
         let begin = Instant::now();
-        let Hiding { scales, hidden } = self.sized(case)?;
+        let Hiding { scales, hidden } = self.oracles.sized(case)?;
         let set =
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
         let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
@@ -105,29 +112,53 @@ impl<'a> Bench<'a> {
         self.ledger.finish(&record)?;
         Ok(record)
     }
+}
 
-    /// Scales of what a case hides, and how large it hides it.
+/// Writes a case's model and recordings as the diagnosis gets them, and its truth beside them; whether the bench can show
+/// such a size.
+///
+/// # Errors
+/// A case that the generator refuses, a folder that cannot be written.
+pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
+    let Hiding { scales, hidden } = Oracles::default().sized(case)?;
+    let Some(hidden) = hidden else { return Ok(false) };
+    let set = generate(case.plant.rig, &hidden, case.noise, case.seed())?;
+    set.write(folder).map_err(Error::file(folder))?;
+    seal(folder, &SealedTruth::of(case, &scales, Some(&set)))?;
+    Ok(true)
+}
+
+impl Oracles {
+    /// Scales of what a case hides, and how large it hides it. What hides others comes first, noise before all: it is
+    /// noise to them.
     fn sized(&mut self, case: &Case) -> Result<Hiding> {
-        let mut hiding = Hiding { scales: Vec::new(), hidden: Some(Vec::new()) };
-        for effect in case.hidden() {
-            let (scale, size) = self.size(case, effect)?;
-            hiding.scales.push(scale);
-            hiding.hidden = hiding.hidden.zip(size).map(|(mut hidden, size)| {
-                hidden.push(Hidden { id: effect.id, size });
-                hidden
-            });
+        let mut order: Vec<(usize, &'static EffectCase)> = case.hidden().into_iter().enumerate().collect();
+        order.sort_by_key(|(_, effect)| (!is_random(effect.id), !hides_others(effect.id)));
+        let (mut noise, mut sized) = (Vec::new(), Vec::new());
+        for (place, effect) in order {
+            let (scale, size) = self.size(case, effect, &noise)?;
+            let hidden = size.map(|size| Hidden { id: effect.id, size });
+            noise.extend(hidden.filter(|_| hides_others(effect.id)));
+            sized.push((place, scale, hidden));
         }
-        Ok(hiding)
+        sized.sort_by_key(|(place, ..)| *place);
+        let (scales, hidden) = sized.into_iter().map(|(_, scale, hidden)| (scale, hidden)).unzip::<_, _, _, Vec<_>>();
+        Ok(Hiding { scales, hidden: hidden.into_iter().collect() })
     }
 
-    /// The scale of an effect, and so many times that.
-    fn size(&mut self, case: &Case, effect: &'static EffectCase) -> Result<(Option<Scale>, Option<f64>)> {
+    /// The scale of an effect beside such noise, and so many times that.
+    fn size(
+        &mut self,
+        case: &Case,
+        effect: &'static EffectCase,
+        beside: &[Hidden],
+    ) -> Result<(Option<Scale>, Option<f64>)> {
         let seed = case.seed();
         self.asked.retain(|asked| asked.seed == seed);
-        let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id) {
+        let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id && asked.beside == beside) {
             Some(place) => place,
             None => {
-                self.asked.push(Asked::of(case, effect)?);
+                self.asked.push(Asked::of(case, effect, beside.to_vec())?);
                 self.asked.len() - 1
             }
         };

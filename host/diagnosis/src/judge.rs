@@ -5,7 +5,7 @@ mod held_out;
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
 use crate::inference::adequacy::Adequacy;
-use crate::inference::bank::{Bank, Entry, Scores};
+use crate::inference::bank::{Bank, Entry, Gram, Scores};
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
@@ -130,8 +130,8 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
 
 /// Log-odds from which on an effect counts as present: what chance finds in a bank of so many hypotheses, and no less than
 /// what nobody doubts.
-pub fn threshold(bank: &Bank, scores: &Scores, hypotheses: usize) -> f64 {
-    bank.chance(scores, hypotheses, RARITY).max(LEAST_THRESHOLD)
+pub fn threshold(bank: &Bank, gram: &Gram, hypotheses: usize) -> f64 {
+    bank.chance(gram, hypotheses, RARITY).max(LEAST_THRESHOLD)
 }
 
 /// All that a judgement needs.
@@ -230,7 +230,8 @@ impl<'a> Bench<'a> {
     fn judged(self, noise_from: NoiseFrom) -> Judgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
-        let threshold = threshold(&bank, &scores, library.len());
+        let gram = bank.gram(&null);
+        let threshold = threshold(&bank, &gram, library.len());
         let samples = null.residual.len();
         let none = evidence(&null, dispersion).log;
         let mut ranking: Vec<Candidate> = sets
@@ -251,7 +252,7 @@ impl<'a> Bench<'a> {
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
             true => 1.0,
-            false => bank.likeness(&scores, a.min(b), a.max(b)),
+            false => bank.likeness(&gram, a.min(b), a.max(b)),
         });
         let (block, noise) = (self.block.name, self.noise.clone());
         Judgement {

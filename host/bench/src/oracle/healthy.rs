@@ -51,12 +51,17 @@ impl Healthy {
         Bank::simulate(library, &self.null, &self.still.base, &|sets| shortcut.whitened(sets))
     }
 
-    /// Where the nuisances go to explain a change of the residuals, none further than so many tolerances.
+    /// How far the nuisances go to explain a change of the residuals, none to further than so many tolerances from the
+    /// model: those that these recordings drew have gone a part of that.
     pub(super) fn placed(&self, change: &DVector<f64>, furthest: f64) -> DVector<f64> {
         let jacobian = &self.null.jacobian;
         let size = jacobian.ncols();
         let normal = jacobian.tr_mul(jacobian) + DMatrix::identity(size, size);
         let gradient = jacobian.tr_mul(change);
+        let within = |i: usize, z: f64| {
+            let drawn = self.null.z[i];
+            z.clamp((-furthest - drawn).min(0.0), (furthest - drawn).max(0.0))
+        };
         let mut z = DVector::zeros(size);
         let mut held = vec![false; size];
         loop {
@@ -72,8 +77,8 @@ impl Healthy {
             let right = DVector::from_iterator(free.len(), free.iter().map(|i| pull(*i)));
             let solved = own.cholesky().map_or_else(|| DVector::zeros(free.len()), |own| own.solve(&right));
             for (place, i) in free.iter().enumerate() {
-                z[*i] = solved[place].clamp(-furthest, furthest);
-                held[*i] |= solved[place].abs() > furthest;
+                z[*i] = within(*i, solved[place]);
+                held[*i] |= z[*i] != solved[place];
             }
             if free.iter().all(|i| !held[*i]) {
                 return z;
@@ -81,10 +86,14 @@ impl Healthy {
         }
     }
 
+    /// What it costs nuisances to go so far from where these recordings drew them, in chi-squared.
+    pub(super) fn strain(&self, z: &DVector<f64>) -> f64 {
+        z.iter().zip(&self.null.z).map(|(z, drawn)| z * (z + 2.0 * drawn)).sum()
+    }
+
     /// Sum of squares of whitened residuals behind what the nuisances explain of them.
     pub(super) fn unexplained(&self, residual: &DVector<f64>) -> f64 {
-        let columns = DMatrix::from_columns(std::slice::from_ref(residual));
-        residual.dot(&Projector::of(&self.null).reject(&columns).column(0))
+        residual.dot(&Projector::of(&self.null).reject(residual))
     }
 
     /// What other recordings without noise differ by from these in the whitened residuals, to learn from and held out, as

@@ -13,26 +13,30 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use std::ops::Range;
 
 /// Removes from whitened vectors what free numbers of a fit could explain within their tolerance.
-pub struct Projector {
-    jacobian: DMatrix<f64>,
+pub struct Projector<'a> {
+    jacobian: &'a DMatrix<f64>,
     normal: nalgebra::Cholesky<f64, nalgebra::Dyn>,
 }
 
-impl Projector {
+impl<'a> Projector<'a> {
     /// Of all free numbers of a fit.
-    pub fn of(fitted: &Fitted) -> Self {
-        let jacobian = fitted.jacobian.clone();
-        let normal = jacobian.transpose() * &jacobian + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
+    pub fn of(fitted: &'a Fitted) -> Self {
+        let jacobian = &fitted.jacobian;
+        let normal = jacobian.transpose() * jacobian + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
         let normal = normal.cholesky().expect("the identity makes it positive definite");
         Self { jacobian, normal }
     }
 
-    /// The part of each column that none of them explains.
-    pub fn reject(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        if self.jacobian.ncols() == 0 {
-            return columns.clone();
-        }
-        columns - &self.jacobian * self.normal.solve(&(self.jacobian.transpose() * columns))
+    /// The part of a vector that none of them explains.
+    pub fn reject(&self, vector: &DVector<f64>) -> DVector<f64> {
+        vector - self.jacobian * self.normal.solve(&self.jacobian.tr_mul(vector))
+    }
+
+    /// What they explain of columns, in as many numbers as there are free ones: products of two columns' are what the
+    /// columns' own product loses by [`reject`](Self::reject).
+    fn explained(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let products = self.jacobian.transpose() * columns;
+        self.normal.l_dirty().solve_lower_triangular(&products).expect("the identity makes it positive definite")
     }
 }
 
@@ -57,15 +61,20 @@ pub struct Entry {
 pub struct Bank {
     entries: Vec<Entry>,
     signatures: DMatrix<f64>,
+    /// Products of signatures with those of the same entry, a column a signature.
+    own: DMatrix<f64>,
 }
 
 /// What a residual says of every entry.
 pub struct Scores {
     /// Products of signatures and residual.
     products: DVector<f64>,
-    /// Products of signatures with one another.
-    gram: DMatrix<f64>,
+    /// Products of signatures with those of the same entry, a column a signature.
+    own: DMatrix<f64>,
 }
+
+/// Products of all signatures of a bank with one another, behind what the free numbers of a fit explain.
+pub struct Gram(DMatrix<f64>);
 
 impl Bank {
     /// Simulates every form of every hypothesis on top of the parameters of the fitted null hypothesis.
@@ -91,7 +100,8 @@ impl Bank {
             true => DMatrix::zeros(null.residual.len(), 0),
             false => DMatrix::from_columns(&changes),
         };
-        Self { entries, signatures }
+        let own = of_same_entry(&entries, &signatures);
+        Self { entries, signatures, own }
     }
 
     /// Its entries.
@@ -106,10 +116,17 @@ impl Bank {
 
     /// Compares the residual of a fit with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
-        let rejected = Projector::of(fitted).reject(&self.signatures);
+        let projector = Projector::of(fitted);
         // A product with the transpose is blocked; `tr_mul` goes column by column, ten times slower here.
-        let rejected = rejected.transpose();
-        Scores { products: &rejected * &fitted.residual, gram: rejected * &self.signatures }
+        let products = self.signatures.transpose() * projector.reject(&fitted.residual);
+        let own = &self.own - of_same_entry(&self.entries, &projector.explained(&self.signatures));
+        Scores { products, own }
+    }
+
+    /// How all signatures look beside one another behind a fit.
+    pub fn gram(&self, fitted: &Fitted) -> Gram {
+        let explained = Projector::of(fitted).explained(&self.signatures);
+        Gram(self.signatures.transpose() * &self.signatures - explained.transpose() * explained)
     }
 
     /// Log-odds of each hypothesis against none, its forms and sizes averaged over.
@@ -124,15 +141,16 @@ impl Bank {
     /// The greatest log-odds that noise alone gives to any hypothesis, exceeded with a probability of `rarity`.
     ///
     /// Noise is drawn `NULLS` times in the space of the signatures; beyond the draws the tail is exponential.
-    pub fn chance(&self, scores: &Scores, hypotheses: usize, rarity: f64) -> f64 {
-        let count = scores.gram.ncols();
-        let jitter = 1e-9 * scores.gram.diagonal().max() + f64::MIN_POSITIVE;
-        let Some(factor) = (&scores.gram + DMatrix::identity(count, count) * jitter).cholesky() else {
+    pub fn chance(&self, Gram(gram): &Gram, hypotheses: usize, rarity: f64) -> f64 {
+        let count = gram.ncols();
+        let jitter = 1e-9 * gram.diagonal().max() + f64::MIN_POSITIVE;
+        let Some(factor) = (gram + DMatrix::identity(count, count) * jitter).cholesky() else {
             return f64::INFINITY;
         };
         let noise = DMatrix::from_fn(count, NULLS, |i, draw| gaussian(draw as u64, i as u32));
         let products = factor.l() * noise;
-        let mut scores = Scores { products: DVector::zeros(count), gram: scores.gram.clone() };
+        let own = by_entry(&self.entries, |i, j| gram[(i, j)]);
+        let mut scores = Scores { products: DVector::zeros(count), own };
         let mut greatest: Vec<f64> = (0..NULLS)
             .map(|draw| {
                 scores.products.copy_from(&products.column(draw));
@@ -154,7 +172,7 @@ impl Bank {
         }
         for entry in &self.entries {
             let share = entry.log_weight() - weights[entry.hypothesis].weight.ln();
-            let odds = entry.expected(&scores.gram) + share;
+            let odds = entry.expected(scores) + share;
             best[entry.hypothesis] = best[entry.hypothesis].max(odds);
         }
         best
@@ -162,14 +180,13 @@ impl Bank {
 
     /// How alike the signatures of two hypotheses can look behind what nuisances explain: greatest correlation over
     /// their forms.
-    pub fn likeness(&self, scores: &Scores, a: usize, b: usize) -> f64 {
+    pub fn likeness(&self, Gram(gram): &Gram, a: usize, b: usize) -> f64 {
         let of = |hypothesis| {
             self.entries.iter().filter(move |entry| entry.hypothesis == hypothesis).flat_map(|e| e.signatures.clone())
         };
         let pairs = of(a).flat_map(|i| of(b).map(move |j| (i, j)));
-        let correlation = |(i, j): (usize, usize)| {
-            scores.gram[(i, j)].abs() / (scores.gram[(i, i)] * scores.gram[(j, j)]).sqrt().max(f64::MIN_POSITIVE)
-        };
+        let correlation =
+            |(i, j): (usize, usize)| gram[(i, j)].abs() / (gram[(i, i)] * gram[(j, j)]).sqrt().max(f64::MIN_POSITIVE);
         pairs.map(correlation).fold(0.0, f64::max)
     }
 }
@@ -177,8 +194,27 @@ impl Bank {
 impl Scores {
     /// As they are if residual variances exceed the noise's by a factor.
     pub fn dispersed(self, factor: f64) -> Self {
-        Self { products: self.products / factor, gram: self.gram / factor }
+        Self { products: self.products / factor, own: self.own / factor }
     }
+}
+
+/// Products of columns with those of the same entry.
+fn of_same_entry(entries: &[Entry], columns: &DMatrix<f64>) -> DMatrix<f64> {
+    by_entry(entries, |i, j| columns.column(i).dot(&columns.column(j)))
+}
+
+/// What is known of pairs of signatures of the same entry: a column a signature, its entry's in rows, as many as the
+/// largest entry has.
+fn by_entry(entries: &[Entry], of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+    let most = entries.iter().map(|entry| entry.signatures.len()).max().unwrap_or(0);
+    let count = entries.iter().map(|entry| entry.signatures.len()).sum();
+    let mut all = DMatrix::zeros(most, count);
+    for entry in entries {
+        for (row, i) in entry.signatures.clone().enumerate() {
+            entry.signatures.clone().for_each(|j| all[(row, j)] = of(i, j));
+        }
+    }
+    all
 }
 
 /// Draws of noise.
@@ -205,7 +241,7 @@ impl Entry {
     fn log_odds(&self, scores: &Scores) -> f64 {
         if self.shaped {
             let place = self.signatures.start;
-            return -scores.products[place] - 0.5 * scores.gram[(place, place)];
+            return -scores.products[place] - 0.5 * scores.own[(0, place)];
         }
         let (gram, found) = self.own(scores);
         let Some(posterior) = self.posterior(&gram) else {
@@ -239,9 +275,8 @@ impl Entry {
     }
 
     /// Log-odds of this entry against none if the effect is there with a plausible size.
-    fn expected(&self, gram: &DMatrix<f64>) -> f64 {
-        let place = self.signatures.start;
-        let own = gram[(place, place)];
+    fn expected(&self, scores: &Scores) -> f64 {
+        let own = scores.own[(0, self.signatures.start)];
         if self.shaped {
             return 0.5 * own;
         }
@@ -253,7 +288,7 @@ impl Entry {
     /// Its own products of signatures, and what it finds in the residual.
     fn own(&self, scores: &Scores) -> (DMatrix<f64>, DVector<f64>) {
         let (first, count) = (self.signatures.start, self.signatures.len());
-        let gram = scores.gram.view((first, first), (count, count)).into_owned();
+        let gram = scores.own.view((0, first), (count, count)).into_owned();
         (gram, -scores.products.rows(first, count))
     }
 
