@@ -142,7 +142,7 @@ impl Oracles {
             sized.push((place, scale, hidden));
         }
         sized.sort_by_key(|(place, ..)| *place);
-        let (scales, hidden) = sized.into_iter().map(|(_, scale, hidden)| (scale, hidden)).unzip::<_, _, _, Vec<_>>();
+        let (scales, hidden): (_, Vec<_>) = sized.into_iter().map(|(_, scale, hidden)| (scale, hidden)).unzip();
         Ok(Hiding { scales, hidden: hidden.into_iter().collect() })
     }
 

@@ -48,12 +48,7 @@ impl TorqueError {
 fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], cutoff: f64) -> Option<f64> {
     let field = |name: &str| set[block.field(name)];
     let own = field("motor_inertia") + field("inertia_error");
-    let mut firsts: Vec<&Trial> = Vec::new();
-    for trial in block.trials.iter().filter(|trial| trial.held_out == held_out) {
-        if firsts.iter().all(|first| first.experiment != trial.experiment) {
-            firsts.push(trial);
-        }
-    }
+    let firsts = block.firsts(held_out);
     let step = block.judged_step(firsts.first()?);
     let torque = |(residual, trial): (DMatrix<f64>, &Trial)| -> Vec<f64> {
         let e = motion(&residual.row(0).iter().copied().collect::<Vec<_>>(), step, cutoff, 1);

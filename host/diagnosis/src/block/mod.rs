@@ -102,6 +102,17 @@ impl MeasuredBlock {
         residuals.iter().map(DMatrix::norm_squared).collect()
     }
 
+    /// One recording of each experiment that is held out, or of the others.
+    pub fn firsts(&self, held_out: bool) -> Vec<&Trial> {
+        let mut firsts: Vec<&Trial> = Vec::new();
+        for trial in self.trials.iter().filter(|trial| trial.held_out == held_out) {
+            if firsts.iter().all(|first| first.experiment != trial.experiment) {
+                firsts.push(trial);
+            }
+        }
+        firsts
+    }
+
     fn part_of(&self, is_member: impl Fn(&Trial) -> bool) -> Part<'_> {
         let mut part = Part { block: self, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new() };
         for trial in self.trials.iter().filter(|trial| is_member(trial)) {
@@ -292,15 +303,22 @@ impl<'a> Part<'a> {
     /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.
     pub fn shortcut(&'a self, noise: &'a Noise, at: &[f64]) -> Shortcut<'a> {
         let trials = self.of_trials(&self.all(), &[at.to_vec()]).remove(0);
-        let mut own = Shortcut { part: self, noise, first: self.typical(), rest: Vec::new() };
-        let first = own.of_sets(&[at.to_vec()]).remove(0);
-        let rest = |((_, members), first): (&(&str, Vec<usize>), DMatrix<f64>)| {
+        let first = self.typical();
+        let own = self.of_typical(&first, &[at.to_vec()]).remove(0);
+        let rest = |((_, members), own): (&(&str, Vec<usize>), DMatrix<f64>)| {
             let mean = mean(&cut(members, &trials));
-            let first = first.columns(0, mean.ncols()).into_owned();
-            mean - first
+            let own = own.columns(0, mean.ncols()).into_owned();
+            mean - own
         };
-        own.rest = self.experiments.iter().zip(first).map(rest).collect();
-        own
+        let rest = self.experiments.iter().zip(own).map(rest).collect();
+        Shortcut { part: self, noise, first, rest }
+    }
+
+    /// Residuals of the repeats that stand for all, for every parameter set: `[set][experiment]`.
+    fn of_typical(&self, typical: &[Cow<'_, Recorded>], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let measured: Vec<usize> = self.experiments.iter().map(|(_, members)| members[0]).collect();
+        let recordings: Vec<&Recorded> = typical.iter().map(AsRef::as_ref).collect();
+        self.of_recordings(&recordings, &measured, sets)
     }
 
     /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
@@ -352,14 +370,7 @@ impl Shortcut<'_> {
             };
             bounded(trials.iter().enumerate().flat_map(of).collect())
         };
-        self.of_sets(sets).into_par_iter().map(whiten).collect()
-    }
-
-    /// Residuals of the repeats that stand for all, for every parameter set.
-    fn of_sets(&self, sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let measured: Vec<usize> = self.part.experiments.iter().map(|(_, members)| members[0]).collect();
-        let recordings: Vec<&Recorded> = self.first.iter().map(AsRef::as_ref).collect();
-        self.part.of_recordings(&recordings, &measured, sets)
+        self.part.of_typical(&self.first, sets).into_par_iter().map(whiten).collect()
     }
 }
 

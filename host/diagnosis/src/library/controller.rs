@@ -4,7 +4,6 @@ use super::{Hypothesis, Shelf};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 
 /// The effects of a controller that has been measured.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
@@ -93,9 +92,7 @@ struct Lacking {
 impl Lacking {
     /// Of the first recording of each experiment that is learnt from.
     fn all(block: &MeasuredBlock) -> Vec<Self> {
-        let mut seen = BTreeSet::new();
-        let firsts = block.trials.iter().filter(|trial| !trial.held_out && seen.insert(&trial.experiment));
-        firsts.map(|trial| Self::of(block, trial)).collect()
+        block.firsts(false).into_iter().map(|trial| Self::of(block, trial)).collect()
     }
 
     fn of(block: &MeasuredBlock, trial: &Trial) -> Self {

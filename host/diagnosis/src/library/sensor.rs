@@ -4,7 +4,6 @@ use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// What the recordings of a sensor span.
@@ -189,18 +188,15 @@ fn seen_steps(block: &MeasuredBlock, spans: &Spans) -> Vec<f64> {
     };
     let refined = |k: usize| {
         let near = (-20..=20).map(|i| first + (k as f64 + 0.05 * f64::from(i)) * apart);
-        let (_, best) =
-            near.map(|density| (power(density), density)).fold((0.0, first), |a, b| if b.0 > a.0 { b } else { a });
-        1.0 / best
+        let by_power = near.map(|density| (power(density), density));
+        1.0 / by_power.max_by(|a, b| a.0.total_cmp(&b.0)).expect("several densities").1
     };
     (0..=count).filter(is_peak).take(MOST_STEPS).map(refined).collect()
 }
 
 /// Raw readings of a channel from one recording of each experiment that is learnt from, evenly thinned.
 fn few_raw(block: &MeasuredBlock, channel: usize) -> Vec<f64> {
-    let mut seen = BTreeSet::new();
-    let firsts = block.trials.iter().filter(|trial| !trial.held_out && seen.insert(&trial.experiment));
-    let all: Vec<f64> = firsts.flat_map(|trial| raw(block, trial, channel)).collect();
+    let all: Vec<f64> = block.firsts(false).into_iter().flat_map(|trial| raw(block, trial, channel)).collect();
     all.iter().step_by((all.len() / FEW).max(1)).copied().collect()
 }
 
