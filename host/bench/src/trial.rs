@@ -3,7 +3,7 @@
 use crate::baseline::Baselines;
 use crate::exhibit::{Exhibit, read};
 use crate::measure::true_gain;
-use crate::oracle::{Oracle, Scale, nominal, within};
+use crate::oracle::{Oracle, Scale};
 use crate::plan::{Case, Task};
 use crate::plant::{code, hides_others, is_random};
 use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
@@ -46,29 +46,21 @@ struct Asked {
     effect: &'static EffectCase,
     /// What is hidden besides and is noise to this effect.
     beside: Vec<Hidden>,
-    /// None for an effect without a mean.
-    oracle: Option<Oracle>,
+    oracle: Oracle,
     scale: Option<Scale>,
 }
 
 impl Asked {
     fn of(case: &Case, effect: &'static EffectCase, beside: Vec<Hidden>) -> Result<Self> {
         let seed = case.seed();
-        if let Some(scale) = nominal(effect) {
-            return Ok(Self { seed, effect, beside, oracle: None, scale: Some(scale) });
-        }
         let oracle = Oracle::of(case.plant, effect, &beside, case.noise, seed)?;
         let scale = oracle.scale()?;
-        Ok(Self { seed, effect, beside, oracle: Some(oracle), scale })
+        Ok(Self { seed, effect, beside, oracle, scale })
     }
 
     /// The size that is so many times as large, if the bench can show it.
     fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
-        match (&self.oracle, &self.scale) {
-            (_, None) => Ok(None),
-            (None, Some(scale)) => Ok(within(self.effect, scale.size * multiple)),
-            (Some(oracle), Some(scale)) => oracle.multiple(scale, multiple),
-        }
+        self.scale.as_ref().map_or(Ok(None), |scale| self.oracle.multiple(scale, multiple))
     }
 }
 
@@ -273,4 +265,59 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
         (name.clone(), Estimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
     };
     found.parameters.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_gauntlet::{NoiseColour, Rig};
+
+    /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
+    fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+        let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
+        let set = generate(Rig::Command, &hidden, NoiseColour::FirstOrder, 11).expect("effects of the bench");
+        let exhibit = Exhibit::of(&set).expect("room");
+        let without = without.iter().map(|id| (*id).to_owned()).collect();
+        let answer = answer(exhibit.path(), &Options { without, ..Options::default() }).answer;
+        let mut ids: Vec<String> = answer.effects.into_iter().map(|effect| effect.id).collect();
+        ids.sort();
+        (answer.said, ids)
+    }
+
+    #[test]
+    fn what_has_no_mean_is_named_behind_a_lag_a_limit_and_a_hold() {
+        let (lag, limit, hold) = (("C2_lag", 0.003), ("C7_rate_limit", 1.2), ("C6_hold", 0.004_177));
+        let (jitter, drops) = (("C3_jitter", 1.2e-4), ("C4_drops", 1.5e-3));
+        for pair in [[lag, jitter], [lag, drops], [jitter, limit], [drops, limit], [jitter, hold], [drops, hold]] {
+            let mut ids = pair.map(|(id, _)| id.to_owned()).to_vec();
+            ids.sort();
+            assert_eq!(said(&pair, &[]), (Said::Named, ids));
+        }
+    }
+
+    #[test]
+    fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
+        for pair in [["C6_hold", "C7_rate_limit"], ["C1_transport_delay", "C7_rate_limit"]] {
+            let hidden = pair.map(|id| (id, if id == "C7_rate_limit" { 1.1 } else { 0.0041 }));
+            assert_eq!(said(&hidden, &[]), (Said::Named, pair.map(str::to_owned).to_vec()));
+        }
+    }
+
+    #[test]
+    fn a_delay_that_a_clock_may_explain_is_nothing_unknown() {
+        // Three tolerances of the clock offset, no more.
+        assert_ne!(said(&[("C1_transport_delay", 6e-4)], &[]).0, Said::NotInLibrary);
+    }
+
+    #[test]
+    fn losses_and_jitter_that_the_library_goes_without_are_not_in_it() {
+        for (id, size) in [("C3_jitter", 3e-4), ("C4_drops", 5e-3)] {
+            assert_eq!(said(&[(id, size)], &[id]), (Said::NotInLibrary, Vec::new()));
+        }
+    }
+
+    #[test]
+    fn a_long_lag_is_not_taken_for_jitter() {
+        assert_eq!(said(&[("C2_lag", 0.015)], &[]), (Said::Named, vec!["C2_lag".to_owned()]));
+    }
 }

@@ -8,6 +8,7 @@ use crate::inference::unknown::Unknown;
 use crate::judge::{best_entries, sized, unknowns};
 use crate::library::Hypothesis;
 use crate::soundness::{NEARLY_NOISE, PULLED, is_sound, is_strained};
+use nalgebra::DVector;
 
 /// Combinations from which the next larger ones are made.
 const BEAM: usize = 3;
@@ -20,6 +21,9 @@ const TRIED: usize = 8;
 const PROMISING: f64 = 2.0;
 /// Mean square of whitened residuals from which on effects are looked for by signatures on top of what was found.
 const MUCH: f64 = 1.5;
+/// Correlation of a signature with what a strained nuisance took from which on its effect is tried whatever its log-odds:
+/// much of what its finite size changes besides may hide that.
+const ALONG: f64 = 0.9;
 /// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
 const PAYS: f64 = 5.0;
 
@@ -60,10 +64,13 @@ impl Combiner<'_> {
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
             // nuisance that is strained hides its effect, whose signature would be what is left of its size.
             let on_top = (best.mean_square() > MUCH || is_strained(best)).then(|| self.bank_on(&eased(best)));
-            let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, &all));
-            let clear = |set: &Set| (set.0.clone(), eased(&set.1));
-            let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, clear(set))));
-            let cleared = cleared.flat_map(|(bank, set)| self.grown(bank, &set, &all));
+            let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, None, &all));
+            let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, set)));
+            let cleared = cleared.flat_map(|(bank, (members, fitted))| {
+                let eased = eased(fitted);
+                let taken = &eased.residual - &fitted.residual;
+                self.grown(bank, &(members.clone(), eased), Some(&taken), &all)
+            });
             let larger = self.fitted(starts.chain(cleared).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {
@@ -103,8 +110,15 @@ impl Combiner<'_> {
         Bank::simulate(self.library, &Fitted { residual, ..fitted.clone() }, base, self.simulate)
     }
 
-    /// A combination with one more effect, for every effect that promises something.
-    fn grown(&self, bank: &Bank, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+    /// A combination with one more effect, for every effect that promises something, or that changes what strained
+    /// nuisances took.
+    fn grown(
+        &self,
+        bank: &Bank,
+        (members, fitted): &Set,
+        taken: Option<&DVector<f64>>,
+        known: &[Set],
+    ) -> Vec<(Vec<usize>, Start)> {
         let library = self.library;
         let scores = bank.scores(fitted).dispersed(self.dispersion);
         let shares = |number: usize| {
@@ -112,8 +126,9 @@ impl Combiner<'_> {
             members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))
         };
         let odds = bank.log_odds(&scores, library.len());
-        let mut tried: Vec<usize> =
-            (0..library.len()).filter(|number| odds[*number] > PROMISING && !shares(*number)).collect();
+        let is_along = |number: usize| taken.is_some_and(|taken| bank.correlation(number, taken) > ALONG);
+        let promises = |number: &usize| (odds[*number] > PROMISING || is_along(*number)) && !shares(*number);
+        let mut tried: Vec<usize> = (0..library.len()).filter(promises).collect();
         tried.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
         tried.truncate(TRIED);
         let with = |number: usize| {

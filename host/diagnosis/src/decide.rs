@@ -38,7 +38,7 @@ pub(crate) fn decide(
     let present = best.filter(|best| best.log_odds >= judgement.threshold && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
-    let answer = context.verdict(present, rivals.len() > 1 || relatives);
+    let answer = context.verdict(present, best, rivals.len() > 1 || relatives);
     let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
@@ -72,10 +72,12 @@ struct Context<'a> {
 }
 
 impl Context<'_> {
-    fn verdict(&self, present: Option<&Candidate>, several: bool) -> Verdict {
+    fn verdict(&self, present: Option<&Candidate>, best: Option<&Candidate>, several: bool) -> Verdict {
         let Some(best) = present else {
-            let left = self.without();
-            return if left >= ADEQUATE { Verdict::NotInLibrary } else { Verdict::NoEffect };
+            // What hardly speaks for a cause, for a nuisance may explain it as well, is explained all the same.
+            let explains = |best: &Candidate| best.adequacy.is_some_and(|a| is_adequate(&a, best));
+            let unexplained = self.without() >= ADEQUATE && !best.is_some_and(explains);
+            return if unexplained { Verdict::NotInLibrary } else { Verdict::NoEffect };
         };
         match best.adequacy {
             Some(a) if !is_adequate(&a, best) => Verdict::NotInLibrary,

@@ -382,6 +382,17 @@ impl Prepared {
         }
     }
 
+    /// Log-odds for an effect that has no mean against none, by what repeats differ by; `None` if these recordings cannot
+    /// tell.
+    pub fn odds_by_repeats(&self, id: &str) -> Option<f64> {
+        let block = || self.block(0, self.first).0;
+        match self.plant()? {
+            Plant::Sensor(rig) => excess_noise(rig, &block()).map(|noise| noise.log_odds),
+            Plant::Command(rig) => packets::odds(rig, self.pieces(), &block(), id),
+            _ => None,
+        }
+    }
+
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
     fn exact_enough(&self, place: usize) -> Result<Exact> {
         let (mut finer, mut coarse) = (self.first, self.block(place, self.first));

@@ -11,7 +11,7 @@ pub mod controller;
 pub mod drive;
 mod forms;
 pub mod kernel;
-mod low_pass;
+pub mod low_pass;
 mod replay;
 pub mod sensor;
 mod stairs;

@@ -6,7 +6,8 @@
 //! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
 //! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
 //! the forms of the bank: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than too
-//! little.
+//! little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither a rival
+//! nor a gain counts.
 
 mod healthy;
 
@@ -49,8 +50,6 @@ pub struct Scale {
     pub size: f64,
     /// The rival that stays too near at every size: then an ambiguous answer that lists the truth is right.
     pub inseparable: Option<String>,
-    /// Whether it is a plausible size instead: an effect without a mean changes nothing that could be compared.
-    pub nominal: bool,
 }
 
 /// What is to be expected of an effect of some size.
@@ -82,6 +81,9 @@ impl Expected {
 pub struct Oracle {
     plant: &'static Plant,
     case: &'static EffectCase,
+    /// What is hidden besides, and in which noise.
+    beside: Vec<Hidden>,
+    noise: NoiseColour,
     seed: u64,
     healthy: Healthy,
     library: Vec<Hypothesis>,
@@ -107,11 +109,13 @@ impl Oracle {
     ) -> Result<Self> {
         let (block, library) = block(plant, case.id, &generate(plant.rig, beside, noise, seed)?)?;
         let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
+        let beside = beside.to_vec();
         let healthy = Healthy::of(&block, still)?;
         let bank = healthy.bank(&library);
         let threshold = threshold(&bank, &bank.gram(&healthy.null), library.len());
         let own_misfit = healthy.unexplained(&healthy.null.residual).sqrt();
-        Ok(Self { plant, case, seed, healthy, library, bank, threshold, own_misfit, asked: RefCell::default() })
+        let asked = RefCell::default();
+        Ok(Self { plant, case, beside, noise, seed, healthy, library, bank, threshold, own_misfit, asked })
     }
 
     /// The smallest size that can be told; none where no size of the bench's range can.
@@ -121,12 +125,12 @@ impl Oracle {
     pub fn scale(&self) -> Result<Option<Scale>> {
         let told = self.smallest(Expected::is_told)?;
         if let Some(size) = told {
-            return Ok(Some(Scale { size, inseparable: None, nominal: false }));
+            return Ok(Some(Scale { size, inseparable: None }));
         }
         let Some(size) = self.smallest(Expected::is_present)? else {
             return Ok(None);
         };
-        Ok(Some(Scale { size, inseparable: Some(self.expected(size)?.rival), nominal: false }))
+        Ok(Some(Scale { size, inseparable: Some(self.expected(size)?.rival) }))
     }
 
     /// The size whose effect is so many times that of another size: the size itself so many times, unless it is a limit,
@@ -186,12 +190,27 @@ impl Oracle {
         if let Some(known) = self.asked.borrow().iter().find(|known| known.size == size) {
             return Ok(known.clone());
         }
-        let hidden = [Hidden { id: self.case.id, size }];
-        let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &hidden, self.seed)?)?;
-        let [learn, test] = self.healthy.changed(moved, CLAMP);
-        let expected = self.judged(size, &learn, &test);
+        let hidden = Hidden { id: self.case.id, size };
+        let expected = match is_random(self.case.id) {
+            true => self.repeated(hidden)?,
+            false => {
+                let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &[hidden], self.seed)?)?;
+                let [learn, test] = self.healthy.changed(moved, CLAMP);
+                self.judged(size, &learn, &test)
+            }
+        };
         self.asked.borrow_mut().push(expected.clone());
         Ok(expected)
+    }
+
+    /// What is to be expected of something without a mean, by what repeats with it differ by.
+    fn repeated(&self, hidden: Hidden) -> Result<Expected> {
+        let (id, size) = (hidden.id, hidden.size);
+        let all: Vec<Hidden> = self.beside.iter().cloned().chain([hidden]).collect();
+        let exhibit = Exhibit::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
+        let odds = read(exhibit.path(), &[], &Options::default())?.odds_by_repeats(id).unwrap_or(0.0);
+        let (strength, rival) = ((2.0 * odds.max(0.0)).sqrt(), String::new());
+        Ok(Expected { size, strength, beyond: odds - self.threshold, lead: f64::INFINITY, rival, gain: f64::INFINITY })
     }
 
     /// From what an effect changes in the whitened residuals to what is to be expected of it.
@@ -203,10 +222,16 @@ impl Oracle {
         let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
         let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
         let (lead, rival) = self.nearest(learn, left, 0.5 * left - occam);
-        let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
-        let (without, held_out) = (held_out + test + held_out_jacobian * &z, held_out.as_slice());
-        let gain = adequacy(held_out, held_out, without.as_slice(), [0.0; 2]).gain_lo;
+        let gain = self.gain(test, &z).min(self.gain(test, &DVector::zeros(z.len())));
         Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
+    }
+
+    /// Lower bound of the gain on held-out motion against a model whose nuisances an effect has moved so far. What only
+    /// spares nuisances does not show there, so that it must be a gain without that too.
+    fn gain(&self, test: &DVector<f64>, z: &DVector<f64>) -> f64 {
+        let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
+        let without = held_out + test + held_out_jacobian * z;
+        adequacy(held_out.as_slice(), held_out.as_slice(), without.as_slice(), [0.0; 2]).gain_lo
     }
 
     /// The chi-squared of a change that nuisances somewhere do not explain, their own included. What the model leaves with
@@ -230,13 +255,8 @@ impl Oracle {
     }
 }
 
-/// The scale of an effect that no difference of recordings shows: a plausible size.
-pub fn nominal(case: &EffectCase) -> Option<Scale> {
-    is_random(case.id).then_some(Scale { size: case.size, inseparable: None, nominal: true })
-}
-
 /// A size, if the bench can show it.
-pub fn within(case: &EffectCase, size: f64) -> Option<f64> {
+fn within(case: &EffectCase, size: f64) -> Option<f64> {
     (size >= case.smallest && size <= case.largest).then_some(size)
 }
 

@@ -216,7 +216,7 @@ mod tests {
         let mut listed = case(Asks::Effect, &["J1_coulomb"], Said::Ambiguous, &["J2_viscous", "J1_coulomb"]);
         assert!(!listed.is_right());
         let rival = Some("J2_viscous".to_owned());
-        listed.truth.hidden[0].scale = Some(crate::oracle::Scale { size: 1.0, inseparable: rival, nominal: false });
+        listed.truth.hidden[0].scale = Some(crate::oracle::Scale { size: 1.0, inseparable: rival });
         assert!(listed.is_right());
     }
 

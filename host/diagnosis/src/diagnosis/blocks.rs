@@ -12,6 +12,7 @@ use crate::block::robot::robot_block;
 use crate::block::sensor::sensor_block;
 use crate::block::toss::toss_block;
 use crate::library::{self, Hypothesis};
+use crate::packets;
 use softdock_campaign::rig::{ControllerRig, DriveRig, Plant};
 
 impl Prepared {
@@ -57,7 +58,9 @@ impl Prepared {
             }
             Plant::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
             Plant::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), library::contact::effects),
-            Plant::Command(rig) => self.with(command_block(rig, pieces, &held, finer), library::command::effects),
+            Plant::Command(rig) => self.with(command_block(rig, pieces, &held, finer), |block| {
+                library::command::effects(block, packets::hold(pieces))
+            }),
             Plant::Body(rig) => self.with(body_block(rig, pieces, &held, finer), library::body::effects),
             Plant::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), library::toss::effects),
         }

@@ -114,6 +114,15 @@ impl Bank {
         self.signatures.columns_range(entry.signatures.clone()).into_owned()
     }
 
+    /// Greatest correlation of a hypothesis' signatures with a change of the residuals.
+    pub fn correlation(&self, hypothesis: usize, change: &DVector<f64>) -> f64 {
+        let own = self.entries.iter().filter(|entry| entry.hypothesis == hypothesis);
+        let columns = own.flat_map(|entry| entry.signatures.clone()).map(|place| self.signatures.column(place));
+        let of =
+            |column: nalgebra::DVectorView<'_, f64>| column.dot(change).abs() / column.norm().max(f64::MIN_POSITIVE);
+        columns.map(of).fold(0.0, f64::max) / change.norm().max(f64::MIN_POSITIVE)
+    }
+
     /// Compares the residual of a fit with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
         let projector = Projector::of(fitted);

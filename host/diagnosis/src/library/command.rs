@@ -4,6 +4,7 @@
 use super::{Hypothesis, Shelf};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
+use softdock_kernels::block::Recorded;
 
 /// Plausible delay or lag \[s\]: robot interfaces cycle with 1 to 8 ms, and a few cycles pass on the way.
 const LATE: f64 = 5e-3;
@@ -14,8 +15,8 @@ const USUAL_HOLD: f64 = 4e-3;
 /// Natural logarithm of the factor that a seen period may be wrong by: a row in a thousand.
 const HOLD_SPREAD: f64 = 1e-3;
 
-/// The effects on a command's way that has been measured.
-pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
+/// The effects on a command's way that has been measured; `hold` is a period and its phase \[s\] that packets' numbers tell.
+pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     let either = |sd: f64| Prior::Normal { mean: 0.0, sd };
     let delay = [("delay", either(LATE), Role::Size)];
@@ -25,7 +26,8 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let skew = [("clock_skew", either(SKEW), Role::Size)];
     shelf.add("C5_clock_skew", "skew of the clocks", &skew, &[1.0], &[]);
     let row = block.trials.first().map_or(0.0, |trial| trial.recorded.step * trial.recorded.stride as f64);
-    let [centre, phase] = block.trials.iter().find_map(seen_hold).unwrap_or([USUAL_HOLD, 0.0]);
+    let seen = hold.or_else(|| block.trials.iter().find_map(seen_hold));
+    let [centre, phase] = seen.unwrap_or([USUAL_HOLD, 0.0]);
     let hold = [
         ("hold_share", Prior::Positive { scale: 1.0 }, Role::Size),
         ("hold", Prior::LogNormal { centre, spread: HOLD_SPREAD }, Role::Form),
@@ -33,9 +35,32 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     ];
     let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k), 0.0]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &[1.0], &near);
-    let limit = [("rate_limit", Prior::Below { top: fastest(block), share: 0.2 }, Role::Size)];
-    shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &[0.3, 1.0, 3.0], &[]);
+    let below = Prior::Below { top: fastest(block), share: 0.2 };
+    // A deep limit is found from where it shows alone: a command that is behind by much fits nothing beside it.
+    let seen = block.trials.iter().filter_map(seen_rate).fold(0.0, f64::max);
+    let seen = Some(below.place(seen)).filter(|z| *z > LEAST_LIMIT);
+    let limit = [("rate_limit", below, Role::Size)];
+    let sizes: Vec<f64> = [0.3, 1.0, 3.0].into_iter().chain(seen).collect();
+    shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &sizes, &[]);
     shelf.all
+}
+
+/// Standard deviations of a limit's prior from which on one that is seen differs from none.
+const LEAST_LIMIT: f64 = 0.05;
+/// Share of the rows that a received command's rate exceeds by chance.
+const BEYOND: f64 = 0.002;
+
+/// Rate \[rad/s\] that a received command hardly ever exceeds; `None` where nothing is known of its rate.
+fn seen_rate(trial: &Trial) -> Option<f64> {
+    let Recorded { step, stride, inputs, .. } = &trial.recorded;
+    let weights = inputs.iter().step_by(2 * stride).copied();
+    let received: Vec<f64> = trial.measured[0].iter().zip(weights).map(|(value, weight)| value / weight).collect();
+    let change = |pair: &[f64]| (pair[1] - pair[0]).abs() / (step * *stride as f64);
+    // Rows that say nothing weigh nothing.
+    let mut rates: Vec<f64> = received.windows(2).map(change).filter(|rate| rate.is_finite()).collect();
+    rates.sort_by(f64::total_cmp);
+    let place = (rates.len() as f64 * (1.0 - BEYOND)) as usize;
+    rates.get(place).copied()
 }
 
 /// Greatest rate at which a command was sent \[rad/s\].

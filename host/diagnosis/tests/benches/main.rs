@@ -56,7 +56,7 @@ impl Recorded {
         match &self.rig.plant {
             Plant::Sensor(_) => library::sensor::effects(block),
             Plant::Contact(_) => library::contact::effects(block),
-            Plant::Command(_) => library::command::effects(block),
+            Plant::Command(_) => library::command::effects(block, None),
             Plant::Body(_) => library::body::effects(block),
             Plant::Drive(_) | Plant::Robot(_) | Plant::Toss(_) => unreachable!("another bench"),
         }

@@ -1,0 +1,287 @@
+//! What has no mean on a command's way: packets that get lost, and a delay that differs from packet to packet. Both are
+//! judged by what repeats of one command differ by, before a lag or a limit that was found behind them.
+
+mod behind;
+mod edges;
+mod hold;
+mod lateness;
+
+use self::lateness::{Lateness, lateness};
+use crate::answer::{BlockAnswer, EffectFound, Estimate, Verdict};
+use crate::block::MeasuredBlock;
+use crate::inference::evidence::Interval;
+use crate::inference::memory::{Memory, correlation};
+use crate::recording::grid::Piece;
+use crate::variance::Healthy;
+pub(crate) use behind::Behind;
+pub(crate) use hold::hold;
+use nalgebra::DMatrix;
+use softdock_campaign::rig::CommandRig;
+use softdock_kernels::effects::EffectId;
+use statrs::distribution::{Beta, ContinuousCDF};
+use statrs::function::beta::ln_beta;
+use std::collections::BTreeMap;
+
+/// Quanta by which a command must move from row to row for a packet to be missed.
+const MOVED: f64 = 30.0;
+/// Standard deviations of the rounding behind which a lag was taken off, times the root of twelve, that two commands may
+/// differ by and be the same.
+const FAR: f64 = 4.0;
+/// Share of packets that the next row follows with another one, below which packets are held and not lost.
+const AGAIN: f64 = 0.4;
+/// Least probability with which a row shows the value before though its packet came.
+const CHANCE: f64 = 1e-4;
+/// Rows that differ by up to so many quanta tell how many do not differ by chance.
+const NEAR: f64 = 10.0;
+/// Kurtosis (3 of a normal distribution) from which on a delay's noise is no jitter but rare and long.
+const LONG_TAIL: f64 = 6.0;
+/// Share of the excess that neighbouring rows may have in common.
+const COLOURED: f64 = 0.5;
+
+/// Ids of those that these recordings could show: losses by repeats alone, jitter where the healthy delay is known too.
+pub(crate) fn visible(rig: &CommandRig, pieces: &[Piece]) -> Vec<&'static str> {
+    let repeated = pieces.iter().any(|piece| piece.repeat > 1);
+    let jitter = rig.delay_noise.map(|_| "C3_jitter");
+    if repeated { jitter.into_iter().chain(["C4_drops"]).collect() } else { Vec::new() }
+}
+
+/// Rows of a recording that brought no packet.
+pub(crate) struct Missed {
+    /// Those that say nothing of the command's way: losses, and edges of a hold that a restless delay has moved.
+    pub(crate) rows: Vec<bool>,
+    /// Whether they are losses.
+    are_lost: bool,
+}
+
+/// Rows whose value and number are those of the row before, though the command had moved, in each recording. A hold is no
+/// loss, and without repeats nothing is.
+pub(crate) fn missed(rig: &CommandRig, behind: &Behind, pieces: &[Piece]) -> Vec<Missed> {
+    missed_in(&echoes(rig, behind, pieces))
+}
+
+fn missed_in(echoes: &[Echo]) -> Vec<Missed> {
+    let held: Vec<Vec<bool>> = echoes.iter().map(Echo::held).collect();
+    let of = |(Echo { piece, .. }, own): (&Echo, &Vec<bool>)| {
+        let same = |other: &&Echo| other.piece.experiment == piece.experiment && other.piece.repeat != piece.repeat;
+        let others: Vec<&Vec<bool>> =
+            echoes.iter().zip(&held).filter(|(other, _)| same(other)).map(|(_, held)| held).collect();
+        let common = |row: usize| own[row] && others.iter().all(|held| held.get(row) == Some(&true));
+        let common: Vec<bool> = (0..own.len()).map(common).collect();
+        let are_lost = !is_hold(own, &common);
+        let rows = own.iter().zip(&common).map(|(held, common)| *held && (are_lost || !common)).collect();
+        Missed { rows, are_lost }
+    };
+    echoes.iter().zip(&held).map(of).collect()
+}
+
+/// Whether rows without a packet are those of a hold: the same in all repeats, or the usual thing after a packet.
+fn is_hold(own: &[bool], common: &[bool]) -> bool {
+    let count = |rows: &[bool]| rows.iter().filter(|row| **row).count();
+    let came = own.windows(2).filter(|pair| !pair[0]).count();
+    let again = own.windows(2).filter(|pair| !pair[0] && !pair[1]).count();
+    2 * count(common) > count(own) || (again as f64) < AGAIN * came as f64
+}
+
+/// A recording with what came before lag and limit.
+struct Echo<'a> {
+    piece: &'a Piece,
+    /// Commands that the packets brought \[rad\].
+    arrived: Vec<f64>,
+    /// Rows in which the limit hides them.
+    limited: Vec<bool>,
+    /// What they are known to, and the change of a command from which on a missed packet shows \[rad\].
+    resolution: f64,
+    least: f64,
+}
+
+fn echoes<'a>(rig: &CommandRig, behind: &Behind, pieces: &'a [Piece]) -> Vec<Echo<'a>> {
+    pieces.iter().map(|piece| Echo::of(rig, behind, piece)).collect()
+}
+
+impl<'a> Echo<'a> {
+    fn of(rig: &CommandRig, behind: &Behind, piece: &'a Piece) -> Self {
+        let (received, step) = (&piece.signals["received"], piece.step);
+        let quantum = rig.quantum.max(f64::EPSILON);
+        let limited = |row: usize| row > 0 && behind.limits(received[row] - received[row - 1], step);
+        let rounding = quantum * behind.magnified(step);
+        let (resolution, least) = match rounding > quantum {
+            true => (FAR * rounding, 2.0 * FAR * rounding),
+            false => (quantum, MOVED * quantum),
+        };
+        let limited = (0..received.len()).map(limited).collect();
+        Self { piece, arrived: behind.arrived(received, step), limited, resolution, least }
+    }
+
+    /// Whether the command had moved by a row, and nothing hides what came of it.
+    fn shows(&self, row: usize) -> bool {
+        let sent = &self.piece.signals["sent"];
+        row > 0 && !self.limited[row] && (sent[row] - sent[row - 1]).abs() > self.least
+    }
+
+    /// By how much the command that came changed at a row that has the packet of the row before, though the command had
+    /// moved.
+    fn changed(&self, row: usize) -> Option<f64> {
+        let number = self.piece.signals.get("received.sequence");
+        let is_same = |row: usize| number.is_none_or(|number| (number[row] - number[row - 1]).abs() < 0.5);
+        (self.shows(row) && is_same(row)).then(|| (self.arrived[row] - self.arrived[row - 1]).abs())
+    }
+
+    /// Rows whose value and number are those of the row before, though the command had moved.
+    fn held(&self) -> Vec<bool> {
+        let same = |row: usize| self.changed(row).is_some_and(|change| change < 0.5 * self.resolution);
+        (0..self.arrived.len()).map(same).collect()
+    }
+}
+
+/// The answer with losses and, if the model file says how restless a healthy delay is, jitter. Edges of a hold that a
+/// restless delay moves to either side of a tick are neither.
+pub(crate) fn with_random(
+    rig: &CommandRig,
+    pieces: &[Piece],
+    block: &MeasuredBlock,
+    without: &[String],
+    answer: BlockAnswer,
+) -> BlockAnswer {
+    let behind = Behind::of(&rig.values).with(&answer.effects);
+    let echoes = echoes(rig, &behind, pieces);
+    let wanted = |id: &str| !without.iter().any(|own| own == id);
+    let (loss, jitter) = match seen_hold(&answer) {
+        Some(hold) => behind_hold(rig, &echoes, hold),
+        None => {
+            let missed = missed_in(&echoes);
+            let lateness = lateness(rig, &behind, &echoes, &missed, block);
+            (losses(&echoes, &missed), self::jitter(rig, &lateness))
+        }
+    };
+    let told = |answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found| match wanted(id) {
+        true => named(answer, id, name, found),
+        false => unexplained(answer, found),
+    };
+    let answer = match loss {
+        Some(found) => told(answer, "C4_drops", "packets that get lost", &found),
+        None => answer,
+    };
+    match jitter {
+        Some((found, true)) => told(answer, "C3_jitter", "delay that differs from packet to packet", &found),
+        Some((found, false)) => unexplained(answer, &found),
+        None => answer,
+    }
+}
+
+/// Period and phase of a hold that an answer names \[s\].
+fn seen_hold(answer: &BlockAnswer) -> Option<[f64; 2]> {
+    let hold = answer.effects.iter().find(|effect| effect.id == "C6_hold")?;
+    let told = |field: &str| hold.parameters.get(field).map(|estimate| estimate.value);
+    Some([told("hold")?, told("hold_phase")?])
+}
+
+/// Losses and jitter by when held packets show; neither without repeats, or where the healthy delay is not known.
+fn behind_hold(rig: &CommandRig, echoes: &[Echo], hold: [f64; 2]) -> (Option<Found>, Option<(Found, bool)>) {
+    let is_repeated = echoes.iter().any(|echo| echo.piece.repeat > 1);
+    let healthy = rig.delay_noise.filter(|_| is_repeated);
+    let found = healthy.and_then(|healthy| edges::behind_hold(echoes, hold, healthy, rig.noise_share));
+    match found {
+        Some([jitter, loss]) => (Some(loss), Some((jitter, true))),
+        None => (None, None),
+    }
+}
+
+/// A number without a mean effect, and how much speaks for it.
+struct Found {
+    field: &'static str,
+    unit: &'static str,
+    value: Interval,
+    log_odds: f64,
+}
+
+/// The answer with one more effect, where it is beyond the threshold; what nothing explains may look like losses too.
+fn named(mut answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found) -> BlockAnswer {
+    if found.log_odds < answer.threshold || answer.answer == Verdict::NotInLibrary {
+        return answer;
+    }
+    if answer.answer < Verdict::Named {
+        // What has no practical effect is not the answer any more.
+        answer.effects.clear();
+    }
+    let Interval { value, lo, hi } = found.value;
+    let estimate = Estimate { value, lo, hi, unit: found.unit.to_owned() };
+    answer.effects.push(EffectFound {
+        id: EffectId::of(id).effect().id,
+        name,
+        block: answer.block,
+        p: 1.0 / (1.0 + (-found.log_odds).exp()),
+        parameters: BTreeMap::from([(found.field.to_owned(), estimate)]),
+        covariance: Vec::new(),
+    });
+    answer.log_odds = answer.log_odds.max(found.log_odds);
+    answer.answer = answer.answer.max(Verdict::Named);
+    answer
+}
+
+/// The answer where losses or the delay's noise are beyond the threshold, and of another kind than the library has.
+fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
+    if found.log_odds < answer.threshold {
+        return answer;
+    }
+    answer.log_odds = answer.log_odds.max(found.log_odds);
+    (answer.answer, answer.effects) = (Verdict::NotInLibrary, Vec::new());
+    answer
+}
+
+/// Log-odds for one of them against none, by what repeats differ by; `None` if that cannot be told.
+pub(crate) fn odds(rig: &CommandRig, pieces: &[Piece], block: &MeasuredBlock, id: &str) -> Option<f64> {
+    let behind = Behind::of(&rig.values);
+    let echoes = echoes(rig, &behind, pieces);
+    let missed = missed_in(&echoes);
+    let found = match id {
+        "C4_drops" => losses(&echoes, &missed),
+        _ => jitter(rig, &lateness(rig, &behind, &echoes, &missed, block)).map(|(found, _)| found),
+    };
+    found.map(|found| found.log_odds)
+}
+
+/// Share of the packets that were lost: binomial, with a prior as wide as the effect table has it.
+fn losses(echoes: &[Echo], missed_rows: &[Missed]) -> Option<Found> {
+    let (mut missed, mut rows, mut near, mut repeats) = (0, 0, 0, 0);
+    for (echo, own) in echoes.iter().zip(missed_rows).filter(|(_, own)| own.are_lost) {
+        missed += own.rows.iter().filter(|row| **row).count();
+        let all = 0..echo.arrived.len();
+        rows += all.clone().filter(|row| echo.shows(*row)).count();
+        let is_near = |change: &f64| (0.5..NEAR + 0.5).contains(&(change / echo.resolution));
+        near += all.filter_map(|row| echo.changed(row)).filter(is_near).count();
+        repeats = repeats.max(echo.piece.repeat);
+    }
+    if repeats < 2 || rows == 0 {
+        return None;
+    }
+    // As many by chance as differ by any one of the next quanta, up or down.
+    let chance = (near as f64 / (2.0 * NEAR) / rows as f64).max(CHANCE);
+    let (missed, came) = (missed as f64, (rows - missed) as f64);
+    let wide = 1.0 / EffectId::of("C4_drops").effect().parameters[0].scale - 1.0;
+    let log_odds =
+        ln_beta(1.0 + missed, wide + came) - ln_beta(1.0, wide) - missed * chance.ln() - came * (-chance).ln_1p();
+    // Fewer than by chance speak for no loss.
+    let log_odds = if missed > chance * rows as f64 { log_odds } else { log_odds.min(0.0) };
+    let posterior = Beta::new(1.0 + missed, wide + came).ok()?;
+    let value =
+        Interval { value: missed / rows as f64, lo: posterior.inverse_cdf(0.025), hi: posterior.inverse_cdf(0.975) };
+    Some(Found { field: "drop_probability", unit: "1", value, log_odds })
+}
+
+/// Standard deviation of the delay from row to row beyond the healthy one, and whether it is jitter: normal, and
+/// independent from row to row. `None` without repeats, where the healthy one is not known, or where rounding hides it.
+fn jitter(rig: &CommandRig, Lateness { series, rounding }: &Lateness) -> Option<(Found, bool)> {
+    let samples: usize = series.iter().map(DMatrix::ncols).sum();
+    let deviation = rig.delay_noise.filter(|_| samples > 0)?;
+    let mean_power = |power: i32| series.iter().flatten().map(|x| x.powi(power)).sum::<f64>() / samples as f64;
+    let (whole, of_rounding) = (mean_power(2), rounding.powi(2));
+    // Behind a long lag the rounding is all that is left.
+    let variance = Some(whole - of_rounding).filter(|variance| *variance > of_rounding)?;
+    let scale = EffectId::of("C3_jitter").effect().parameters[0].scale;
+    let healthy = Healthy { deviation, share: rig.noise_share, scale };
+    let (value, log_odds) = healthy.exceeded(variance, Memory::of(series).samples(series));
+    let shared = correlation(series, 1) * whole - deviation.powi(2);
+    let is_white = shared < COLOURED * (variance - deviation.powi(2));
+    let is_normal = mean_power(4) / whole.powi(2) < LONG_TAIL;
+    Some((Found { field: "delay_jitter", unit: "s", value, log_odds }, is_white && is_normal))
+}
