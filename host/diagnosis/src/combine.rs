@@ -23,7 +23,7 @@ const PROMISING: f64 = 2.0;
 const MUCH: f64 = 1.5;
 /// Correlation of a signature with what a strained nuisance took from which on its effect is tried whatever its log-odds:
 /// much of what its finite size changes besides may hide that.
-const ALONG: f64 = 0.9;
+const ALONG: f64 = 0.5;
 /// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
 const PAYS: f64 = 5.0;
 
