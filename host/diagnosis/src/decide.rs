@@ -7,7 +7,7 @@ use crate::inference::fit::Fitted;
 use crate::inference::unknown::Role;
 use crate::judge::{Candidate, Judgement};
 use crate::library::Hypothesis;
-use crate::soundness::PULLED;
+use crate::soundness::{PULLED, is_strained};
 use softdock_kernels::effects::{Effect, GROUPS, Group};
 use std::collections::BTreeSet;
 
@@ -74,8 +74,9 @@ struct Context<'a> {
 impl Context<'_> {
     fn verdict(&self, present: Option<&Candidate>, best: Option<&Candidate>, several: bool) -> Verdict {
         let Some(best) = present else {
-            // What hardly speaks for a cause, for a nuisance may explain it as well, is explained all the same.
-            let explains = |best: &Candidate| best.adequacy.is_some_and(|a| is_adequate(&a, best));
+            // What hardly speaks for a cause, for a nuisance may explain it as well without a strain, is explained.
+            let explains =
+                |best: &Candidate| !is_strained(&best.fitted) && best.adequacy.is_some_and(|a| is_adequate(&a, best));
             let unexplained = self.without() >= ADEQUATE && !best.is_some_and(explains);
             return if unexplained { Verdict::NotInLibrary } else { Verdict::NoEffect };
         };
