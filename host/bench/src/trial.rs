@@ -310,6 +310,11 @@ mod tests {
     }
 
     #[test]
+    fn a_delay_that_strains_the_clock_is_not_in_a_library_without_it() {
+        assert_eq!(said(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0, Said::NotInLibrary);
+    }
+
+    #[test]
     fn losses_and_jitter_that_the_library_goes_without_are_not_in_it() {
         for (id, size) in [("C3_jitter", 3e-4), ("C4_drops", 5e-3)] {
             assert_eq!(said(&[(id, size)], &[id]), (Said::NotInLibrary, Vec::new()));
