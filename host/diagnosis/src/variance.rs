@@ -2,7 +2,7 @@
 
 use crate::block::MeasuredBlock;
 use crate::block::sensor::READINGS;
-use crate::inference::evidence::Interval;
+use crate::inference::evidence::{Interval, log_sum};
 use crate::inference::memory::{Memory, power};
 use crate::inference::noise::deviations;
 use crate::recording::grid::Piece;
@@ -103,10 +103,8 @@ fn odds(ratio: f64, samples: f64, share: f64, scale: f64) -> f64 {
         weight.ln() + log_density(1.0 + (scale * z).powi(2)) - 0.5 * z * z
     };
     let panels: Vec<f64> = (0..=PANELS).map(panel).collect();
-    let peak = panels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = panels.iter().map(|log| (log - peak).exp()).sum();
     // The half-normal density is 2 / sqrt(2 pi) exp(-z^2 / 2).
-    peak + (sum * width / 3.0 * 2.0 / TAU.sqrt()).ln() - log_density(1.0)
+    log_sum(panels.iter()) + (width / 3.0 * 2.0 / TAU.sqrt()).ln() - log_density(1.0)
 }
 
 #[cfg(test)]

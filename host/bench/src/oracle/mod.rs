@@ -206,7 +206,7 @@ impl Oracle {
     /// What is to be expected of something without a mean, by what repeats with it differ by.
     fn repeated(&self, hidden: Hidden) -> Result<Expected> {
         let (id, size) = (hidden.id, hidden.size);
-        let all: Vec<Hidden> = self.beside.iter().cloned().chain([hidden]).collect();
+        let all: Vec<Hidden> = self.beside.iter().copied().chain([hidden]).collect();
         let exhibit = Exhibit::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
         let odds = read(exhibit.path(), &[], &Options::default())?.odds_by_repeats(id).unwrap_or(0.0);
         let (strength, rival) = ((2.0 * odds.max(0.0)).sqrt(), String::new());

@@ -1,7 +1,7 @@
 //! The block from command sent to command received, from recordings of both.
 
 use super::{Channel, MeasuredBlock, Trial, nuisances};
-use crate::packets::{Behind, Missed, missed};
+use crate::packets::{Missed, missed};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers, motion};
 use softdock_campaign::rig::CommandRig;
@@ -49,7 +49,7 @@ pub fn command_block(
     let longest = pieces.iter().map(|piece| piece.samples() as f64 * piece.step).fold(rig.period, f64::max);
     // A restless delay may be another one at a recording's end: so much looks like a skew and is none.
     let tolerance = [&rig.tolerance[..], &[("clock_skew", restlessness / longest)]].concat();
-    let missed = missed(rig, &Behind::of(&rig.values), pieces);
+    let missed = missed(rig, pieces);
     let trial = |(piece, missed): (&Piece, &Missed)| {
         let slowest = slowest(rig, piece, restlessness);
         trial(rig, piece, &missed.rows, slowest, held_out(&piece.experiment), finer)

@@ -74,3 +74,9 @@ pub fn greatest_pull(fitted: &Fitted) -> Option<(&str, f64)> {
     let pulls = fitted.nuisances().map(|(_, unknown, z)| (unknown.name.as_str(), z));
     pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
+
+/// Logarithm of a sum of exponentials.
+pub(crate) fn log_sum<'l>(logs: impl Iterator<Item = &'l f64> + Clone) -> f64 {
+    let peak = logs.clone().copied().fold(f64::NEG_INFINITY, f64::max);
+    peak + logs.map(|log| (log - peak).exp()).sum::<f64>().ln()
+}

@@ -11,7 +11,7 @@ const WELL_BELOW: f64 = 0.8;
 
 /// What stands between the packets and the command in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Behind {
+pub(super) struct Behind {
     /// Time constant of the lag \[s\], 0 without one.
     lag: f64,
     /// Greatest rate \[rad/s\].
@@ -20,7 +20,7 @@ pub(crate) struct Behind {
 
 impl Behind {
     /// As a model has it.
-    pub(crate) fn of(values: &CommandValues<f64>) -> Self {
+    pub(super) fn of(values: &CommandValues<f64>) -> Self {
         Self { lag: values.lag, rate_limit: values.rate_limit }
     }
 

@@ -3,8 +3,8 @@
 //! A restless delay moves an instant across a row's tick if it is near one, to either side; a loss makes any instant a row
 //! late. How near the instants are to their ticks is known from the hold's period, so that both are told apart.
 
-use super::{CHANCE, Echo, Found};
-use crate::inference::evidence::Interval;
+use super::{CHANCE, Echo, Found, came_before};
+use crate::inference::evidence::{Interval, log_sum};
 use softdock_kernels::effects::EffectId;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -33,7 +33,7 @@ struct Edges {
 /// Jitter and losses behind a hold of a period and a phase \[s\]; `None` where packets have no numbers. The healthy delay
 /// has a standard deviation \[s\] that is known to a share.
 pub(super) fn behind_hold(echoes: &[Echo], hold: [f64; 2], healthy: f64, share: f64) -> Option<[Found; 2]> {
-    Edges::of(echoes, hold)?.judged(healthy, share)
+    Some(Edges::of(echoes, hold)?.judged(healthy, share))
 }
 
 /// Values of an unknown with the logarithms of their weights.
@@ -68,12 +68,12 @@ impl Edges {
     }
 
     /// Jitter and losses, each with its log-odds against none, the other being there or not as is better.
-    fn judged(&self, healthy: f64, share: f64) -> Option<[Found; 2]> {
+    fn judged(&self, healthy: f64, share: f64) -> [Found; 2] {
         let steady = normalised(HEALTHY.iter().map(|z| (healthy * (z * share).exp(), -0.5 * z * z)).collect());
         let (jitters, losses) = (jitters(), losses());
         let restless: Weighted = jitters.iter().map(|(jitter, log)| (healthy.hypot(*jitter), *log)).collect();
-        let fit = |shift: &i32| self.best(*shift, &restless, &losses);
-        let shift = (-SHIFTS..=SHIFTS).max_by(|a, b| fit(a).total_cmp(&fit(b)))?;
+        let shifts = (-SHIFTS..=SHIFTS).map(|shift| (shift, self.best(shift, &restless, &losses)));
+        let shift = shifts.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(shift, _)| shift);
         let of = |noises: &Weighted, losses: &Weighted| self.logs(shift, noises, losses);
         let none = vec![(0.0, 0.0)];
         let all = [[of(&steady, &none), of(&steady, &losses)], [of(&restless, &none), of(&restless, &losses)]];
@@ -94,7 +94,7 @@ impl Edges {
             value: interval(losses.iter().map(|(loss, _)| *loss).zip(by_loss)),
             log_odds: lost.max(both) - neither.max(restless),
         };
-        Some([jitter, loss])
+        [jitter, loss]
     }
 
     /// Log-likelihood of a noise \[s\] and a probability of losses, if all instants are so many parts of a row nearer to
@@ -142,7 +142,7 @@ fn jitters() -> Weighted {
 
 /// Plausible probabilities of a loss, as [`losses`](super::losses) has them.
 fn losses() -> Weighted {
-    let wide = 1.0 / EffectId::of("C4_drops").effect().parameters[0].scale - 1.0;
+    let wide = came_before();
     normalised(spread(LOSSES).map(|loss| (loss, (wide - 1.0) * (-loss).ln_1p() + loss.ln())).collect())
 }
 
@@ -155,12 +155,6 @@ fn spread([least, most]: [f64; 2]) -> impl Iterator<Item = f64> {
 fn normalised(values: Weighted) -> Weighted {
     let sum = log_sum(values.iter().map(|(_, log)| log));
     values.into_iter().map(|(value, log)| (value, log - sum)).collect()
-}
-
-/// Logarithm of a sum of exponentials.
-fn log_sum<'l>(logs: impl Iterator<Item = &'l f64> + Clone) -> f64 {
-    let peak = logs.clone().copied().fold(f64::NEG_INFINITY, f64::max);
-    peak + logs.map(|log| (log - peak).exp()).sum::<f64>().ln()
 }
 
 /// Median and 95 % interval of values with log weights, in rising order.
@@ -215,7 +209,7 @@ mod tests {
     #[test]
     fn jitter_and_losses_are_told_apart() {
         let of = |noise: f64, loss: f64| {
-            drawn(noise, loss).judged(HEALTHY_NOISE, 0.1).expect("edges").map(|found| (found.log_odds, found.value))
+            drawn(noise, loss).judged(HEALTHY_NOISE, 0.1).map(|found| (found.log_odds, found.value))
         };
         let [jitter, loss] = of(HEALTHY_NOISE, 0.0);
         assert!(jitter.0 < 1.0 && loss.0 < 1.0, "{jitter:?} {loss:?}");

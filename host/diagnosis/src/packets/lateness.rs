@@ -1,6 +1,7 @@
 //! What repeats' delays differ by.
 
-use super::{Behind, Echo, Missed};
+use super::behind::Behind;
+use super::echo::{Echo, Missed};
 use crate::block::{MeasuredBlock, Trial};
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;

@@ -2,6 +2,7 @@
 //! judged by what repeats of one command differ by, before a lag or a limit that was found behind them.
 
 mod behind;
+mod echo;
 mod edges;
 mod hold;
 mod lateness;
@@ -13,7 +14,9 @@ use crate::inference::evidence::Interval;
 use crate::inference::memory::{Memory, correlation};
 use crate::recording::grid::Piece;
 use crate::variance::Healthy;
-pub(crate) use behind::Behind;
+use behind::Behind;
+use echo::{Echo, echoes, missed_in};
+pub(crate) use echo::{Missed, missed};
 pub(crate) use hold::hold;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;
@@ -22,13 +25,6 @@ use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::function::beta::ln_beta;
 use std::collections::BTreeMap;
 
-/// Quanta by which a command must move from row to row for a packet to be missed.
-const MOVED: f64 = 30.0;
-/// Standard deviations of the rounding behind which a lag was taken off, times the root of twelve, that two commands may
-/// differ by and be the same.
-const FAR: f64 = 4.0;
-/// Share of packets that the next row follows with another one, below which packets are held and not lost.
-const AGAIN: f64 = 0.4;
 /// Least probability with which a row shows the value before though its packet came.
 const CHANCE: f64 = 1e-4;
 /// Rows that differ by up to so many quanta tell how many do not differ by chance.
@@ -45,94 +41,6 @@ pub(crate) fn visible(rig: &CommandRig, pieces: &[Piece]) -> Vec<&'static str> {
     if repeated { jitter.into_iter().chain(["C4_drops"]).collect() } else { Vec::new() }
 }
 
-/// Rows of a recording that brought no packet.
-pub(crate) struct Missed {
-    /// Those that say nothing of the command's way: losses, and edges of a hold that a restless delay has moved.
-    pub(crate) rows: Vec<bool>,
-    /// Whether they are losses.
-    are_lost: bool,
-}
-
-/// Rows whose value and number are those of the row before, though the command had moved, in each recording. A hold is no
-/// loss, and without repeats nothing is.
-pub(crate) fn missed(rig: &CommandRig, behind: &Behind, pieces: &[Piece]) -> Vec<Missed> {
-    missed_in(&echoes(rig, behind, pieces))
-}
-
-fn missed_in(echoes: &[Echo]) -> Vec<Missed> {
-    let held: Vec<Vec<bool>> = echoes.iter().map(Echo::held).collect();
-    let of = |(Echo { piece, .. }, own): (&Echo, &Vec<bool>)| {
-        let same = |other: &&Echo| other.piece.experiment == piece.experiment && other.piece.repeat != piece.repeat;
-        let others: Vec<&Vec<bool>> =
-            echoes.iter().zip(&held).filter(|(other, _)| same(other)).map(|(_, held)| held).collect();
-        let common = |row: usize| own[row] && others.iter().all(|held| held.get(row) == Some(&true));
-        let common: Vec<bool> = (0..own.len()).map(common).collect();
-        let are_lost = !is_hold(own, &common);
-        let rows = own.iter().zip(&common).map(|(held, common)| *held && (are_lost || !common)).collect();
-        Missed { rows, are_lost }
-    };
-    echoes.iter().zip(&held).map(of).collect()
-}
-
-/// Whether rows without a packet are those of a hold: the same in all repeats, or the usual thing after a packet.
-fn is_hold(own: &[bool], common: &[bool]) -> bool {
-    let count = |rows: &[bool]| rows.iter().filter(|row| **row).count();
-    let came = own.windows(2).filter(|pair| !pair[0]).count();
-    let again = own.windows(2).filter(|pair| !pair[0] && !pair[1]).count();
-    2 * count(common) > count(own) || (again as f64) < AGAIN * came as f64
-}
-
-/// A recording with what came before lag and limit.
-struct Echo<'a> {
-    piece: &'a Piece,
-    /// Commands that the packets brought \[rad\].
-    arrived: Vec<f64>,
-    /// Rows in which the limit hides them.
-    limited: Vec<bool>,
-    /// What they are known to, and the change of a command from which on a missed packet shows \[rad\].
-    resolution: f64,
-    least: f64,
-}
-
-fn echoes<'a>(rig: &CommandRig, behind: &Behind, pieces: &'a [Piece]) -> Vec<Echo<'a>> {
-    pieces.iter().map(|piece| Echo::of(rig, behind, piece)).collect()
-}
-
-impl<'a> Echo<'a> {
-    fn of(rig: &CommandRig, behind: &Behind, piece: &'a Piece) -> Self {
-        let (received, step) = (&piece.signals["received"], piece.step);
-        let quantum = rig.quantum.max(f64::EPSILON);
-        let limited = |row: usize| row > 0 && behind.limits(received[row] - received[row - 1], step);
-        let rounding = quantum * behind.magnified(step);
-        let (resolution, least) = match rounding > quantum {
-            true => (FAR * rounding, 2.0 * FAR * rounding),
-            false => (quantum, MOVED * quantum),
-        };
-        let limited = (0..received.len()).map(limited).collect();
-        Self { piece, arrived: behind.arrived(received, step), limited, resolution, least }
-    }
-
-    /// Whether the command had moved by a row, and nothing hides what came of it.
-    fn shows(&self, row: usize) -> bool {
-        let sent = &self.piece.signals["sent"];
-        row > 0 && !self.limited[row] && (sent[row] - sent[row - 1]).abs() > self.least
-    }
-
-    /// By how much the command that came changed at a row that has the packet of the row before, though the command had
-    /// moved.
-    fn changed(&self, row: usize) -> Option<f64> {
-        let number = self.piece.signals.get("received.sequence");
-        let is_same = |row: usize| number.is_none_or(|number| (number[row] - number[row - 1]).abs() < 0.5);
-        (self.shows(row) && is_same(row)).then(|| (self.arrived[row] - self.arrived[row - 1]).abs())
-    }
-
-    /// Rows whose value and number are those of the row before, though the command had moved.
-    fn held(&self) -> Vec<bool> {
-        let same = |row: usize| self.changed(row).is_some_and(|change| change < 0.5 * self.resolution);
-        (0..self.arrived.len()).map(same).collect()
-    }
-}
-
 /// The answer with losses and, if the model file says how restless a healthy delay is, jitter. Edges of a hold that a
 /// restless delay moves to either side of a tick are neither.
 pub(crate) fn with_random(
@@ -145,13 +53,9 @@ pub(crate) fn with_random(
     let behind = Behind::of(&rig.values).with(&answer.effects);
     let echoes = echoes(rig, &behind, pieces);
     let wanted = |id: &str| !without.iter().any(|own| own == id);
-    let (loss, jitter) = match seen_hold(&answer) {
+    let Random { loss, jitter } = match seen_hold(&answer) {
         Some(hold) => behind_hold(rig, &echoes, hold),
-        None => {
-            let missed = missed_in(&echoes);
-            let lateness = lateness(rig, &behind, &echoes, &missed, block);
-            (losses(&echoes, &missed), self::jitter(rig, &lateness))
-        }
+        None => row_by_row(rig, &behind, &echoes, block),
     };
     let told = |answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found| match wanted(id) {
         true => named(answer, id, name, found),
@@ -176,14 +80,28 @@ fn seen_hold(answer: &BlockAnswer) -> Option<[f64; 2]> {
 }
 
 /// Losses and jitter by when held packets show; neither without repeats, or where the healthy delay is not known.
-fn behind_hold(rig: &CommandRig, echoes: &[Echo], hold: [f64; 2]) -> (Option<Found>, Option<(Found, bool)>) {
+fn behind_hold(rig: &CommandRig, echoes: &[Echo], hold: [f64; 2]) -> Random {
     let is_repeated = echoes.iter().any(|echo| echo.piece.repeat > 1);
     let healthy = rig.delay_noise.filter(|_| is_repeated);
     let found = healthy.and_then(|healthy| edges::behind_hold(echoes, hold, healthy, rig.noise_share));
     match found {
-        Some([jitter, loss]) => (Some(loss), Some((jitter, true))),
-        None => (None, None),
+        Some([jitter, loss]) => Random { loss: Some(loss), jitter: Some((jitter, true)) },
+        None => Random { loss: None, jitter: None },
     }
+}
+
+/// Losses and jitter by the rows of recordings without a hold.
+fn row_by_row(rig: &CommandRig, behind: &Behind, echoes: &[Echo], block: &MeasuredBlock) -> Random {
+    let missed = missed_in(echoes);
+    let lateness = lateness(rig, behind, echoes, &missed, block);
+    Random { loss: losses(echoes, &missed), jitter: jitter(rig, &lateness) }
+}
+
+/// What repeats say of both.
+struct Random {
+    loss: Option<Found>,
+    /// A restless delay, and whether it is jitter.
+    jitter: Option<(Found, bool)>,
 }
 
 /// A number without a mean effect, and how much speaks for it.
@@ -232,12 +150,14 @@ fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
 pub(crate) fn odds(rig: &CommandRig, pieces: &[Piece], block: &MeasuredBlock, id: &str) -> Option<f64> {
     let behind = Behind::of(&rig.values);
     let echoes = echoes(rig, &behind, pieces);
-    let missed = missed_in(&echoes);
-    let found = match id {
-        "C4_drops" => losses(&echoes, &missed),
-        _ => jitter(rig, &lateness(rig, &behind, &echoes, &missed, block)).map(|(found, _)| found),
-    };
+    let Random { loss, jitter } = row_by_row(rig, &behind, &echoes, block);
+    let found = if id == "C4_drops" { loss } else { jitter.map(|(found, _)| found) };
     found.map(|found| found.log_odds)
+}
+
+/// Packets that must have come for one to be lost, as plausible losses have it: the beta prior's second number.
+fn came_before() -> f64 {
+    1.0 / EffectId::of("C4_drops").effect().parameters[0].scale - 1.0
 }
 
 /// Share of the packets that were lost: binomial, with a prior as wide as the effect table has it.
@@ -257,7 +177,7 @@ fn losses(echoes: &[Echo], missed_rows: &[Missed]) -> Option<Found> {
     // As many by chance as differ by any one of the next quanta, up or down.
     let chance = (near as f64 / (2.0 * NEAR) / rows as f64).max(CHANCE);
     let (missed, came) = (missed as f64, (rows - missed) as f64);
-    let wide = 1.0 / EffectId::of("C4_drops").effect().parameters[0].scale - 1.0;
+    let wide = came_before();
     let log_odds =
         ln_beta(1.0 + missed, wide + came) - ln_beta(1.0, wide) - missed * chance.ln() - came * (-chance).ln_1p();
     // Fewer than by chance speak for no loss.
