@@ -270,6 +270,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_diagnosis::judge;
     use softdock_gauntlet::{NoiseColour, Rig};
 
     /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
@@ -324,5 +325,28 @@ mod tests {
     #[test]
     fn a_long_lag_is_not_taken_for_jitter() {
         assert_eq!(said(&[("C2_lag", 0.015)], &[]), (Said::Named, vec!["C2_lag".to_owned()]));
+    }
+
+    #[test]
+    fn a_gear_that_is_many_times_softer_than_the_models_is_found() {
+        let soft = 8.4e-6;
+        let hidden = [Hidden { id: "J8_elasticity", size: soft }];
+        let set = generate(Rig::Robot, &hidden, NoiseColour::FirstOrder, 11).expect("an effect of the bench");
+        let exhibit = Exhibit::of(&set).expect("room");
+        let prepared = read(exhibit.path(), &[], &Options::default()).expect("good recordings");
+        let (block, library) = prepared.blocks(1).swap_remove(1);
+        let library: Vec<_> = library.into_iter().filter(|own| code(own.effect.id) == "J8").collect();
+        let judgement = judge(&block, &block, &library).expect("repeats");
+        let found = judgement.ranking[0].fitted.values(&block.base)[block.field("compliance")];
+        let truth = block.base[block.field("compliance")] + soft;
+        assert!((found / truth - 1.0).abs() < 0.05, "{found} instead of {truth}");
+        assert!(judgement.ranking[0].fitted.mean_square() < 1.3, "{}", judgement.ranking[0].fitted.mean_square());
+    }
+
+    #[test]
+    fn noise_of_the_measured_place_is_no_lag_of_the_force() {
+        let set = generate(Rig::Contact, &[], NoiseColour::FirstOrder, 3_584_678_196).expect("nothing hidden");
+        let exhibit = Exhibit::of(&set).expect("room");
+        assert_eq!(answer(exhibit.path(), &Options::default()).answer.said, Said::NoEffect);
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn decide(
     let context = Context { block, library, judgement, prismatic };
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
-    let present = best.filter(|best| best.log_odds >= judgement.threshold && !context.rests_on_a_pull(best));
+    let present = best.filter(|best| best.is_present(judgement.threshold) && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
     let answer = context.verdict(present, best, rivals.len() > 1 || relatives);
@@ -248,7 +248,7 @@ pub(crate) fn rivals<'c>(
 /// Whether an explanation stands: it is there by the statistics, it explains held-out motion, and it is worth knowing.
 pub(crate) fn holds(candidate: &Candidate, threshold: f64) -> bool {
     let explains = |a: &Adequacy| is_adequate(a, candidate) && a.gain_lo >= PRACTICAL;
-    candidate.log_odds >= threshold && candidate.adequacy.as_ref().is_some_and(explains)
+    candidate.is_present(threshold) && candidate.adequacy.as_ref().is_some_and(explains)
 }
 
 /// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.

@@ -26,6 +26,8 @@ const POLISHED: usize = 5;
 const REFINED: usize = 3;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
+/// Standard deviations that noise exceeds with that probability.
+const RARE: f64 = 3.29;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
 
@@ -42,6 +44,9 @@ pub struct Candidate {
     pub deviations: Vec<f64>,
     /// How much better than the null hypothesis it explains the data: difference of log evidence.
     pub log_odds: f64,
+    /// Log-odds that the noise of measured inputs alone may give it, for it carries that noise otherwise than the null
+    /// hypothesis does; 0 until it is looked at.
+    pub by_input_noise: f64,
     /// Whether it is what its name says; see `is_sound`.
     pub sound: bool,
     /// Whitened residuals of held-out data, none if there are none.
@@ -245,6 +250,7 @@ impl<'a> Bench<'a> {
             })
             .collect();
         ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        self.add_input_noise(&null, dispersion, &mut ranking);
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&clamped, &mut ranking);
@@ -267,6 +273,24 @@ impl<'a> Bench<'a> {
             visibility,
             likeness,
             ranking,
+        }
+    }
+
+    /// Tells of the best candidates what the noise of measured inputs alone may give them. Where a candidate carries it
+    /// otherwise by `d`, the sum of squares of a residual `r` changes by `2 r'd + d'd`: repeats tell the second of these,
+    /// which is taken off, but the first is a number by chance, of standard deviation `2 |d|`.
+    pub(crate) fn add_input_noise(&self, null: &Fitted, dispersion: f64, ranking: &mut [Candidate]) {
+        if !self.learn.has_repeats() {
+            return;
+        }
+        let best: Vec<&mut Candidate> = ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
+        let fits = std::iter::once(null).chain(best.iter().map(|candidate| &candidate.fitted));
+        let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(&self.block.base)).collect();
+        let carried = self.learn.whitened_deviations(&self.noise, &sets);
+        for (candidate, own) in best.into_iter().zip(&carried[1..]) {
+            // Whitened means count as single repeats do: their noise has the same power.
+            let share = null.residual.len() as f64 / own.len() as f64;
+            candidate.by_input_noise = RARE * ((own - &carried[0]).norm_squared() * share).sqrt() / dispersion;
         }
     }
 
@@ -417,7 +441,23 @@ impl Candidate {
     /// A fit of some hypotheses of which no more is known than its evidence.
     pub(crate) fn new(hypotheses: Vec<usize>, fitted: Fitted, evidence: Evidence) -> Self {
         let (deviations, held_out) = (Vec::new(), DVector::zeros(0));
-        Self { hypotheses, fitted, evidence, deviations, log_odds: 0.0, sound: true, held_out, adequacy: None }
+        let (log_odds, by_input_noise) = (0.0, 0.0);
+        Self {
+            hypotheses,
+            fitted,
+            evidence,
+            deviations,
+            log_odds,
+            by_input_noise,
+            sound: true,
+            held_out,
+            adequacy: None,
+        }
+    }
+
+    /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on.
+    pub(crate) fn is_present(&self, threshold: f64) -> bool {
+        self.log_odds >= threshold.max(self.by_input_noise)
     }
 
     /// The nuisance that was pulled furthest, and how far.

@@ -238,6 +238,7 @@ impl Search<'_> {
         let own = evidence_of(&fitted);
         let log_odds = own.log - evidence_of(&judgement.null).log;
         let mut one = [Candidate { log_odds, ..Candidate::new(members.to_vec(), fitted, own) }];
+        self.bench.add_input_noise(&judgement.null, dispersion, &mut one);
         self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.clamped, &mut one);

@@ -55,7 +55,7 @@ impl Judged {
             own.any(|unknown| unknown.name == "compliance" && unknown.role == Role::Size)
         };
         let best = self.judgement.ranking.iter().find(|candidate| candidate.sound)?;
-        let present = best.log_odds > self.judgement.threshold && best.hypotheses.iter().any(of_gear);
+        let present = best.is_present(self.judgement.threshold) && best.hypotheses.iter().any(of_gear);
         present.then(|| from_slice(&best.fitted.values(&self.block.base)))
     }
 }
