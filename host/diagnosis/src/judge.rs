@@ -1,6 +1,7 @@
 //! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
 mod held_out;
+mod nested;
 
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
@@ -181,6 +182,8 @@ impl<'a> Bench<'a> {
 
         let starts = starts(block, library, &bank, &scores, &null);
         let singles = self.polished(fit(starts, &block.base, quotient, &quick));
+        let again = fit(nested::starts(library, &singles), &block.base, quotient, &quick);
+        let singles = nested::better(singles, self.polished(again));
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let samples = null.residual.len();
         let alone = dispersion(&null, singles.iter(), samples);

@@ -52,7 +52,7 @@ impl Judged {
     fn gear(&self) -> Option<DriveValues<f64>> {
         let of_gear = |number: &usize| {
             let mut own = self.library[*number].unknowns.iter();
-            own.any(|unknown| unknown.name == "compliance" && unknown.role == Role::Size)
+            own.any(|unknown| unknown.name == "compliance" && unknown.role != Role::Nuisance)
         };
         let best = self.judgement.ranking.iter().find(|candidate| candidate.sound)?;
         let present = best.is_present(self.judgement.threshold) && best.hypotheses.iter().any(of_gear);

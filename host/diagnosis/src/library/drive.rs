@@ -186,14 +186,15 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
             &grid([-0.5, 0.5]),
         );
     } else {
-        // A softer gear swings more slowly, so that the same damping is a larger share of what is critical.
+        // A softer gear swings more slowly, so that the same damping is a larger share of what is critical; and a robot's
+        // further axes damp its links before anybody knows that these are not rigid.
         let damping = shelf.base("gear_damping").max(0.01);
         shelf.add(
             "J8_elasticity",
             "elasticity of the gear",
             &[
                 ("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size),
-                ("gear_damping", Prior::LogNormal { centre: damping, spread: 0.7 }, Role::Form),
+                ("gear_damping", Prior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
             ],
             &softer_or_stiffer(),
             &grid([0.0, 1.0]),

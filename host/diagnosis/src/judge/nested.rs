@@ -1,0 +1,89 @@
+//! Starts of hypotheses from where others ended that have all their numbers, and more.
+
+use crate::inference::fit::{Fitted, Start};
+use crate::inference::unknown::Unknown;
+use crate::library::Hypothesis;
+
+/// How much less than a hypothesis another must leave, in chi-squared, that the first starts again from there: most of
+/// what the two leave differs by what the other's further numbers explain.
+const AHEAD: f64 = 10.0;
+
+/// One start for every fit of a single hypothesis that ended above one which contains it: a gear with backlash whose gap
+/// comes out as nothing is an elastic gear, and has found a valley that the elastic gear's own starts missed.
+pub(super) fn starts(library: &[Hypothesis], singles: &[Fitted]) -> Vec<Start> {
+    let fields = |fitted: &Fitted| library[fitted.hypothesis].unknowns.iter().map(|unknown| unknown.field);
+    let contains = |outer: &Fitted, inner: &Fitted| {
+        outer.hypothesis != inner.hypothesis && fields(inner).all(|own| fields(outer).any(|field| field == own))
+    };
+    let again = |inner: &Fitted| {
+        let ahead = singles.iter().filter(|outer| outer.cost() < inner.cost() - AHEAD && contains(outer, inner));
+        let best = ahead.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
+        let z = inner.unknowns.iter().zip(&inner.z).map(|(unknown, z)| place(unknown, best).unwrap_or(*z)).collect();
+        Some(Start::new(inner.hypothesis, inner.unknowns.clone(), z))
+    };
+    singles.iter().filter_map(again).collect()
+}
+
+/// Where a free number stands in another fit; `None` if that does not have it.
+fn place(unknown: &Unknown, fitted: &Fitted) -> Option<f64> {
+    let own = fitted.place(unknown.field)?;
+    let value = fitted.unknowns[own].prior.value(fitted.z[own]);
+    Some(unknown.prior.allowed(unknown.prior.place(value)))
+}
+
+/// The better of two fits of every hypothesis; `again` has some of them.
+pub(super) fn better(mut singles: Vec<Fitted>, again: Vec<Fitted>) -> Vec<Fitted> {
+    for fitted in again {
+        let own = singles.iter_mut().find(|single| single.hypothesis == fitted.hypothesis);
+        if let Some(own) = own.filter(|own| fitted.cost() < own.cost()) {
+            *own = fitted;
+        }
+    }
+    singles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::unknown::{Prior, Role};
+    use nalgebra::{DMatrix, DVector};
+    use softdock_kernels::effects::DICTIONARY;
+
+    fn unknown(field: usize, spread: f64) -> Unknown {
+        let prior = Prior::LogNormal { centre: 1.0, spread };
+        Unknown { name: format!("p{field}"), field, unit: "1", prior, role: Role::Size }
+    }
+
+    fn hypothesis(unknowns: Vec<Unknown>) -> Hypothesis {
+        let (forms, sizes) = (vec![vec![1.0; unknowns.len()]], vec![0]);
+        Hypothesis { effect: &DICTIONARY, name: "a form", unknowns, forms, sizes, shaped: true }
+    }
+
+    /// A fit of a hypothesis, all numbers at `z`, that leaves so much.
+    fn fitted(library: &[Hypothesis], hypothesis: usize, z: f64, left: f64) -> Fitted {
+        let unknowns = library[hypothesis].unknowns.clone();
+        let (z, residual) = (vec![z; unknowns.len()], DVector::from_element(1, left.sqrt()));
+        let jacobian = DMatrix::zeros(1, 0);
+        Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None, freed: false }
+    }
+
+    #[test]
+    fn what_ended_above_one_that_contains_it_starts_again_from_there() {
+        let library = [hypothesis(vec![unknown(3, 1.0)]), hypothesis(vec![unknown(2, 1.0), unknown(3, 0.5)])];
+        let behind = [fitted(&library, 0, 0.1, 500.0), fitted(&library, 1, 2.0, 100.0)];
+        let again = starts(&library, &behind);
+        // Two spreads of a half are one of a whole; what the outer one lacks is not started.
+        assert_eq!((again.len(), again[0].hypothesis, &again[0].z), (1, 0, &vec![1.0]));
+        let ahead = [fitted(&library, 0, 0.1, 100.0), fitted(&library, 1, 2.0, 500.0)];
+        assert!(starts(&library, &ahead).is_empty());
+    }
+
+    #[test]
+    fn the_better_of_two_fits_is_kept() {
+        let library = [hypothesis(vec![unknown(3, 1.0)]), hypothesis(vec![unknown(2, 1.0)])];
+        let left =
+            |of: &[f64]| of.iter().enumerate().map(|(n, left)| fitted(&library, n, 0.0, *left)).collect::<Vec<_>>();
+        let kept = |again: f64| better(left(&[5.0, 7.0]), vec![fitted(&library, 1, 0.0, again)])[1].cost();
+        assert!((kept(3.0) - 3.0).abs() < 1e-12 && (kept(9.0) - 7.0).abs() < 1e-12);
+    }
+}
