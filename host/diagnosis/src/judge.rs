@@ -16,6 +16,7 @@ use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -27,8 +28,6 @@ const POLISHED: usize = 5;
 const REFINED: usize = 3;
 /// Noise alone may reach the threshold with this probability.
 const RARITY: f64 = 5e-4;
-/// Standard deviations that noise exceeds with that probability.
-const RARE: f64 = 3.29;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
 
@@ -290,10 +289,11 @@ impl<'a> Bench<'a> {
         let fits = std::iter::once(null).chain(best.iter().map(|candidate| &candidate.fitted));
         let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(&self.block.base)).collect();
         let carried = self.learn.whitened_deviations(&self.noise, &sets);
+        let rare = Normal::standard().inverse_cdf(1.0 - RARITY);
         for (candidate, own) in best.into_iter().zip(&carried[1..]) {
             // Whitened means count as single repeats do: their noise has the same power.
             let share = null.residual.len() as f64 / own.len() as f64;
-            candidate.by_input_noise = RARE * ((own - &carried[0]).norm_squared() * share).sqrt() / dispersion;
+            candidate.by_input_noise = rare * ((own - &carried[0]).norm_squared() * share).sqrt() / dispersion;
         }
     }
 
@@ -370,8 +370,7 @@ fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
     }
     for (unknown, z) in single.unknowns.iter().zip(&mut single.z) {
         // A nuisance of the null hypothesis may be the size of an effect, with a spread of its own.
-        let own = null.unknowns.iter().zip(&null.z).find(|(nuisance, _)| nuisance.field == unknown.field);
-        *z = own.map_or(0.0, |(nuisance, z)| unknown.prior.place(nuisance.prior.value(*z)));
+        *z = null.value(unknown.field).map_or(0.0, |value| unknown.prior.place(value));
     }
     (single.residual, single.carried) = (null.residual.clone(), null.carried);
     single

@@ -238,7 +238,7 @@ impl<'a> Part<'a> {
     /// Power of the noise that the simulation carries into the residuals for every parameter set, beyond what it carries
     /// for the model's own, in units of the noise: by what repeats differ by. 0 without repeats.
     pub fn carried(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
-        if !self.has_repeats() {
+        if sets.is_empty() || !self.has_repeats() {
             return vec![0.0; sets.len()];
         }
         let all: Vec<Vec<f64>> = std::iter::once(&self.block.base).chain(sets).cloned().collect();

@@ -3,8 +3,11 @@
 //! Simulations for derivatives are most of the cost. They are kept from where they were last simulated until a step gains
 //! less than they promise, and simulated once more where the fit ends.
 
+mod probe;
+
 use super::unknown::{Role, Unknown, applied};
 use nalgebra::{DMatrix, DVector};
+use probe::probe;
 
 /// Trial damping factors of a round, times the last good one.
 const DAMPINGS: [f64; 4] = [0.2, 1.0, 6.0, 36.0];
@@ -28,9 +31,8 @@ const LONGEST: f64 = 0.1;
 /// gains nearly what they promise: a model that is linear in them is.
 const AGREES: f64 = 0.5;
 const HOLDS: f64 = 0.98;
-/// Times that one looks beside where fits ended, and how far.
+/// Times that one looks beside where fits ended.
 const PROBES: usize = 3;
-const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 /// Shares of its cost by which a start may trail the best of its hypothesis after so many rounds.
 const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
 /// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
@@ -177,6 +179,11 @@ impl Fitted {
         self.unknowns.iter().position(|unknown| unknown.field == field)
     }
 
+    /// Value of a free number, `None` if the fit does not have it.
+    pub fn value(&self, field: usize) -> Option<f64> {
+        self.place(field).map(|place| self.unknowns[place].prior.value(self.z[place]))
+    }
+
     /// The nuisances: place, what it is, and by how many tolerances it is off.
     pub fn nuisances(&self) -> impl Iterator<Item = (usize, &Unknown, f64)> {
         let all = self.unknowns.iter().zip(&self.z).enumerate().map(|(place, (unknown, z))| (place, unknown, *z));
@@ -235,42 +242,6 @@ fn climb(climbs: &mut Vec<Climb>, base: &[f64], simulate: &Simulate) {
             give_up_hopeless(climbs);
         }
     }
-}
-
-/// Looks beside where fits of effects of one number ended that leave much and are not ruled out: what jumps from sample to
-/// sample, as a hold or a limit, has narrow minima beside narrow minima, and no derivative tells of the next. Whether any
-/// fit goes on from a better place.
-fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> bool {
-    let best = climbs.iter().map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min);
-    let beside = |climb: &Climb| {
-        let at = &climb.at;
-        let own: Vec<usize> = (0..at.z.len()).filter(|i| at.unknowns[*i].role != Role::Nuisance).collect();
-        let leaves_much = at.mean_square() > MUCH && at.cost() < best + HOPELESS * at.mean_square();
-        let [place] = own[..] else { return Vec::new() };
-        let moved = |way: f64| {
-            let mut z = at.z.clone();
-            z[place] = at.unknowns[place].prior.allowed(z[place] + way);
-            z
-        };
-        let ways = BESIDE.iter().flat_map(|way| [*way, -way]);
-        ways.filter(|_| leaves_much).map(moved).collect::<Vec<_>>()
-    };
-    let trials: Vec<Vec<Vec<f64>>> = climbs.iter().map(beside).collect();
-    let sets = climbs.iter().zip(&trials);
-    let sets = sets.flat_map(|(climb, own)| own.iter().map(|z| applied(base, &climb.at.unknowns, z)));
-    let mut residuals = simulate(&sets.collect::<Vec<_>>()).into_iter();
-    let mut any = false;
-    for (climb, own) in climbs.iter_mut().zip(trials) {
-        let tried = own.into_iter().map(|z| (z, residuals.next().expect("one residual a set")));
-        let tried = tried.map(|(z, residual)| (cost(&residual, &z), z, residual));
-        let Some((least, z, residual)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        if least < climb.at.cost() - GAIN {
-            (climb.at.z, climb.at.residual) = (z, residual);
-            climb.due.fill(true);
-            (climb.aged, climb.done, climb.damping, any) = (false, false, DAMPING, true);
-        }
-    }
-    any
 }
 
 fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Climb> {

@@ -18,17 +18,12 @@ pub(super) fn starts(library: &[Hypothesis], singles: &[Fitted]) -> Vec<Start> {
     let again = |inner: &Fitted| {
         let ahead = singles.iter().filter(|outer| outer.cost() < inner.cost() - AHEAD && contains(outer, inner));
         let best = ahead.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
-        let z = inner.unknowns.iter().zip(&inner.z).map(|(unknown, z)| place(unknown, best).unwrap_or(*z)).collect();
-        Some(Start::new(inner.hypothesis, inner.unknowns.clone(), z))
+        let z = inner.unknowns.iter().zip(&inner.z).map(|(Unknown { field, prior, .. }, z)| {
+            best.value(*field).map_or(*z, |value| prior.allowed(prior.place(value)))
+        });
+        Some(Start::new(inner.hypothesis, inner.unknowns.clone(), z.collect()))
     };
     singles.iter().filter_map(again).collect()
-}
-
-/// Where a free number stands in another fit; `None` if that does not have it.
-fn place(unknown: &Unknown, fitted: &Fitted) -> Option<f64> {
-    let own = fitted.place(unknown.field)?;
-    let value = fitted.unknowns[own].prior.value(fitted.z[own]);
-    Some(unknown.prior.allowed(unknown.prior.place(value)))
 }
 
 /// The better of two fits of every hypothesis; `again` has some of them.

@@ -1,0 +1,43 @@
+//! Looks beside where fits ended, for what jumps from sample to sample has narrow minima.
+
+use super::{Climb, DAMPING, GAIN, HOPELESS, MUCH, Simulate, cost};
+use crate::inference::unknown::{Role, applied};
+
+/// How far one looks to either side, in `z`.
+const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
+
+/// Looks beside where fits of effects of one number ended that leave much and are not ruled out: what jumps from sample to
+/// sample, as a hold or a limit, has narrow minima beside narrow minima, and no derivative tells of the next. Whether any
+/// fit goes on from a better place.
+pub(super) fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> bool {
+    let best = climbs.iter().map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min);
+    let beside = |climb: &Climb| {
+        let at = &climb.at;
+        let own: Vec<usize> = (0..at.z.len()).filter(|i| at.unknowns[*i].role != Role::Nuisance).collect();
+        let leaves_much = at.mean_square() > MUCH && at.cost() < best + HOPELESS * at.mean_square();
+        let [place] = own[..] else { return Vec::new() };
+        let moved = |way: f64| {
+            let mut z = at.z.clone();
+            z[place] = at.unknowns[place].prior.allowed(z[place] + way);
+            z
+        };
+        let ways = BESIDE.iter().flat_map(|way| [*way, -way]);
+        ways.filter(|_| leaves_much).map(moved).collect::<Vec<_>>()
+    };
+    let trials: Vec<Vec<Vec<f64>>> = climbs.iter().map(beside).collect();
+    let sets = climbs.iter().zip(&trials);
+    let sets = sets.flat_map(|(climb, own)| own.iter().map(|z| applied(base, &climb.at.unknowns, z)));
+    let mut residuals = simulate(&sets.collect::<Vec<_>>()).into_iter();
+    let mut any = false;
+    for (climb, own) in climbs.iter_mut().zip(trials) {
+        let tried = own.into_iter().map(|z| (z, residuals.next().expect("one residual a set")));
+        let tried = tried.map(|(z, residual)| (cost(&residual, &z), z, residual));
+        let Some((least, z, residual)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if least < climb.at.cost() - GAIN {
+            (climb.at.z, climb.at.residual) = (z, residual);
+            climb.due.fill(true);
+            (climb.aged, climb.done, climb.damping, any) = (false, false, DAMPING, true);
+        }
+    }
+    any
+}
