@@ -12,6 +12,8 @@ pub(crate) const TAIL_EXPONENT: f64 = 1.5;
 const LONGEST_TAIL: f64 = 0.05;
 /// Period of the beat of two bus cycles \[s\].
 pub(crate) const BEAT_S: f64 = 0.7;
+/// Steps of a tick in which the lag follows the command: straight lines from tick to tick would be a lag of their own.
+const STEPS: usize = 20;
 /// Keeps a time that is a whole number of periods from falling just short of it.
 const ENOUGH: f64 = 1e-9;
 
@@ -29,8 +31,9 @@ pub(crate) struct Path {
     beat: f64,
     /// Draws of jitter and losses.
     stream: Stream,
-    /// Last packet's number, and the value it held \[rad\].
+    /// Last packet's number, when what it held was asked for \[s\], and the value \[rad\].
     packet: i64,
+    sent: Option<f64>,
     held: f64,
     /// Input and output of the lag, output of the limit \[rad\].
     before: f64,
@@ -63,6 +66,7 @@ impl Path {
             beat: sizes.of("beating_delay"),
             stream,
             packet: -1,
+            sent: None,
             held: at,
             before: at,
             lagged: at,
@@ -89,25 +93,31 @@ impl Path {
         }
         // A loss is drawn whether or not losses are hidden, so that the draws of the jitter stay what they are.
         let lost = self.stream.uniform() < self.drops;
+        let before = self.sent.unwrap_or(sent);
         if !lost {
             self.packet = (sent / TICK + ENOUGH).floor().max(-1.0) as i64;
+            self.sent = Some(sent);
             self.held = motion.at(sent)[0];
         }
-        Received { packet: self.packet, value: self.shaped() }
-    }
-
-    /// Lag, exact for a command that is linear between ticks, then rate limit.
-    fn shaped(&mut self) -> f64 {
-        let mut value = self.held;
         if self.lag > 0.0 {
-            let (keep, behind) = ((-TICK / self.lag).exp(), self.lag * (value - self.before) / TICK);
-            self.lagged = value - behind + keep * (self.lagged - self.before + behind);
-            self.before = value;
-            value = self.lagged;
+            self.lag_behind(motion, [before, if lost { before } else { sent }]);
         }
+        let value = if self.lag > 0.0 { self.lagged } else { self.held };
         let step = self.rate_limit * TICK;
         self.limited += (value - self.limited).clamp(-step, step);
-        self.limited
+        Received { packet: self.packet, value: self.limited }
+    }
+
+    /// The lag over a tick in which arrives what was sent between two times \[s\]; exact for a command that is linear
+    /// over a step.
+    fn lag_behind(&mut self, motion: &Motion, [from, to]: [f64; 2]) {
+        let step = TICK / STEPS as f64;
+        for number in 1..=STEPS {
+            let value = motion.at(from + (to - from) * number as f64 / STEPS as f64)[0];
+            let (keep, behind) = ((-step / self.lag).exp(), self.lag * (value - self.before) / step);
+            self.lagged = value - behind + keep * (self.lagged - self.before + behind);
+            self.before = value;
+        }
     }
 }
 
@@ -116,6 +126,7 @@ mod tests {
     use super::*;
     use crate::catalogue::{Hidden, Rig};
     use crate::motion::sine;
+    use std::f64::consts::TAU;
 
     fn motion() -> Motion {
         Motion { centre: 0.2, waves: vec![sine(0.1, 1.0, 0.0)] }
@@ -165,6 +176,17 @@ mod tests {
         assert!(beating.iter().all(|(_, delay)| (-1e-9..0.004 + 1e-9).contains(delay)));
         // A lag is late by its time constant where the command is steep.
         assert!((mean(delays("C2_lag", 0.003).into_iter().map(|(_, delay)| delay)) - 0.003).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_lag_takes_a_wave_down_by_what_its_time_constant_says() {
+        let quick = Motion { centre: 0.0, waves: vec![sine(0.1, 25.0, 0.0)] };
+        let sizes = Sizes::check(Rig::Command, &[Hidden { id: "C2_lag", size: 0.001 }]).expect("an effect");
+        let mut path = Path::new(&sizes, 0.0, Stream::new(4, "a path", 0));
+        let values: Vec<f64> = (0..4000).map(|tick| path.receive(&quick, tick, 0.0, 0.0).value).collect();
+        let power = mean(values[1000..].iter().map(|value| value * value));
+        let share = 1.0 + (0.001 * TAU * 25.0_f64).powi(2);
+        assert!(((2.0 * power).sqrt() / 0.1 * share.sqrt() - 1.0).abs() < 1e-4, "{power}");
     }
 
     #[test]
