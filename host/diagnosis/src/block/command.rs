@@ -1,7 +1,7 @@
 //! The block from command sent to command received, from recordings of both.
 
 use super::{Channel, MeasuredBlock, Trial, nuisances};
-use crate::packets::{Missed, missed};
+use crate::packets::missed;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers, motion};
 use softdock_campaign::rig::CommandRig;
@@ -50,9 +50,11 @@ pub fn command_block(
     // A restless delay may be another one at a recording's end: so much looks like a skew and is none.
     let tolerance = [&rig.tolerance[..], &[("clock_skew", restlessness / longest)]].concat();
     let missed = missed(rig, pieces);
-    let trial = |(piece, missed): (&Piece, &Missed)| {
+    let trial = |piece: &Piece| {
+        let repeats = pieces.iter().zip(&missed).filter(|(other, _)| other.experiment == piece.experiment);
+        let silent = silent(piece, repeats.map(|(_, missed)| &missed.rows));
         let slowest = slowest(rig, piece, restlessness);
-        trial(rig, piece, &missed.rows, slowest, held_out(&piece.experiment), finer)
+        trial(rig, piece, &silent, slowest, held_out(&piece.experiment), finer)
     };
     MeasuredBlock {
         section: Kind::Command.into(),
@@ -60,7 +62,7 @@ pub fn command_block(
         nuisances: nuisances(&Kind::Command.into(), &base, &tolerance),
         base,
         channels: vec![Channel { name: "received", output: 0, unit: "s" }],
-        trials: pieces.iter().zip(&missed).map(trial).collect(),
+        trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(STEPS),
         floor: Vec::new(),
         clock: None,
@@ -88,15 +90,25 @@ fn band(rig: &CommandRig, piece: &Piece) -> f64 {
     (BAND * nyquist * (highest + 1) as f64 / BANDS as f64).min(nyquist)
 }
 
-/// Rows that say nothing weigh nothing, as do the ends.
-fn trial(rig: &CommandRig, piece: &Piece, missed: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
+/// Rows that say nothing: the ends, and those that any repeat missed. What weighs in some repeats alone would make them
+/// differ by all that the model lacks, which is no noise.
+fn silent<'a>(piece: &Piece, missed: impl Iterator<Item = &'a Vec<bool>>) -> Vec<bool> {
+    let (rows, ends) = (piece.samples(), (ENDS / piece.step).round() as usize);
+    let mut silent: Vec<bool> = (0..rows).map(|row| row.min(rows - 1 - row) < ends).collect();
+    for repeat in missed {
+        silent.iter_mut().zip(repeat).for_each(|(silent, missed)| *silent |= missed);
+    }
+    silent
+}
+
+/// Rows that say nothing weigh nothing.
+fn trial(rig: &CommandRig, piece: &Piece, silent: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
     let step = piece.step / finer as f64;
     let sent = motion(&piece.signals["sent"], piece.step, band(rig, piece), finer);
     let instants = sent.value.len();
     let known = (rig.values.transport_delay / step).round() as usize;
     let weight = |i: usize| {
-        let silent = i.min(instants - 1 - i) as f64 * step < ENDS || missed[i / finer];
-        if silent { 0.0 } else { 1.0 / sent.rate[i.saturating_sub(known)].hypot(slowest) }
+        if silent[i / finer] { 0.0 } else { 1.0 / sent.rate[i.saturating_sub(known)].hypot(slowest) }
     };
     let inputs = (0..instants).flat_map(|i| [weight(i), i as f64 * step]).collect();
     let late = (0..instants).flat_map(|i| [sent.value[i], 0.5 * step * step * sent.acceleration[i]]).collect();
