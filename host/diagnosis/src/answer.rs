@@ -11,6 +11,7 @@ use crate::torque_error::TorqueError;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
+use softdock_kernels::effects::Effect;
 use std::collections::BTreeMap;
 
 /// What a diagnosis can answer.
@@ -65,6 +66,12 @@ pub struct Estimate {
     pub hi: f64,
     /// Unit.
     pub unit: String,
+}
+
+impl Estimate {
+    pub(crate) fn new(Interval { value, lo, hi }: Interval, unit: &str) -> Self {
+        Self { value, lo, hi, unit: unit.to_owned() }
+    }
 }
 
 /// A cause that was ruled out.
@@ -248,40 +255,56 @@ impl BlockAnswer {
         self
     }
 
-    /// The answer with noise beyond a sensor's own, where repeats differ by more than that; a sensor whose readings are
-    /// stairs differs at their edges. `without` are effects that the library goes without.
+    /// The answer with noise beyond a sensor's own, where repeats differ by more than that, and with the steps that such
+    /// noise comes from. `without` are effects that the library goes without.
     #[must_use]
-    pub fn with_noise(mut self, noise: &ExcessNoise, without: &[String]) -> Self {
+    pub fn with_noise(self, noise: &ExcessNoise, without: &[String]) -> Self {
         let stairs = self.effects.iter().any(|effect| effect.id.starts_with("S6"));
-        if noise.log_odds < self.threshold || stairs {
+        // A sensor whose readings are stairs differs at their edges.
+        if noise.log_odds < self.threshold || stairs && noise.step.is_none() {
             return self;
         }
-        self.log_odds = self.log_odds.max(noise.log_odds);
-        if without.iter().any(|id| id == noise.effect.id) {
-            return self.denied();
+        let steps = noise.rounding().filter(|_| !stairs);
+        let beyond = Some(noise.beyond()).filter(|beyond| beyond.log_odds >= self.threshold);
+        steps.into_iter().chain(beyond).fold(self, |answer, found| {
+            match without.iter().any(|id| id == found.effect.id) {
+                true => answer.denied(),
+                false => answer.beside(found),
+            }
+        })
+    }
+
+    /// The answer with an effect that was not found by a fit; what nothing explains may look like it, too.
+    #[must_use]
+    pub(crate) fn beside(mut self, found: Beside) -> Self {
+        let Beside { effect, name, parameters, log_odds } = found;
+        if self.answer == Verdict::NotInLibrary {
+            return self;
         }
         if self.answer < Verdict::Named {
             // What has no practical effect is not the answer any more.
-            self.answer = Verdict::Named;
             self.effects.clear();
         }
-        let of = |place: usize, unit: &str| {
-            let Interval { value, lo, hi } = noise.deviation[place];
-            Estimate { value, lo, hi, unit: unit.to_owned() }
-        };
-        self.effects.push(EffectFound {
-            id: noise.effect.id,
-            name: "noise beyond the sensor's own",
-            block: self.block,
-            p: 1.0 / (1.0 + (-noise.log_odds).exp()),
-            parameters: [("noise_force", of(0, "N")), ("noise_moment", of(1, "N m"))]
-                .into_iter()
-                .map(|(name, estimate)| (name.to_owned(), estimate))
-                .collect(),
-            covariance: Vec::new(),
-        });
+        let p = 1.0 / (1.0 + (-log_odds).exp());
+        let (id, block, covariance) = (effect.id, self.block, Vec::new());
+        self.effects.push(EffectFound { id, name, block, p, parameters, covariance });
+        self.log_odds = self.log_odds.max(log_odds);
+        self.answer = self.answer.max(Verdict::Named);
         self
     }
+}
+
+/// An effect that was found beside the fits: by what repeats differ by, or by the readings themselves.
+#[derive(Clone, Debug)]
+pub(crate) struct Beside {
+    /// Its row of the effect table.
+    pub(crate) effect: &'static Effect,
+    /// What it is, in a few words.
+    pub(crate) name: &'static str,
+    /// Its numbers.
+    pub(crate) parameters: BTreeMap<String, Estimate>,
+    /// Log-odds for it against none.
+    pub(crate) log_odds: f64,
 }
 
 /// The numbers of an effect in a fit.
@@ -296,8 +319,7 @@ pub(crate) fn parameters(
         if own && unknown.role != Role::Nuisance {
             let interval = interval(&unknown.prior, candidate.fitted.z[place], candidate.deviations[place]);
             let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
-            let estimate = Estimate { value: interval.value, lo: interval.lo, hi: interval.hi, unit: unit.to_owned() };
-            all.insert(unknown.name.clone(), estimate);
+            all.insert(unknown.name.clone(), Estimate::new(interval, unit));
         }
     }
     all
@@ -305,17 +327,14 @@ pub(crate) fn parameters(
 
 /// Covariance of an effect's numbers in a fit, in the order of their names, as large as their deviations have it.
 pub(crate) fn covariance(candidate: &Candidate, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
-    let Candidate { fitted, evidence, deviations, .. } = candidate;
+    let (fitted, covariance) = (&candidate.fitted, candidate.covariance());
     let own = |unknown: &Unknown| unknown.role != Role::Nuisance;
     let of_effect = |unknown: &Unknown| hypothesis.unknowns.iter().any(|one| one.field == unknown.field);
     let mut places: Vec<usize> = (0..fitted.unknowns.len())
         .filter(|place| own(&fitted.unknowns[*place]) && of_effect(&fitted.unknowns[*place]))
         .collect();
     places.sort_by(|a, b| fitted.unknowns[*a].name.cmp(&fitted.unknowns[*b].name));
-    let scale = |place: usize| {
-        let curvature = evidence.covariance[(place, place)].sqrt();
-        fitted.unknowns[place].prior.slope(fitted.z[place]) * deviations[place] / curvature
-    };
-    let cell = |a: usize, b: usize| scale(a) * evidence.covariance[(a, b)] * scale(b);
+    let slope = |place: usize| fitted.unknowns[place].prior.slope(fitted.z[place]);
+    let cell = |a: usize, b: usize| slope(a) * covariance[(a, b)] * slope(b);
     places.iter().map(|a| places.iter().map(|b| cell(*a, *b)).collect()).collect()
 }

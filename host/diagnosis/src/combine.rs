@@ -71,7 +71,8 @@ impl Combiner<'_> {
                 let taken = &eased.residual - &fitted.residual;
                 self.grown(bank, &(members.clone(), eased), Some(&taken), &all)
             });
-            let larger = self.fitted(starts.chain(cleared).collect());
+            let named = beam.iter().flat_map(|set| self.named(set, &all));
+            let larger = self.fitted(starts.chain(cleared).chain(named).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {
                 let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
@@ -84,7 +85,47 @@ impl Combiner<'_> {
             beam = self.beam(paying.clone());
             all.extend(paying.into_iter().filter(|set| self.is_sound(set)));
         }
-        all
+        self.without_spare(all, price)
+    }
+
+    /// The sets without combinations that a part of theirs makes up for, once it is fitted from where they have it: what
+    /// was added first may have stood in for what was added last.
+    fn without_spare(&self, mut all: Vec<Set>, price: f64) -> Vec<Set> {
+        loop {
+            let ordered = (0..all.len()).max_by(|a, b| self.log(&all[*a]).total_cmp(&self.log(&all[*b])));
+            let Some(best) = ordered.filter(|best| all[*best].0.len() > 1) else { return all };
+            let parts = self.fitted(self.parts(&all[best]));
+            let is_spare = parts.iter().any(|part| self.log(part) + price > self.log(&all[best]));
+            if is_spare {
+                all.remove(best);
+            }
+            for part in parts.into_iter().filter(|part| self.is_sound(part)) {
+                match all.iter_mut().find(|other| other.0 == part.0) {
+                    Some(other) if part.1.cost() < other.1.cost() => *other = part,
+                    Some(_) => {}
+                    None => all.push(part),
+                }
+            }
+            if !is_spare {
+                return all;
+            }
+        }
+    }
+
+    /// A combination without each of its members, from where it has the others.
+    fn parts(&self, (members, fitted): &Set) -> Vec<(Vec<usize>, Start)> {
+        let without = |left_out: &usize| {
+            let set: Vec<usize> = members.iter().copied().filter(|own| own != left_out).collect();
+            let unknowns = self.unknowns(&set);
+            (set, Start::taken(unknowns, fitted))
+        };
+        members.iter().map(without).collect()
+    }
+
+    /// Free numbers of a combination.
+    fn unknowns(&self, set: &[usize]) -> Vec<Unknown> {
+        let hypotheses: Vec<&Hypothesis> = set.iter().map(|number| &self.library[*number]).collect();
+        unknowns(self.block, &hypotheses)
     }
 
     fn log(&self, set: &Set) -> f64 {
@@ -93,7 +134,7 @@ impl Combiner<'_> {
 
     fn is_sound(&self, (members, fitted): &Set) -> bool {
         let base = &self.block.base;
-        !self.strictly || is_sound(base, self.library, members, fitted, &evidence(fitted, self.dispersion))
+        !self.strictly || is_sound(base, self.library, members, fitted, &evidence(fitted, self.dispersion).covariance)
     }
 
     /// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
@@ -121,25 +162,15 @@ impl Combiner<'_> {
     ) -> Vec<(Vec<usize>, Start)> {
         let library = self.library;
         let scores = bank.scores(fitted).dispersed(self.dispersion);
-        let shares = |number: usize| {
-            let fields = || library[number].unknowns.iter().map(|unknown| unknown.field);
-            members.iter().any(|own| library[*own].unknowns.iter().any(|unknown| fields().any(|f| f == unknown.field)))
-        };
         let odds = bank.log_odds(&scores, library.len());
         let is_along = |number: usize| taken.is_some_and(|taken| bank.correlation(number, taken) > ALONG);
-        let promises = |number: &usize| (odds[*number] > PROMISING || is_along(*number)) && !shares(*number);
+        let promises =
+            |number: &usize| (odds[*number] > PROMISING || is_along(*number)) && !self.shares(members, *number);
         let mut tried: Vec<usize> = (0..library.len()).filter(promises).collect();
         tried.sort_by(|a, b| odds[*b].total_cmp(&odds[*a]));
         tried.truncate(TRIED);
         let with = |number: usize| {
-            let mut set = members.clone();
-            set.push(number);
-            set.sort_unstable();
-            if known.iter().any(|other| other.0 == set) {
-                return None;
-            }
-            let hypotheses: Vec<&Hypothesis> = set.iter().map(|number| &library[*number]).collect();
-            let unknowns = unknowns(self.block, &hypotheses);
+            let (set, unknowns) = self.joined(members, number, known)?;
             let (entry, multiples) = best_entries(bank, &scores, number).into_iter().next()?;
             let new = sized(&library[number], entry, &multiples);
             let place = |field: usize, unknowns: &[Unknown]| unknowns.iter().position(|unknown| unknown.field == field);
@@ -151,6 +182,40 @@ impl Combiner<'_> {
             Some((set, Start::new(0, unknowns, z).beside(fitted)))
         };
         tried.into_iter().filter_map(with).collect()
+    }
+
+    /// A combination with an effect that is a strained nuisance of a size that no tolerance allows (a bias, say), where the
+    /// fit has it: some effects (steps of a reading) are in phase with its very value, and lost from anywhere else.
+    fn named(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+        let strained = |field: usize| fitted.nuisances().any(|(_, own, z)| own.field == field && z.abs() > PULLED);
+        let is_strained = |number: &usize| self.library[*number].unknowns.iter().any(|unknown| strained(unknown.field));
+        let with = |number: usize| {
+            let (set, unknowns) = self.joined(members, number, known)?;
+            Some((set, Start::taken(unknowns, fitted)))
+        };
+        (0..self.library.len())
+            .filter(is_strained)
+            .filter(|number| !self.shares(members, *number))
+            .filter_map(with)
+            .collect()
+    }
+
+    /// Whether an effect has a number in common with some others.
+    fn shares(&self, members: &[usize], number: usize) -> bool {
+        let of = |number: usize| self.library[number].unknowns.iter().map(|unknown| unknown.field);
+        members.iter().any(|own| of(*own).any(|field| of(number).any(|other| other == field)))
+    }
+
+    /// A combination with one more effect, and its free numbers; `None` if it is known.
+    fn joined(&self, members: &[usize], number: usize, known: &[Set]) -> Option<(Vec<usize>, Vec<Unknown>)> {
+        let mut set = members.to_vec();
+        set.push(number);
+        set.sort_unstable();
+        if known.iter().any(|other| other.0 == set) {
+            return None;
+        }
+        let unknowns = self.unknowns(&set);
+        Some((set, unknowns))
     }
 
     /// Joint fits; combinations that were reached from two sides are fitted from both.

@@ -246,7 +246,7 @@ impl<'a> Bench<'a> {
             .map(|(hypotheses, fitted)| {
                 let evidence = evidence(&fitted, dispersion);
                 let log_odds = evidence.log - none;
-                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence)
+                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence.covariance)
                     && !is_strained_for_nothing(&fitted, &null);
                 Candidate { log_odds, sound, ..Candidate::new(hypotheses, fitted, evidence) }
             })
@@ -315,12 +315,13 @@ impl<'a> Bench<'a> {
                 candidate.fitted = compensated;
                 let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
                 let one = hypotheses.len() == 1;
-                candidate.sound = one || is_sound(&self.block.base, self.library, hypotheses, fitted, evidence);
+                candidate.sound =
+                    one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
             }
         }
     }
 
-    /// How far the numbers of each candidate may be off.
+    /// How far the numbers of each candidate may be off; a combination with a size that may be nothing is not sound.
     pub(crate) fn add_deviations(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let rows = self.learn.rows(&self.noise);
         let best = ranking.iter().filter(|candidate| candidate.sound).take(REFINED);
@@ -332,6 +333,9 @@ impl<'a> Bench<'a> {
             let change = refined.map(|refined| refined - &candidate.fitted.residual);
             let Candidate { fitted, evidence, .. } = &*candidate;
             candidate.deviations = deviations(fitted, evidence, dispersion, &rows, change.as_ref());
+            let (base, members) = (&self.block.base, &candidate.hypotheses);
+            candidate.sound &=
+                members.len() == 1 || is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
         }
     }
 }
@@ -460,6 +464,13 @@ impl Candidate {
     /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on.
     pub(crate) fn is_present(&self, threshold: f64) -> bool {
         self.log_odds >= threshold.max(self.by_input_noise)
+    }
+
+    /// Covariance of its free numbers' `z`, as large as their deviations have it.
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        let covariance = &self.evidence.covariance;
+        let scale = DVector::from_fn(self.deviations.len(), |i, _| self.deviations[i] / covariance[(i, i)].sqrt());
+        covariance.component_mul(&(&scale * scale.transpose()))
     }
 
     /// The nuisance that was pulled furthest, and how far.

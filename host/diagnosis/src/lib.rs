@@ -20,6 +20,7 @@ pub mod outside;
 mod packets;
 pub mod recording;
 mod soundness;
+mod steps;
 mod suspects;
 pub mod template;
 mod timing;

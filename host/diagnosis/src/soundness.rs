@@ -1,7 +1,6 @@
 //! Whether fits are what their names say, and combinations worth their effects.
 
-use crate::inference::adequacy::{ADEQUATE, adequacy};
-use crate::inference::evidence::Evidence;
+use crate::inference::adequacy::{ADEQUATE, gain_interval};
 use crate::inference::fit::Fitted;
 use crate::inference::unknown::{Role, Unknown};
 use crate::judge::Candidate;
@@ -26,13 +25,14 @@ pub(crate) const PULLED: f64 = 4.5;
 /// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
 /// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
 /// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
-/// plausible, or well known and apart from the others', and nuisances near their tolerance.
+/// plausible, or well known and apart from the others', and nuisances near their tolerance. `covariance` of all the fit's
+/// `z`.
 pub(crate) fn is_sound(
     base: &[f64],
     library: &[Hypothesis],
     members: &[usize],
     fitted: &Fitted,
-    evidence: &Evidence,
+    covariance: &DMatrix<f64>,
 ) -> bool {
     let place = |unknown: &Unknown| fitted.place(unknown.field).expect("a fit has the numbers of its hypotheses");
     // Sizes of one effect may be known together and not apart.
@@ -40,14 +40,14 @@ pub(crate) fn is_sound(
         let sizes: Vec<&Unknown> = hypothesis.sizes.iter().map(|size| &hypothesis.unknowns[*size]).collect();
         let off = |unknown: &&Unknown| fitted.z[place(unknown)] - unknown.prior.place(base[unknown.field]);
         let off = DVector::from_iterator(sizes.len(), sizes.iter().map(off));
-        let covariance = |i: usize, j: usize| evidence.covariance[(place(sizes[i]), place(sizes[j]))];
-        let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), covariance).cholesky();
-        covariance.is_some_and(|covariance| off.dot(&covariance.solve(&off)) > SIGNIFICANT * SIGNIFICANT)
+        let own = |i: usize, j: usize| covariance[(place(sizes[i]), place(sizes[j]))];
+        let own = DMatrix::from_fn(sizes.len(), sizes.len(), own).cholesky();
+        own.is_some_and(|covariance| off.dot(&covariance.solve(&off)) > SIGNIFICANT * SIGNIFICANT)
     };
     let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
     let own = || members.iter().map(|number| &library[*number]);
     let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
-    each && (members.len() == 1 || !(has_doubtful_size(library, members, fitted, evidence) || is_strained(fitted)))
+    each && (members.len() == 1 || !(has_doubtful_size(library, members, fitted, covariance) || is_strained(fitted)))
 }
 
 /// Whether a fit pulls a nuisance further than a combination may.
@@ -63,13 +63,13 @@ pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {
 
 /// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
 /// that another one takes back: then it bends with what is missing.
-fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, evidence: &Evidence) -> bool {
+fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, covariance: &DMatrix<f64>) -> bool {
     let sizes = |number: usize| {
         let own = &library[number];
         let place = |size: &usize| fitted.place(own.unknowns[*size].field);
         own.sizes.iter().map(|size| place(size).expect("a fit has the numbers of its hypotheses")).collect::<Vec<_>>()
     };
-    let covariance = |a: usize, b: usize| evidence.covariance[(a, b)];
+    let covariance = |a: usize, b: usize| covariance[(a, b)];
     let tied = |a: usize, b: usize| covariance(a, b).powi(2) > TIED * TIED * covariance(a, a) * covariance(b, b);
     let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
     let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
@@ -120,5 +120,5 @@ fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Ca
 /// Whether a candidate explains more of the held-out motion than another, and not by chance.
 fn surely_gains(candidate: &Candidate, other: &Candidate) -> bool {
     let [with, without] = [candidate, other].map(|candidate| candidate.held_out.as_slice());
-    adequacy(with, with, without, [candidate.fitted.carried, other.fitted.carried]).gain_lo > 0.0
+    gain_interval([with, without], [candidate.fitted.carried, other.fitted.carried])[0] > 0.0
 }

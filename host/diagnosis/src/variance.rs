@@ -1,11 +1,13 @@
 //! Noise beyond a sensor's own: an effect without a mean, judged by what repeats differ by.
 
+use crate::answer::{Beside, Estimate};
 use crate::block::MeasuredBlock;
 use crate::block::sensor::READINGS;
 use crate::inference::evidence::{Interval, log_sum};
 use crate::inference::memory::{Memory, power};
 use crate::inference::noise::deviations;
 use crate::recording::grid::Piece;
+use crate::steps::{self, FORCES, MOMENTS, Step, on_steps};
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
 use softdock_kernels::effects::{Effect, EffectId};
@@ -20,10 +22,33 @@ pub struct ExcessNoise {
     /// How much better than the healthy sensor's noise alone it explains what repeats differ by: difference of log
     /// evidence.
     pub log_odds: f64,
-    /// Standard deviation of the noise beyond the healthy sensor's, with its 95 % interval: force \[N\], moment \[N m\].
+    /// The step on which all raw forces lie \[N\]: its rounding is noise, too.
+    pub step: Option<Step>,
+    /// The log-odds for noise beyond the steps' share; `log_odds` without steps.
+    pub beyond_steps: f64,
+    /// Standard deviation of the noise beyond the healthy sensor's and that of its steps, with its 95 % interval: force
+    /// \[N\], moment \[N m\].
     pub deviation: [Interval; 2],
     /// Time over which all noise forgets to 1/e \[s\].
     pub correlation_time: f64,
+}
+
+impl ExcessNoise {
+    /// The steps that all readings lie on, as an effect.
+    pub(crate) fn rounding(&self) -> Option<Beside> {
+        let Step { size, resolution } = self.step?;
+        let known = Interval { value: size, lo: size - resolution, hi: size + resolution };
+        let parameters = BTreeMap::from([("resolution".to_owned(), Estimate::new(known, "N"))]);
+        let effect = EffectId::of("S6_quantisation").effect();
+        Some(Beside { effect, name: steps::NAME, parameters, log_odds: self.log_odds })
+    }
+
+    /// The noise beyond that of the steps, as an effect.
+    pub(crate) fn beyond(&self) -> Beside {
+        let [force, moment] = [(0, "N"), (1, "N m")].map(|(kind, unit)| Estimate::new(self.deviation[kind], unit));
+        let parameters = [("noise_force".to_owned(), force), ("noise_moment".to_owned(), moment)].into();
+        Beside { effect: self.effect, name: "noise beyond the sensor's own", parameters, log_odds: self.beyond_steps }
+    }
 }
 
 /// The effect that repeats can show where the healthy sensor's noise is known.
@@ -36,29 +61,27 @@ pub(crate) fn visible(rig: &SensorRig, pieces: &[Piece]) -> Option<&'static str>
 /// nothing was repeated.
 pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNoise> {
     let healthy = rig.noise?;
-    let mut repeats: BTreeMap<&str, Vec<DMatrix<f64>>> = BTreeMap::new();
-    let shortest = block.trials.iter().map(|trial| trial.measured[0].len()).min()?;
-    for trial in &block.trials {
-        let x = DMatrix::from_fn(READINGS.len(), shortest, |c, t| trial.measured[c][t]);
-        repeats.entry(&trial.experiment).or_default().push(x);
-    }
-    let series: Vec<DMatrix<f64>> = repeats.values().flat_map(|list| deviations(list)).map(centred).collect();
+    let series = differences(block);
     if series.is_empty() {
         return None;
     }
     let memory = Memory::of(&series);
     let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
-    let id = EffectId::of("S7_noise").effect();
-    let mut log_odds = 0.0;
+    let effect = EffectId::of("S7_noise").effect();
+    let (mut log_odds, mut beyond_steps) = (0.0, 0.0);
     let mut deviation = [Interval { value: 0.0, lo: 0.0, hi: 0.0 }; 2];
+    let steps = [FORCES, MOMENTS].map(|own| on_steps(block, own));
     for kind in 0..2 {
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
-        let scale = id.parameters[kind].scale;
+        let scale = effect.parameters[kind].scale;
         let known = Healthy { deviation: healthy[kind], share: rig.noise_share, scale };
-        let (beyond, odds) = known.exceeded(variance, 3.0 * memory.samples(&series));
-        (deviation[kind], log_odds) = (beyond, log_odds + odds);
+        let samples = 3.0 * memory.samples(&series);
+        log_odds += known.exceeded(variance, 0.0, samples).1;
+        let (beyond, odds) = known.exceeded(variance, steps[kind].map_or(0.0, Step::variance), samples);
+        (deviation[kind], beyond_steps) = (beyond, beyond_steps + odds);
     }
-    Some(ExcessNoise { effect: id, log_odds, deviation, correlation_time: memory.time * step })
+    let correlation_time = memory.time * step;
+    Some(ExcessNoise { effect, log_odds, step: steps[0], beyond_steps, deviation, correlation_time })
 }
 
 /// Noise that is known to a share.
@@ -72,15 +95,30 @@ pub(crate) struct Healthy {
 }
 
 impl Healthy {
-    /// Standard deviation beyond it, with its 95 % interval, of a variance that so many independent samples have; and the
-    /// log-odds for more noise against none.
-    pub(crate) fn exceeded(&self, variance: f64, samples: f64) -> (Interval, f64) {
+    /// Standard deviation beyond it, with its 95 % interval, of a variance that so many independent samples have, up to
+    /// `other` of it from elsewhere; and the log-odds for more noise against none.
+    pub(crate) fn exceeded(&self, variance: f64, other: f64, samples: f64) -> (Interval, f64) {
         // A variance of n samples is known to a share of sqrt(2 / n).
         let share = 1.959_964 * (2.0 / samples).sqrt();
-        let beyond = |factor: f64| (variance * factor - self.deviation.powi(2)).max(0.0).sqrt();
-        let interval = Interval { value: beyond(1.0), lo: beyond(1.0 - share), hi: beyond(1.0 + share) };
-        (interval, odds(variance / self.deviation.powi(2), samples, self.share, self.scale / self.deviation))
+        let beyond = |variance: f64| (variance - self.deviation.powi(2)).max(0.0).sqrt();
+        let (lo, hi) = (beyond(variance * (1.0 - share) - other), beyond(variance * (1.0 + share)));
+        let interval = Interval { value: beyond(variance - other), lo, hi };
+        // What is left is known to the same variance.
+        let left = (variance - other).max(self.deviation.powi(2));
+        let samples = samples * (left / variance).powi(2);
+        (interval, odds(left / self.deviation.powi(2), samples, self.share, self.scale / self.deviation))
     }
+}
+
+/// What repeats of a sensor's readings differ by, one row a channel; none without repeats.
+pub(crate) fn differences(block: &MeasuredBlock) -> Vec<DMatrix<f64>> {
+    let mut repeats: BTreeMap<&str, Vec<DMatrix<f64>>> = BTreeMap::new();
+    let shortest = block.trials.iter().map(|trial| trial.measured[0].len()).min().unwrap_or(0);
+    for trial in &block.trials {
+        let x = DMatrix::from_fn(READINGS.len(), shortest, |c, t| trial.measured[c][t]);
+        repeats.entry(&trial.experiment).or_default().push(x);
+    }
+    repeats.values().flat_map(|list| deviations(list)).map(centred).collect()
 }
 
 /// A series without its mean: a constant is no noise.

@@ -19,7 +19,7 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Options;
-use softdock_diagnosis::inference::adequacy::adequacy;
+use softdock_diagnosis::inference::adequacy::gain_interval;
 use softdock_diagnosis::inference::bank::Bank;
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
@@ -231,7 +231,7 @@ impl Oracle {
     fn gain(&self, test: &DVector<f64>, z: &DVector<f64>) -> f64 {
         let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
         let without = held_out + test + held_out_jacobian * z;
-        adequacy(held_out.as_slice(), held_out.as_slice(), without.as_slice(), [0.0; 2]).gain_lo
+        gain_interval([held_out.as_slice(), without.as_slice()], [0.0; 2])[0]
     }
 
     /// The chi-squared of a change that nuisances somewhere do not explain, their own included. What the model leaves with

@@ -50,6 +50,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         floor: Vec::new(),
         clock: None,
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: Vec::new(),
     }
 }

@@ -67,6 +67,7 @@ pub fn command_block(
         floor: Vec::new(),
         clock: None,
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: Vec::new(),
     }
 }

@@ -45,6 +45,7 @@ pub fn contact_block(
         floor: Vec::new(),
         clock: None,
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: Vec::new(),
     }
 }

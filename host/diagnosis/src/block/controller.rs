@@ -34,6 +34,7 @@ pub fn controller_block(
         floor: Vec::new(),
         clock: None,
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: Vec::new(),
     }
 }

@@ -106,6 +106,7 @@ pub(crate) fn loaded_block(
         floor: Vec::new(),
         clock: None,
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: Vec::new(),
     }
 }

@@ -17,6 +17,7 @@ use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
+use crate::steps::rounding;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::Outputs;
@@ -71,6 +72,8 @@ pub struct MeasuredBlock {
     pub decimator: Decimator,
     /// Standard deviation of what each channel cannot resolve, in its unit; empty where the noise hides it.
     pub floor: Vec<f64>,
+    /// Standard deviation of each channel's own noise; empty where it is not known.
+    pub known_noise: Vec<f64>,
     /// The input that is the session's clock, where what grows with it must not count as noise.
     pub clock: Option<&'static str>,
     /// Who simulates it.
@@ -222,7 +225,7 @@ impl<'a> Part<'a> {
         };
         let repeats: Vec<Aged> = self.experiments.iter().filter(|(_, members)| members.len() > 1).map(of).collect();
         match self.block.clock {
-            Some(_) => detrended(repeats),
+            Some(_) => detrended(repeats, &|| rounding(self.block)),
             None => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
         }
     }
@@ -245,6 +248,17 @@ impl<'a> Part<'a> {
         let powers = self.whitened_deviations(noise, &all).into_iter().map(|own| own.norm_squared() / own.len() as f64);
         let powers: Vec<f64> = powers.collect();
         powers[1..].iter().map(|power| power - powers[0]).collect()
+    }
+
+    /// Power of the noise of these recordings for one parameter set, by what repeats differ by, in units of the noise that
+    /// all are whitened by: some motions are noisier than others, as those through many steps of a reading are. 1 without
+    /// repeats.
+    pub fn noise_power(&self, noise: &Noise, set: &[f64]) -> f64 {
+        if !self.has_repeats() {
+            return 1.0;
+        }
+        let own = self.whitened_deviations(noise, &[set.to_vec()]).remove(0);
+        own.norm_squared() / own.len() as f64
     }
 
     /// What the repeats of each experiment differ by, whitened, one after the other, for every parameter set.

@@ -56,6 +56,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         floor: Vec::new(),
         clock: Some("time"),
         simulator: Simulator::default(),
+        known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),
         quiet: Vec::new(),
     }
 }

@@ -61,6 +61,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         clock: None,
         floor: Vec::new(),
         simulator: Simulator::default(),
+        known_noise: Vec::new(),
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
     }
 }

@@ -25,11 +25,12 @@ pub(super) struct Detrended {
 }
 
 /// Takes trends off what repeats differ by. Left in, they would pass for noise of the lowest frequencies and hide their
-/// cause and every constant.
-pub(super) fn detrended(mut repeats: Vec<Aged>) -> Detrended {
+/// cause and every constant. `rounding` tells the variance of each channel's rounding: a trend that all share reads as
+/// steps then, at times of their own.
+pub(super) fn detrended(mut repeats: Vec<Aged>, rounding: &dyn Fn() -> Vec<f64>) -> Detrended {
     remove_common(&mut repeats);
     let apart: Vec<Apart> = repeats.iter().filter_map(Aged::apart).collect();
-    match grew(&apart) {
+    match grew(&apart, &[]) && grew(&apart, &rounding()) {
         true => Detrended { noise: apart.into_iter().flat_map(|own| own.rest).collect(), grew: true },
         false => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
     }
@@ -75,8 +76,8 @@ impl Aged {
     }
 }
 
-/// Whether what grows is more than what noise does not explain, and not by chance.
-fn grew(apart: &[Apart]) -> bool {
+/// Whether what grows is more than what noise, and rounding of such variances, does not explain, and not by chance.
+fn grew(apart: &[Apart], rounding: &[f64]) -> bool {
     let (grown, rest): (Vec<DMatrix<f64>>, Vec<Vec<DMatrix<f64>>>) =
         apart.iter().map(|own| (own.grown.clone(), own.rest.clone())).unzip();
     // Of all the rest's series two in each experiment follow from the others.
@@ -86,7 +87,8 @@ fn grew(apart: &[Apart]) -> bool {
         return false;
     }
     let channels = rest[0].nrows();
-    let ratio = (0..channels).map(|c| power(&grown, c) / power(&rest, c)).sum::<f64>() / channels as f64;
+    let beyond = |c: usize| (power(&grown, c) - rounding.get(c).unwrap_or(&0.0)).max(0.0);
+    let ratio = (0..channels).map(|c| beyond(c) / power(&rest, c)).sum::<f64>() / channels as f64;
     let samples: usize = grown.iter().map(DMatrix::ncols).sum();
     let independent = channels as f64 * Memory::of(&rest).independent;
     let chance = (2.0 / (independent * samples as f64) + 2.0 / (independent * spare as f64)).sqrt();
@@ -133,14 +135,14 @@ mod tests {
 
     #[test]
     fn noise_stays_as_it_is() {
-        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |_, t| wave(t))).into());
+        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |_, t| wave(t))).into(), &Vec::new);
         assert!(!all.grew && all.noise.len() == 9);
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
 
     #[test]
     fn a_common_growth_is_taken_off_and_is_no_other() {
-        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |age, _| 0.5 * age)).into());
+        let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |age, _| 0.5 * age)).into(), &Vec::new);
         assert!(!all.grew, "it is known what grows");
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
@@ -148,10 +150,11 @@ mod tests {
     #[test]
     fn a_growth_that_goes_with_the_signal_is_found_and_is_no_noise() {
         let grown = |size: f64| ["a", "b", "c"].map(|stream| repeats(stream, |age, t| size * age * wave(t)));
-        assert!(!detrended(grown(0.001).into()).grew);
-        let all = detrended(grown(0.05).into());
+        assert!(!detrended(grown(0.001).into(), &Vec::new).grew);
+        let all = detrended(grown(0.05).into(), &Vec::new);
         assert!(all.grew && all.noise.len() == 9);
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
+        assert!(!detrended(grown(0.05).into(), &|| vec![20.0; 2]).grew, "steps may do as much");
     }
 
     #[test]
@@ -162,6 +165,6 @@ mod tests {
             ages.truncate(2);
             Aged { deviations, ages }
         };
-        assert!(!detrended(vec![two("a"), two("b")]).grew);
+        assert!(!detrended(vec![two("a"), two("b")], &Vec::new).grew);
     }
 }

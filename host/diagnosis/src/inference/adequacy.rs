@@ -8,7 +8,7 @@ pub(crate) const ADEQUATE: f64 = 1.3;
 /// Share of what is left that a hypothesis explains of a motion which shows next to nothing of it.
 const FAINT: f64 = 0.01;
 
-/// What held-out residuals say, all per sample and in units of the noise's variance.
+/// What held-out residuals say, all per sample and in units of the variance of the noise of the held-out motions.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Adequacy {
     /// Mean square of the whitened residuals with the hypothesis; 1 if nothing but noise is left.
@@ -30,15 +30,19 @@ pub struct Adequacy {
 }
 
 /// Compares whitened residuals of the same held-out samples with and without a hypothesis, `carried` the power in either
-/// of noise that the simulation lets through beyond what the model's own lets through; `own` are those with it, whitened
-/// by the noise under it.
-pub fn adequacy(with: &[f64], own: &[f64], without: &[f64], carried: [f64; 2]) -> Adequacy {
-    let power = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64;
-    let (x, own, x0) = (less(power(with), carried[0]), power(own), less(power(without), carried[1]));
-    let [gain_lo, gain_hi] = interval([with, without], &|powers| gain(cleared(powers, carried)));
+/// of noise that the simulation lets through beyond what the model's own lets through, `level` the power of the noise of
+/// these motions in units of that which they were whitened by; `own` as in [`Adequacy`].
+pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], level: f64) -> Adequacy {
+    let (x, x0) = (less(power(with), carried[0]) / level, less(power(without), carried[1]) / level);
+    let [gain_lo, gain_hi] = gain_interval([with, without], carried);
     let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
     let gain = gain([x, x0]);
     Adequacy { with: x, own, without: x0, explained, gain, gain_lo, gain_hi, gain_elsewhere: None }
+}
+
+/// 95 % interval of the gain on the motion of whitened residuals with and without a hypothesis; see [`adequacy`].
+pub fn gain_interval(pair: Pair<'_>, carried: [f64; 2]) -> [f64; 2] {
+    interval(pair, &|powers| gain(cleared(powers, carried)))
 }
 
 /// 95 % interval of the gain on a motion that was not recorded, by the residuals of those that were, learnt from or held
@@ -53,6 +57,11 @@ pub(crate) fn gain_elsewhere(motions: &[Pair<'_>], carried: [f64; 2]) -> Option<
         gain([x, if x < x0 { (x0 - x).mul_add(times, x) } else { x0 }])
     };
     interval_elsewhere(motions, &shown, &gain_of)
+}
+
+/// Mean square.
+fn power(w: &[f64]) -> f64 {
+    w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64
 }
 
 /// By how much the root mean square falls, by the mean squares with and without.
@@ -78,7 +87,7 @@ mod tests {
     fn a_hypothesis_that_halves_the_residual_gains_a_half() {
         let without: Vec<f64> = (0..2000).map(|i| 10.0 * (0.1 * f64::from(i)).sin()).collect();
         let with: Vec<f64> = without.iter().map(|w| 0.5 * w).collect();
-        let found = adequacy(&with, &with, &without, [0.0; 2]);
+        let found = adequacy(&with, power(&with), &without, [0.0; 2], 1.0);
         assert!((found.gain - 0.5).abs() < 1e-12 && found.gain_lo > 0.49 && found.gain_hi < 0.51, "{found:?}");
         assert!((found.without - 50.0).abs() < 0.5 && (found.explained - 0.765).abs() < 0.01, "{found:?}");
     }
@@ -88,7 +97,7 @@ mod tests {
         let noise = |i: i32, k: f64| (f64::from(i) * k).sin() * 2_f64.sqrt();
         let without: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 0.01)).collect();
         let with: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 1.37)).collect();
-        let found = adequacy(&with, &with, &without, [1.0, 0.0]);
+        let found = adequacy(&with, power(&with), &without, [1.0, 0.0], 1.0);
         assert!((found.gain - (1.0 - 0.5_f64.sqrt())).abs() < 0.02, "{found:?}");
         assert!(found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
     }
@@ -112,9 +121,9 @@ mod tests {
         let touch = |i: i32| if (5000..5100).contains(&i) { 20.0 } else { 0.0 };
         let without: Vec<f64> = (0..10_000).map(|i| noise(i) + touch(i)).collect();
         let with: Vec<f64> = (0..10_000).map(|i| noise(i) + 0.1 * touch(i)).collect();
-        let found = adequacy(&with, &with, &without, [0.0; 2]);
+        let found = adequacy(&with, power(&with), &without, [0.0; 2], 1.0);
         assert!(found.gain_lo > 0.5 && found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
-        let same = adequacy(&with, &with, &with, [0.0; 2]);
+        let same = adequacy(&with, power(&with), &with, [0.0; 2], 1.0);
         assert_eq!((same.gain_lo, same.gain_hi), (0.0, 0.0), "nothing changed");
     }
 }

@@ -22,28 +22,35 @@ impl Bench<'_> {
             std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
         let residuals = self.test.whitened(&self.noise, &sets);
         let (without, with) = residuals.split_first().expect("the null hypothesis is first");
+        let level = self.test.noise_power(&self.noise, base);
         let (learnt, tested) = (self.learn.rows(&self.noise), self.test.rows(&self.noise));
         for (place, candidate) in ranking.iter_mut().enumerate() {
             let with = &with[place];
             let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
-            let own = own.unwrap_or_else(|| with.clone());
+            let own = own.unwrap_or_else(|| mean_square(with) / level);
             let carried = [candidate.fitted.carried, clamped.carried];
             let learnt = each_of(&learnt, [&candidate.fitted.residual, &clamped.residual]);
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
-            let found = adequacy(with.as_slice(), own.as_slice(), without.as_slice(), carried);
+            let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }
     }
 
-    /// Held-out residuals whitened by what repeats differ by under these parameters; `None` without repeats.
-    fn by_own_noise(&self, set: &[f64]) -> Option<DVector<f64>> {
+    /// Mean square of the held-out residuals under these parameters in units of the noise that repeats have under them;
+    /// `None` without repeats.
+    fn by_own_noise(&self, set: &[f64]) -> Option<f64> {
         let mut deviations = self.learn.deviations(set);
         deviations.extend(self.test.deviations(set));
         let noise = Noise::above(&deviations, &self.block.floor)?;
-        Some(self.test.whitened(&noise, &[set.to_vec()]).remove(0))
+        let residual = self.test.whitened(&noise, &[set.to_vec()]).remove(0);
+        Some(mean_square(&residual) / self.test.noise_power(&noise, set))
     }
+}
+
+fn mean_square(w: &DVector<f64>) -> f64 {
+    w.norm_squared() / w.len() as f64
 }
 
 /// Residuals with and without a hypothesis, motion by motion.

@@ -1,10 +1,11 @@
 //! Effects of a force/torque sensor: offsets, gains, timing, digits, and its tool.
 
 use super::{Entry, Hypothesis, Shelf, size};
-use crate::block::{MeasuredBlock, Trial};
+use crate::block::MeasuredBlock;
+use crate::inference::memory::power;
 use crate::inference::unknown::{Prior, Role};
-use rayon::prelude::*;
-use std::f64::consts::TAU;
+use crate::steps::{self, FORCES, MOMENTS, raw_peak, seen_steps};
+use crate::variance::differences;
 
 /// What the recordings of a sensor span.
 #[derive(Clone, Copy, Debug)]
@@ -13,33 +14,28 @@ struct Spans {
     force: f64,
     /// Greatest raw moment \[N m\].
     moment: f64,
-    /// Root mean square of what neighbouring samples of a force differ by, over the root of two \[N\].
+    /// Standard deviation of the noise of a force, that of rounding it included \[N\].
     noise: f64,
 }
 
 impl Spans {
     fn of(block: &MeasuredBlock) -> Self {
-        let peak = |channels: std::ops::Range<usize>| channels.fold(0.0, |peak, k| f64::max(peak, raw_peak(block, k)));
-        // The median is not misled by blows.
-        let steps = |samples: &[f64]| samples.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>();
-        let mut steps: Vec<f64> =
-            block.trials.iter().flat_map(|trial| trial.measured[..3].iter()).flat_map(|s| steps(s)).collect();
-        steps.sort_by(f64::total_cmp);
-        let noise = steps[steps.len() / 2] / (MEDIAN * 2_f64.sqrt());
-        Self { force: peak(0..3), moment: peak(3..6), noise }
+        Self { force: raw_peak(block, FORCES), moment: raw_peak(block, MOMENTS), noise: noise(block) }
     }
 }
 
-/// Greatest reading of a channel before the tool's share was taken off.
-fn raw_peak(block: &MeasuredBlock, channel: usize) -> f64 {
-    block.trials.iter().flat_map(|trial| raw(block, trial, channel)).fold(0.0, |peak, reading| reading.abs().max(peak))
-}
-
-/// Readings of a channel before the tool's share was taken off.
-fn raw(block: &MeasuredBlock, trial: &Trial, channel: usize) -> impl Iterator<Item = f64> {
-    let width = block.section.inputs().len();
-    let tool = trial.recorded.inputs.iter().skip(channel).step_by(width * trial.recorded.stride);
-    trial.measured[channel].iter().zip(tool).map(|(reading, tool)| reading + tool)
+/// Standard deviation of a force's noise \[N\], by what repeats differ by; without any, by what neighbouring samples do.
+fn noise(block: &MeasuredBlock) -> f64 {
+    let repeats = differences(block);
+    if !repeats.is_empty() {
+        return (FORCES.map(|channel| power(&repeats, channel)).sum::<f64>() / FORCES.len() as f64).sqrt();
+    }
+    // The median is not misled by blows.
+    let steps = |samples: &[f64]| samples.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>();
+    let mut steps: Vec<f64> =
+        block.trials.iter().flat_map(|trial| trial.measured[FORCES].iter()).flat_map(|s| steps(s)).collect();
+    steps.sort_by(f64::total_cmp);
+    steps[steps.len() / 2] / (MEDIAN * 2_f64.sqrt())
 }
 
 /// Median of the size of a standard normal number.
@@ -145,6 +141,9 @@ fn timing(shelf: &mut Shelf) {
     shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }
 
+/// Step that noise, its own rounding included, does not hide, in standard deviations of that noise.
+const VISIBLE: f64 = 1.5;
+
 /// Steps of the reading, and limits of its range apart: a limit that no reading has met must not come with the steps.
 fn digits(shelf: &mut Shelf, spans: &Spans) {
     let scale = size("S6_quantisation", "sensor_resolution_force").max(0.01 * spans.force);
@@ -155,58 +154,13 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
         ("resolution", Prior::Positive { scale }, Role::Size),
         ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
     ];
-    let mut sizes: Vec<f64> = seen_steps(shelf.block, spans).into_iter().map(|step| step / scale).collect();
+    let mut sizes: Vec<f64> =
+        seen_steps(shelf.block, spans.force, VISIBLE * spans.noise).into_iter().map(|step| step / scale).collect();
     sizes.extend([1.0, 0.3]);
-    shelf.add("S6_quantisation", "steps of the sensor's reading", &entries, &sizes, &[]);
+    shelf.add("S6_quantisation", steps::NAME, &entries, &sizes, &[]);
     let limit = [("range", Prior::Below { top, share: 0.2 }, Role::Size)];
     shelf.add("S6_quantisation", "limits of the sensor's range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
 }
-
-/// Steps in which the raw force may be read, the largest first: whole multiples of a step are all in phase with it,
-/// wherever they begin. From three times the noise, which hides finer ones, to a tenth of the greatest force.
-///
-/// A fit finds a step from nearby only, where the reading's last step is in phase, and what is wrong besides (a bias, say)
-/// moves the model's stairs, but not those that were read.
-fn seen_steps(block: &MeasuredBlock, spans: &Spans) -> Vec<f64> {
-    let readings: Vec<Vec<f64>> = (0..3).map(|channel| few_raw(block, channel)).collect();
-    // Power of the readings at a number of steps a newton.
-    let power = |density: f64| -> f64 {
-        let of = |own: &Vec<f64>| {
-            let waves = own.iter().map(|reading| (TAU * density * reading).sin_cos());
-            let (sin, cos) = waves.fold((0.0, 0.0), |sum, wave| (sum.0 + wave.0, sum.1 + wave.1));
-            (sin * sin + cos * cos) / (own.len() as f64).powi(2)
-        };
-        readings.iter().map(of).sum()
-    };
-    let (first, last, apart) = (10.0 / spans.force, 0.33 / spans.noise, 0.2 / spans.force);
-    let count = ((last - first) / apart).clamp(0.0, MOST_DENSITIES) as usize;
-    let powers: Vec<f64> = (0..=count).into_par_iter().map(|k| power(first + k as f64 * apart)).collect();
-    let greatest = powers.iter().copied().fold(0.0, f64::max);
-    let is_peak = |k: &usize| {
-        let beside = |j: Option<usize>| j.and_then(|j| powers.get(j)).copied().unwrap_or(0.0);
-        powers[*k] >= beside(k.checked_sub(1)).max(beside(Some(k + 1))) && powers[*k] > IN_PHASE * greatest
-    };
-    let refined = |k: usize| {
-        let near = (-20..=20).map(|i| first + (k as f64 + 0.05 * f64::from(i)) * apart);
-        let by_power = near.map(|density| (power(density), density));
-        1.0 / by_power.max_by(|a, b| a.0.total_cmp(&b.0)).expect("several densities").1
-    };
-    (0..=count).filter(is_peak).take(MOST_STEPS).map(refined).collect()
-}
-
-/// Raw readings of a channel from one recording of each experiment that is learnt from, evenly thinned.
-fn few_raw(block: &MeasuredBlock, channel: usize) -> Vec<f64> {
-    let all: Vec<f64> = block.firsts(false).into_iter().flat_map(|trial| raw(block, trial, channel)).collect();
-    all.iter().step_by((all.len() / FEW).max(1)).copied().collect()
-}
-
-/// Raw readings of a channel by which steps are looked for.
-const FEW: usize = 250;
-/// Most steps a newton that are tried, and share of the greatest power from which on they may be in phase.
-const MOST_DENSITIES: f64 = 5000.0;
-const IN_PHASE: f64 = 0.8;
-/// Most steps that are told.
-const MOST_STEPS: usize = 6;
 
 fn tool(shelf: &mut Shelf) {
     let mass = shelf.base("tool_mass");

@@ -8,15 +8,15 @@ mod hold;
 mod lateness;
 
 use self::lateness::{Lateness, lateness};
-use crate::answer::{BlockAnswer, EffectFound, Estimate, Verdict};
+use crate::answer::{Beside, BlockAnswer, Estimate, Verdict};
 use crate::block::MeasuredBlock;
 use crate::inference::evidence::Interval;
 use crate::inference::memory::{Memory, correlation};
 use crate::recording::grid::Piece;
 use crate::variance::Healthy;
 use behind::Behind;
-use echo::{Echo, Missed, echoes, missed_in};
 pub(crate) use echo::missed;
+use echo::{Echo, Missed, echoes, missed_in};
 pub(crate) use hold::hold;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;
@@ -112,28 +112,13 @@ struct Found {
     log_odds: f64,
 }
 
-/// The answer with one more effect, where it is beyond the threshold; what nothing explains may look like losses too.
-fn named(mut answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found) -> BlockAnswer {
-    if found.log_odds < answer.threshold || answer.answer == Verdict::NotInLibrary {
+/// The answer with one more effect, where it is beyond the threshold.
+fn named(answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found) -> BlockAnswer {
+    if found.log_odds < answer.threshold {
         return answer;
     }
-    if answer.answer < Verdict::Named {
-        // What has no practical effect is not the answer any more.
-        answer.effects.clear();
-    }
-    let Interval { value, lo, hi } = found.value;
-    let estimate = Estimate { value, lo, hi, unit: found.unit.to_owned() };
-    answer.effects.push(EffectFound {
-        id: EffectId::of(id).effect().id,
-        name,
-        block: answer.block,
-        p: 1.0 / (1.0 + (-found.log_odds).exp()),
-        parameters: BTreeMap::from([(found.field.to_owned(), estimate)]),
-        covariance: Vec::new(),
-    });
-    answer.log_odds = answer.log_odds.max(found.log_odds);
-    answer.answer = answer.answer.max(Verdict::Named);
-    answer
+    let parameters = BTreeMap::from([(found.field.to_owned(), Estimate::new(found.value, found.unit))]);
+    answer.beside(Beside { effect: EffectId::of(id).effect(), name, parameters, log_odds: found.log_odds })
 }
 
 /// The answer where losses or the delay's noise are beyond the threshold, and of another kind than the library has.
@@ -199,7 +184,7 @@ fn jitter(rig: &CommandRig, Lateness { series, rounding }: &Lateness) -> Option<
     let variance = Some(whole - of_rounding).filter(|variance| *variance > of_rounding)?;
     let scale = EffectId::of("C3_jitter").effect().parameters[0].scale;
     let healthy = Healthy { deviation, share: rig.noise_share, scale };
-    let (value, log_odds) = healthy.exceeded(variance, Memory::of(series).samples(series));
+    let (value, log_odds) = healthy.exceeded(variance, 0.0, Memory::of(series).samples(series));
     let shared = correlation(series, 1) * whole - deviation.powi(2);
     let is_white = shared < COLOURED * (variance - deviation.powi(2));
     let is_normal = mean_power(4) / whole.powi(2) < LONG_TAIL;

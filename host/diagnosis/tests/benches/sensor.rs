@@ -63,6 +63,24 @@ fn steps_of_a_reading_are_named_beside_a_bias() {
     assert!(ids.contains(&"S1_bias") && ids.contains(&"S6_quantisation"), "{ids:?}");
 }
 
+#[test]
+fn rounding_is_no_noise_and_noise_shows_beyond_it() {
+    let found = |hidden: [Hidden; 2]| {
+        let said = said(&hidden, &[]);
+        let mut ids: Vec<&str> = said.effects.iter().map(|effect| effect.id).collect();
+        ids.sort_unstable();
+        let step = said.effects.iter().find(|effect| effect.id == "S6_quantisation")?.parameters["resolution"].value;
+        Some((said.answer, ids, step))
+    };
+    let steps = |size| Hidden { id: "S6_quantisation", size };
+    let (answer, ids, step) = found([Hidden { id: "S2_drift", size: 0.13 }, steps(4.0)]).expect("steps");
+    assert!(answer == Verdict::Named && ids == ["S2_drift", "S6_quantisation"], "{answer:?} {ids:?}");
+    assert!((step - 4.0).abs() < 0.01, "{step}");
+    let (answer, ids, step) = found([Hidden { id: "S7_noise", size: 1.35 }, steps(4.75)]).expect("steps");
+    assert!(answer == Verdict::Named && ids == ["S6_quantisation", "S7_noise"], "{answer:?} {ids:?}");
+    assert!((step - 4.75).abs() < 0.02, "{step}");
+}
+
 /// What is said of a bench with something hidden, by a library without some effects.
 fn said(hidden: &[Hidden], without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
