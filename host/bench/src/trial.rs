@@ -90,8 +90,10 @@ impl<'a> Bench<'a> {
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
                 let (rig, seed) = (case.plant.rig, case.seed());
-                let exact = exact(rig, &hidden, seed)?;
-                record.gain = true_gain(exhibit.path(), &judged, &exact, &fresh(rig, &hidden, seed)?)?;
+                // What has no mean is noise, which repeats tell.
+                let lasting: Vec<Hidden> = hidden.iter().filter(|own| !is_random(own.id)).copied().collect();
+                let (exact, fresh) = (exact(rig, &lasting, seed)?, fresh(rig, &lasting, seed)?);
+                record.gain = true_gain(exhibit.path(), &judged, &exact, &fresh)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.
