@@ -257,7 +257,8 @@ impl<'a> Part<'a> {
         if !self.has_repeats() {
             return 1.0;
         }
-        let own = self.whitened_deviations(noise, &[set.to_vec()]).remove(0);
+        let whitened: Vec<f64> = self.deviations(set).iter().flat_map(|x| noise.whiten(x, 1)).collect();
+        let own = bounded(whitened);
         own.norm_squared() / own.len() as f64
     }
 
