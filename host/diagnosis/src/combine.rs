@@ -43,6 +43,8 @@ pub(crate) struct Combiner<'a> {
     pub(crate) dispersion: f64,
     /// Whether combinations must be what their names say.
     pub(crate) strictly: bool,
+    /// Whether repeats tell the noise.
+    pub(crate) repeated: bool,
     /// Whitened residuals to screen by.
     pub(crate) simulate: &'a Simulate<'a>,
     pub(crate) fit: &'a Fit<'a>,
@@ -71,7 +73,8 @@ impl Combiner<'_> {
                 let taken = &eased.residual - &fitted.residual;
                 self.grown(bank, &(members.clone(), eased), Some(&taken), &all)
             });
-            let named = beam.iter().flat_map(|set| self.named(set, &all));
+            // Where noise is what the richest explanation leaves, a strain is no measure of what is missing.
+            let named = beam.iter().filter(|_| self.repeated).flat_map(|set| self.named(set, &all));
             let larger = self.fitted(starts.chain(cleared).chain(named).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {

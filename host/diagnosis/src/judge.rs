@@ -190,9 +190,9 @@ impl<'a> Bench<'a> {
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
-        let (simulate, fit) = (&quick, &fit_jointly);
-        let sets =
-            Combiner { block, library, bank: &bank, dispersion: alone, strictly, simulate, fit }.combine(singles);
+        let (repeated, simulate, fit) = (self.learn.has_repeats(), &quick, &fit_jointly);
+        let combiner = Combiner { block, library, bank: &bank, dispersion: alone, strictly, repeated, simulate, fit };
+        let sets = combiner.combine(singles);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
         Found { null, clamped, scores, bank, dispersion, sets }
