@@ -5,7 +5,7 @@ use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start};
 use crate::inference::unknown::Unknown;
-use crate::judge::{best_entries, sized, unknowns};
+use crate::judge::{best_entries, sized, taken, unknowns};
 use crate::library::Hypothesis;
 use crate::soundness::{NEARLY_NOISE, PULLED, is_sound, is_strained};
 use nalgebra::DVector;
@@ -120,7 +120,7 @@ impl Combiner<'_> {
         let without = |left_out: &usize| {
             let set: Vec<usize> = members.iter().copied().filter(|own| own != left_out).collect();
             let unknowns = self.unknowns(&set);
-            (set, Start::taken(unknowns, fitted))
+            (set, from_there(unknowns, fitted))
         };
         members.iter().map(without).collect()
     }
@@ -194,7 +194,7 @@ impl Combiner<'_> {
         let is_strained = |number: &usize| self.library[*number].unknowns.iter().any(|unknown| strained(unknown.field));
         let with = |number: usize| {
             let (set, unknowns) = self.joined(members, number, known)?;
-            Some((set, Start::taken(unknowns, fitted)))
+            Some((set, from_there(unknowns, fitted)))
         };
         (0..self.library.len())
             .filter(is_strained)
@@ -233,6 +233,12 @@ impl Combiner<'_> {
         let fits = (self.fit)(starts.into_iter().map(numbered).collect());
         fits.into_iter().map(|fitted| (sets[fitted.hypothesis].clone(), fitted)).collect()
     }
+}
+
+/// A start of free numbers where a fit has them.
+fn from_there(unknowns: Vec<Unknown>, fitted: &Fitted) -> Start {
+    let z = taken(&unknowns, fitted);
+    Start::new(0, unknowns, z).beside(fitted)
 }
 
 /// A fit whose strained nuisances are back where the model has them, to first order: what they took is left for one more

@@ -430,6 +430,15 @@ pub(crate) fn carried(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
         .collect()
 }
 
+/// First `z` of free numbers whose values are those of another fit, however far that has gone; 0 if it does not have them.
+pub(crate) fn taken(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
+    let of = |Unknown { field, prior, .. }: &Unknown| match from.value(*field) {
+        Some(value) => prior.allowed(prior.place(value)),
+        None => 0.0,
+    };
+    unknowns.iter().map(of).collect()
+}
+
 /// First `z` of a hypothesis' free numbers by an entry of the bank.
 pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -> Vec<f64> {
     let of = |(i, unknown): (usize, &Unknown)| {

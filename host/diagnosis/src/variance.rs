@@ -68,18 +68,17 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let memory = Memory::of(&series);
     let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
     let effect = EffectId::of("S7_noise").effect();
-    let (mut log_odds, mut beyond_steps) = (0.0, 0.0);
-    let mut deviation = [Interval { value: 0.0, lo: 0.0, hi: 0.0 }; 2];
-    let steps = [FORCES, MOMENTS].map(|own| on_steps(block, own));
-    for kind in 0..2 {
+    let samples = 3.0 * memory.samples(&series);
+    let exceeded = |kind: usize, other: f64| {
         let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let scale = effect.parameters[kind].scale;
-        let known = Healthy { deviation: healthy[kind], share: rig.noise_share, scale };
-        let samples = 3.0 * memory.samples(&series);
-        log_odds += known.exceeded(variance, 0.0, samples).1;
-        let (beyond, odds) = known.exceeded(variance, steps[kind].map_or(0.0, Step::variance), samples);
-        (deviation[kind], beyond_steps) = (beyond, beyond_steps + odds);
-    }
+        Healthy { deviation: healthy[kind], share: rig.noise_share, scale }.exceeded(variance, other, samples)
+    };
+    let log_odds = exceeded(0, 0.0).1 + exceeded(1, 0.0).1;
+    // Steps are looked for only where there is something that they could explain.
+    let steps = if log_odds > 0.0 { [FORCES, MOMENTS].map(|own| on_steps(block, own)) } else { [None; 2] };
+    let [force, moment] = [0, 1].map(|kind| exceeded(kind, steps[kind].map_or(0.0, Step::variance)));
+    let (deviation, beyond_steps) = ([force.0, moment.0], force.1 + moment.1);
     let correlation_time = memory.time * step;
     Some(ExcessNoise { effect, log_odds, step: steps[0], beyond_steps, deviation, correlation_time })
 }

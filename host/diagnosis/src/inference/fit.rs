@@ -72,16 +72,6 @@ impl Start {
         Self::new(fitted.hypothesis, fitted.unknowns.clone(), fitted.z.clone()).beside(fitted)
     }
 
-    /// Of the only hypothesis, every number where another fit has it; at 0 those that it lacks.
-    pub fn taken(unknowns: Vec<Unknown>, from: &Fitted) -> Self {
-        let of = |Unknown { field, prior, .. }: &Unknown| match from.value(*field) {
-            Some(value) => prior.allowed(prior.place(value)),
-            None => 0.0,
-        };
-        let z = unknowns.iter().map(of).collect();
-        Self::new(0, unknowns, z).beside(from)
-    }
-
     /// With the derivatives of another fit by the numbers that both have.
     #[must_use]
     pub fn beside(self, fitted: &Fitted) -> Self {

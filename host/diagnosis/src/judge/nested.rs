@@ -1,7 +1,7 @@
 //! Starts of hypotheses from where others ended that have all their numbers, and more.
 
 use crate::inference::fit::{Fitted, Start};
-use crate::inference::unknown::Unknown;
+use crate::judge::taken;
 use crate::library::Hypothesis;
 
 /// How much less than a hypothesis another must leave, in chi-squared, that the first starts again from there: most of
@@ -18,10 +18,8 @@ pub(super) fn starts(library: &[Hypothesis], singles: &[Fitted]) -> Vec<Start> {
     let again = |inner: &Fitted| {
         let ahead = singles.iter().filter(|outer| outer.cost() < inner.cost() - AHEAD && contains(outer, inner));
         let best = ahead.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
-        let z = inner.unknowns.iter().zip(&inner.z).map(|(Unknown { field, prior, .. }, z)| {
-            best.value(*field).map_or(*z, |value| prior.allowed(prior.place(value)))
-        });
-        Some(Start::new(inner.hypothesis, inner.unknowns.clone(), z.collect()))
+        // It has all nuisances, too.
+        Some(Start::new(inner.hypothesis, inner.unknowns.clone(), taken(&inner.unknowns, best)))
     };
     singles.iter().filter_map(again).collect()
 }
@@ -40,7 +38,7 @@ pub(super) fn better(mut singles: Vec<Fitted>, again: Vec<Fitted>) -> Vec<Fitted
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::unknown::{Prior, Role};
+    use crate::inference::unknown::{Prior, Role, Unknown};
     use nalgebra::{DMatrix, DVector};
     use softdock_kernels::effects::DICTIONARY;
 
