@@ -64,8 +64,13 @@ impl Combiner<'_> {
             }
             let Some((_, best)) = beam.first() else { break };
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
-            // nuisance that is strained hides its effect, whose signature would be what is left of its size.
-            let on_top = (best.mean_square() > MUCH || is_strained(best)).then(|| self.bank_on(&eased(best)));
+            // nuisance that is strained hides its effect, whose signature would be what is left of its size; but one that
+            // acts as the nuisance does looks like it there alone: a delay of many steps is none of a few.
+            let on_top = match is_strained(best) {
+                true => vec![self.bank_on(&eased(best)), self.bank_on(best)],
+                false if best.mean_square() > MUCH => vec![self.bank_on(best)],
+                false => Vec::new(),
+            };
             let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, None, &all));
             let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, set)));
             let cleared = cleared.flat_map(|(bank, (members, fitted))| {
