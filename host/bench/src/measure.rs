@@ -7,16 +7,16 @@ use nalgebra::DVector;
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Judged;
 use softdock_diagnosis::inference::noise::Noise;
-use softdock_gauntlet::{Fresh, Set};
+use softdock_gauntlet::Expected;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The true gain of a block's best explanation: recordings without noise in place of those that it was judged by, and a
-/// motion that no recording shows. `folder` is the diagnosed one; the held-out recordings in it are left alone.
+/// The true gain of a block's best explanation: the means of ever more recordings in place of those that it was judged by,
+/// and a motion that no recording shows. `folder` is the diagnosed one; the held-out recordings in it are left alone.
 ///
 /// # Errors
 /// Files that cannot be written or read.
-pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fresh) -> Result<Option<TrueGain>> {
+pub(crate) fn true_gain(folder: &Path, judged: &Judged, expected: &Expected) -> Result<Option<TrueGain>> {
     let Judged { block, judgement, .. } = judged;
     let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else {
         return Ok(None);
@@ -36,8 +36,8 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, exact: &Set, fresh: &Fre
         Ok(gain(&own, &judgement.noise, &sets, [scale, noise_power]))
     };
     let own = block.part(true).noise_power(&judgement.noise, &block.base);
-    let held_out = of("exact", &exact.holdout, 1.0, own)?;
-    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), fresh.with_effect.clone())], repeats, 1.0)?;
+    let held_out = of("expected", &expected.holdout, 1.0, own)?;
+    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), expected.fresh.clone())], repeats, 1.0)?;
     Ok(Some(TrueGain { held_out, fresh }))
 }
 

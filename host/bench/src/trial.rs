@@ -13,7 +13,7 @@ use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, Told, exact, follow, fresh, generate};
+use softdock_gauntlet::{EffectCase, Hidden, Told, expected, follow, generate};
 use std::path::Path;
 use std::time::Instant;
 
@@ -92,8 +92,7 @@ impl<'a> Bench<'a> {
                 let (rig, seed) = (case.plant.rig, case.seed());
                 // What has no mean is noise, which repeats tell.
                 let lasting: Vec<Hidden> = hidden.iter().filter(|own| !is_random(own.id)).copied().collect();
-                let (exact, fresh) = (exact(rig, &lasting, seed)?, fresh(rig, &lasting, seed)?);
-                record.gain = true_gain(exhibit.path(), &judged, &exact, &fresh)?;
+                record.gain = true_gain(exhibit.path(), &judged, &expected(rig, &lasting, case.noise, seed)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.

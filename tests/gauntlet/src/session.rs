@@ -50,6 +50,11 @@ pub(crate) trait Bench {
     fn training(&self) -> &'static [&'static str];
     /// Runs one experiment.
     fn record(&self, experiment: &str, run: &Run) -> Table;
+    /// What the mean of ever more records of one experiment tends to, in the noise of a run: the record without noise, but
+    /// where noise does more than add to the readings.
+    fn expected(&self, experiment: &str, run: &Run) -> Table {
+        self.record(experiment, &Run { noise: None, ..*run })
+    }
     /// Follows a path that somebody asks for; nothing if this bench follows none.
     fn follow(&self, _told: &Told, _run: &Run) -> Option<Table> {
         None
@@ -205,10 +210,7 @@ fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, unmoved: boo
     Ok(set)
 }
 
-/// The truth on a fresh motion, with the nuisances of the data set of the same seed: what a true gain is measured on.
-///
-/// It is made in the middle of the session: what drifts or warms up is met as the recordings met it on the average, and
-/// another motion is all that differs.
+/// The truth on a fresh motion, with the nuisances of the data set of the same seed.
 ///
 /// # Errors
 /// As [`generate`].
@@ -216,11 +218,47 @@ pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
     let sizes = Sizes::check(rig, hidden)?;
     let record = |sizes: &Sizes| {
         let bench = bench(rig, sizes, seed);
-        let number = REPEATS * (bench.training().len() as u64 + 1);
-        let run = Run { seed, number, start_s: 0.5 * number as f64 * SPACING_S, noise: None, unmoved: false };
+        let (number, start_s) = middle(&*bench);
+        let run = Run { seed, number, start_s, noise: None, unmoved: false };
         bench.record(FRESH, &run).exact().csv()
     };
     Ok(Fresh { with_effect: record(&sizes), without_effect: record(&Sizes::none()) })
+}
+
+/// Number of the fresh motion's record, and when it starts \[s\]: in the middle of the session, so that what drifts or warms
+/// up is met as the recordings met it on the average, and another motion is all that differs.
+fn middle(bench: &dyn Bench) -> (u64, f64) {
+    let number = REPEATS * (bench.training().len() as u64 + 1);
+    (number, 0.5 * number as f64 * SPACING_S)
+}
+
+/// What ever more repeats of motions have for their mean, all digits written: what a true gain is measured on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expected {
+    /// Of the held-out motion, as each of its recordings met it.
+    pub holdout: Vec<(String, String)>,
+    /// Of a motion that no recording shows.
+    pub fresh: String,
+}
+
+/// The means of the motions that the data set of the same seed holds out, and of the fresh one.
+///
+/// # Errors
+/// As [`generate`].
+pub fn expected(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> Result<Expected, Error> {
+    let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
+    let of = |experiment: &str, number: u64, start_s: f64| {
+        let run = Run { seed, number, start_s, noise: Some(noise), unmoved: false };
+        bench.expected(experiment, &run).exact().csv()
+    };
+    let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
+    let held_out = (0..).zip(order(&experiments, seed)).filter(|(_, (experiment, _))| *experiment == HOLDOUT);
+    let one =
+        |(number, (_, repeat))| (format!("{HOLDOUT}_{repeat}.csv"), of(HOLDOUT, number, number as f64 * SPACING_S));
+    let mut holdout: Vec<(String, String)> = held_out.map(one).collect();
+    holdout.sort();
+    let (number, middle_s) = middle(&*bench);
+    Ok(Expected { holdout, fresh: of(FRESH, number, middle_s) })
 }
 
 /// Recordings, with repeats, of a path that somebody asks a bench for after its session, with the nuisances of the data

@@ -2,7 +2,7 @@
 
 use crate::support::{RIGS, Recording, distance, set};
 use softdock_gauntlet::{
-    EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, fresh, generate, outside,
+    EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, expected, fresh, generate, outside,
 };
 use std::time::Instant;
 
@@ -60,6 +60,22 @@ fn without_noise_the_same_files_come_and_repeats_are_the_same_but_for_the_clock(
         assert_eq!(first.column(column), second.column(column), "{column}");
     }
     assert_ne!(first.column("t_s"), second.column("t_s"));
+}
+
+#[test]
+fn means_are_records_without_noise_but_where_noise_chooses_between_packets() {
+    for &rig in RIGS {
+        let means = expected(rig, &[], NoiseColour::White, 11).expect("means");
+        assert_eq!(means.holdout, exact(rig, &[], 11).expect("a set").holdout);
+        assert_eq!(means.fresh, fresh(rig, &[], 11).expect("a motion").with_effect);
+    }
+    let hold = [Hidden { id: "C6_hold", size: 0.004_177 }];
+    let received = |file: &(String, String)| Recording::read(&file.1).column("received_rad");
+    let noisy: Vec<Vec<f64>> = set(Rig::Command, &hold, 11).holdout.iter().map(received).collect();
+    let mean: Vec<f64> = (0..noisy[0].len()).map(|row| noisy.iter().map(|own| own[row]).sum::<f64>() / 3.0).collect();
+    let means = expected(Rig::Command, &hold, NoiseColour::FirstOrder, 11).expect("means");
+    let (smeared, sharp) = (received(&means.holdout[0]), exact(Rig::Command, &hold, 11).expect("a set").holdout);
+    assert!(distance(&mean, &smeared) < 0.8 * distance(&mean, &received(&sharp[0])));
 }
 
 #[test]
