@@ -276,8 +276,13 @@ mod tests {
 
     /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
     fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+        said_of(11, hidden, without)
+    }
+
+    /// The same of the data set of a seed.
+    fn said_of(seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
-        let set = generate(Rig::Command, &hidden, NoiseColour::FirstOrder, 11).expect("effects of the bench");
+        let set = generate(Rig::Command, &hidden, NoiseColour::FirstOrder, seed).expect("effects of the bench");
         let exhibit = Exhibit::of(&set).expect("room");
         let without = without.iter().map(|id| (*id).to_owned()).collect();
         let answer = answer(exhibit.path(), &Options { without, ..Options::default() }).answer;
@@ -299,9 +304,14 @@ mod tests {
 
     #[test]
     fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
-        for pair in [["C6_hold", "C7_rate_limit"], ["C1_transport_delay", "C7_rate_limit"]] {
-            let hidden = pair.map(|id| (id, if id == "C7_rate_limit" { 1.1 } else { 0.0041 }));
-            assert_eq!(said(&hidden, &[]), (Said::Named, pair.map(str::to_owned).to_vec()));
+        let cases = [
+            (11, "C6_hold", 0.0041, 1.1),
+            (11, "C1_transport_delay", 0.0041, 1.1),
+            (4_009_981_770, "C1_transport_delay", 0.008_861, 1.0),
+        ];
+        for (seed, id, late, limit) in cases {
+            let found = (Said::Named, vec![id.to_owned(), "C7_rate_limit".to_owned()]);
+            assert_eq!(said_of(seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
         }
     }
 
