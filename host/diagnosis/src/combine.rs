@@ -37,7 +37,8 @@ pub(crate) type Set = (Vec<usize>, Fitted);
 pub(crate) struct Combiner<'a> {
     pub(crate) block: &'a MeasuredBlock,
     pub(crate) library: &'a [Hypothesis],
-    /// Signatures on top of the null hypothesis.
+    /// The null hypothesis by one repeat of each experiment, and signatures on top of it.
+    pub(crate) null: &'a Fitted,
     pub(crate) bank: &'a Bank,
     /// Factor by which residual variances exceed the noise's even for the best single effect.
     pub(crate) dispersion: f64,
@@ -64,13 +65,8 @@ impl Combiner<'_> {
             }
             let Some((_, best)) = beam.first() else { break };
             // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
-            // nuisance that is strained hides its effect, whose signature would be what is left of its size; but one that
-            // acts as the nuisance does looks like it there alone: a delay of many steps is none of a few.
-            let on_top = match is_strained(best) {
-                true => vec![self.bank_on(&eased(best)), self.bank_on(best)],
-                false if best.mean_square() > MUCH => vec![self.bank_on(best)],
-                false => Vec::new(),
-            };
+            // nuisance that is strained hides its effect, whose signature would be what is left of its size.
+            let on_top = (best.mean_square() > MUCH || is_strained(best)).then(|| self.bank_on(&eased(best)));
             let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, None, &all));
             let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, set)));
             let cleared = cleared.flat_map(|(bank, (members, fitted))| {
@@ -79,8 +75,8 @@ impl Combiner<'_> {
                 self.grown(bank, &(members.clone(), eased), Some(&taken), &all)
             });
             // Where noise is what the richest explanation leaves, a strain is no measure of what is missing.
-            let named = beam.iter().filter(|_| self.repeated).flat_map(|set| self.named(set, &all));
-            let larger = self.fitted(starts.chain(cleared).chain(named).collect());
+            let relieved = beam.iter().filter(|_| self.repeated).flat_map(|set| self.relieved(set, &all));
+            let larger = self.fitted(starts.chain(cleared).chain(relieved).collect());
             // More than any of its parts, or it is none.
             let pays = |set: &Set| {
                 let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
@@ -192,20 +188,43 @@ impl Combiner<'_> {
         tried.into_iter().filter_map(with).collect()
     }
 
-    /// A combination with an effect that is a strained nuisance of a size that no tolerance allows (a bias, say), where the
-    /// fit has it: some effects (steps of a reading) are in phase with its very value, and lost from anywhere else.
-    fn named(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
-        let strained = |field: usize| fitted.nuisances().any(|(_, own, z)| own.field == field && z.abs() > PULLED);
-        let is_strained = |number: &usize| self.library[*number].unknowns.iter().any(|unknown| strained(unknown.field));
-        let with = |number: usize| {
-            let (set, unknowns) = self.joined(members, number, known)?;
-            Some((set, from_there(unknowns, fitted)))
+    /// A combination with an effect that is, or acts as, a strained nuisance (a bias, say, or a delay for a clock), where
+    /// the fit has that: some effects (steps of a reading) are in phase with its very value, and lost from anywhere else.
+    fn relieved(&self, set: &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+        let strained = set.1.nuisances().filter(|(_, _, z)| z.abs() > PULLED);
+        let by = |(_, nuisance, z): (usize, &Unknown, f64)| {
+            let tried = (0..self.library.len()).filter(|number| !self.shares(&set.0, *number));
+            tried.filter_map(|number| self.relieved_by(number, set, (nuisance, z), known)).collect::<Vec<_>>()
         };
-        (0..self.library.len())
-            .filter(is_strained)
-            .filter(|number| !self.shares(members, *number))
-            .filter_map(with)
-            .collect()
+        strained.flat_map(by).collect()
+    }
+
+    /// The same with one effect, if that is the strained nuisance or acts as it does.
+    fn relieved_by(
+        &self,
+        number: usize,
+        (members, fitted): &Set,
+        (nuisance, z): (&Unknown, f64),
+        known: &[Set],
+    ) -> Option<(Vec<usize>, Start)> {
+        let hypothesis = &self.library[number];
+        let (set, unknowns) = self.joined(members, number, known)?;
+        if hypothesis.unknowns.iter().any(|unknown| unknown.field == nuisance.field) {
+            return Some((set, from_there(unknowns, fitted)));
+        }
+        let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
+        let (entry, multiples) = self.bank.imitation(number, &change)?;
+        let own = sized(hypothesis, entry, &multiples);
+        let mut start = from_there(unknowns, fitted);
+        for (unknown, z) in start.unknowns.iter().zip(&mut start.z) {
+            if unknown.field == nuisance.field {
+                *z = 0.0;
+            }
+            if let Some(place) = hypothesis.unknowns.iter().position(|other| other.field == unknown.field) {
+                *z = own[place];
+            }
+        }
+        Some((set, start))
     }
 
     /// Whether an effect has a number in common with some others.

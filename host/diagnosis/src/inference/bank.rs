@@ -123,6 +123,22 @@ impl Bank {
         columns.map(of).fold(0.0, f64::max) / change.norm().max(f64::MIN_POSITIVE)
     }
 
+    /// The first form of a hypothesis that changes the residuals as `change` does, with the multiples of its sizes by which
+    /// it does so; `None` if it has none.
+    pub fn imitation(&self, hypothesis: usize, change: &DVector<f64>) -> Option<(&Entry, Vec<f64>)> {
+        let mut own = self.entries.iter().filter(|entry| entry.hypothesis == hypothesis && !entry.shaped);
+        let of = |entry: &'_ Entry| {
+            let signatures = self.signatures.columns_range(entry.signatures.clone());
+            let gram = signatures.transpose() * signatures;
+            let multiples = gram.cholesky()?.solve(&(signatures.transpose() * change));
+            let left = change - signatures * &multiples;
+            let allowed = entry.signed || multiples.iter().all(|multiple| *multiple >= 0.0);
+            let is_alike = left.norm_squared() < UNLIKE * change.norm_squared();
+            (allowed && is_alike).then(|| multiples.iter().copied().collect())
+        };
+        own.find_map(|entry| Some((entry, of(entry)?)))
+    }
+
     /// Compares the residual of a fit with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
         let projector = Projector::of(fitted);
@@ -226,6 +242,8 @@ fn by_entry(entries: &[Entry], of: impl Fn(usize, usize) -> f64) -> DMatrix<f64>
     all
 }
 
+/// Share of a change's power that an imitation may leave.
+const UNLIKE: f64 = 0.1;
 /// Draws of noise.
 const NULLS: usize = 2000;
 /// Seed of those draws: the same data give the same threshold.
