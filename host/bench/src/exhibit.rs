@@ -1,7 +1,6 @@
 //! A data set as a folder, which is all that a diagnosis is given.
 
 use crate::{Error, Result};
-use softdock_campaign::rig::Plant;
 use softdock_campaign::{FileKind, Problems, Rig, Scenario, kind};
 use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{Options, Prepared, prepare, prepare_facility};
@@ -39,19 +38,6 @@ impl Exhibit {
 
 /// Reads model and recordings of a folder; those of `holdout` are judged by, or the folder's own where there are none.
 pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &Options) -> Result<Prepared> {
-    read_as(folder, holdout, options, |_| ())
-}
-
-/// The same where recordings to judge by hold neither noise nor rounding: nothing is rounded that would need a dither.
-pub(crate) fn read_exact(folder: &Path, holdout: &[PathBuf]) -> Result<Prepared> {
-    read_as(folder, holdout, &Options::default(), |rig| {
-        if let Plant::Command(own) = &mut rig.plant {
-            own.quantum = 0.0;
-        }
-    })
-}
-
-fn read_as(folder: &Path, holdout: &[PathBuf], options: &Options, known: impl Fn(&mut Rig)) -> Result<Prepared> {
     let (model, refused) = (folder.join("model.toml"), |problems: Problems| Error::Model(problems.to_string()));
     let training = files(&folder.join("training"))?;
     let own = if holdout.is_empty() { files(&folder.join("holdout"))? } else { holdout.to_vec() };
@@ -61,9 +47,7 @@ fn read_as(folder: &Path, holdout: &[PathBuf], options: &Options, known: impl Fn
         let facility = FacilityModel::Scenario(Box::new(Scenario::load(&model).map_err(refused)?));
         return Ok(prepare_facility(facility, &training, &own, options)?);
     }
-    let mut rig = Rig::load(&model).map_err(refused)?;
-    known(&mut rig);
-    Ok(prepare(rig, &training, &own, options)?)
+    Ok(prepare(Rig::load(&model).map_err(refused)?, &training, &own, options)?)
 }
 
 /// Files of a folder, sorted.

@@ -1,44 +1,39 @@
 //! What can only be measured with the truth at hand: the gain that an answer's model truly brings.
 
-use crate::exhibit::{files, read_exact};
+use crate::exhibit::{files, read};
 use crate::record::TrueGain;
 use crate::{Error, Result};
-use nalgebra::DVector;
 use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::Judged;
+use softdock_diagnosis::diagnosis::{Judged, Options};
 use softdock_diagnosis::inference::noise::Noise;
-use softdock_gauntlet::Expected;
+use softdock_gauntlet::Further;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The true gain of a block's best explanation: the means of ever more recordings in place of those that it was judged by,
-/// and a motion that no recording shows. `folder` is the diagnosed one; the held-out recordings in it are left alone.
+/// The true gain of a block's best explanation, on further recordings of the motion that it was judged by, and of one that
+/// it knows nothing of. `folder` is the diagnosed one; the held-out recordings in it are left alone.
 ///
 /// # Errors
 /// Files that cannot be written or read.
-pub(crate) fn true_gain(folder: &Path, judged: &Judged, expected: &Expected) -> Result<Option<TrueGain>> {
+pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Result<Option<TrueGain>> {
     let Judged { block, judgement, .. } = judged;
     let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else {
         return Ok(None);
     };
     let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
-    let repeats = repeats(block);
-    let of = |name: &str, recordings: &[(String, String)], scale: f64, noise_power: f64| -> Result<f64> {
-        let truth = folder.join(name);
-        std::fs::create_dir_all(&truth).map_err(Error::file(&truth))?;
+    let of = |name: &str, recordings: &[(String, String)]| -> Result<f64> {
+        let further = folder.join(name);
+        std::fs::create_dir_all(&further).map_err(Error::file(&further))?;
         for (file, text) in recordings {
-            std::fs::write(truth.join(file), text).map_err(Error::file(&truth))?;
+            std::fs::write(further.join(file), text).map_err(Error::file(&further))?;
         }
-        let blocks = read_exact(folder, &files(&truth)?)?.blocks(1);
+        let blocks = read(folder, &files(&further)?, &Options::default())?.blocks(1);
         let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
         let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
         own.decimator = block.decimator.clone();
-        Ok(gain(&own, &judgement.noise, &sets, [scale, noise_power]))
+        Ok(gain(&own, &judgement.noise, &sets, repeats(block)))
     };
-    let own = block.part(true).noise_power(&judgement.noise, &block.base);
-    let held_out = of("expected", &expected.holdout, 1.0, own)?;
-    let fresh = of("fresh", &[("fresh_1.csv".to_owned(), expected.fresh.clone())], repeats, 1.0)?;
-    Ok(Some(TrueGain { held_out, fresh }))
+    Ok(Some(TrueGain { held_out: of("further", &further.holdout)?, fresh: of("fresh", &further.fresh)? }))
 }
 
 /// Repeats of a held-out motion, whose mean is judged; one where every recording is an experiment of its own.
@@ -48,10 +43,19 @@ fn repeats(block: &MeasuredBlock) -> f64 {
     held_out().count() as f64 / experiments.len().max(1) as f64
 }
 
-/// By how much the root mean square of held-out residuals, so many times as strong, falls from the first parameter set to
-/// the second, noise of some power added to both.
-fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], [scale, noise_power]: [f64; 2]) -> f64 {
-    let power = |residual: &DVector<f64>| noise_power + scale * residual.norm_squared() / residual.len() as f64;
-    let residuals = block.part(true).whitened(noise, sets);
-    1.0 - (power(&residuals[1]) / power(&residuals[0])).sqrt()
+/// By how much the root mean square of held-out residuals falls from the first parameter set to the second, where it is
+/// that of the mean of so many repeats.
+///
+/// A whitened mean of m repeats has the power `n + m s`, n that of the noise and s that of what the model lacks. What the
+/// simulation carries of the inputs' noise beyond what it carries for the model's own parameters is no loss.
+fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], repeats: f64) -> f64 {
+    let (part, all) = (block.part(true), self::repeats(block));
+    let residuals = part.whitened(noise, sets);
+    let least = part.noise_power(noise, &block.base);
+    let power = |i: usize| {
+        let own = part.noise_power(noise, &sets[i]);
+        let lacks = (residuals[i].norm_squared() / residuals[i].len() as f64 - own) / all;
+        own.min(least) + repeats * lacks.max(0.0)
+    };
+    1.0 - (power(1) / power(0)).sqrt()
 }

@@ -13,12 +13,15 @@ use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, Told, expected, follow, generate};
+use softdock_gauntlet::{EffectCase, Hidden, Told, follow, further, generate};
 use std::path::Path;
 use std::time::Instant;
 
 /// Experiments that an ambiguous answer may ask for, one after the other.
 const EXPERIMENTS: u64 = 2;
+
+/// Rounds of repeats that a true gain is measured on.
+const ROUNDS: u64 = 2;
 
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
@@ -90,9 +93,7 @@ impl<'a> Bench<'a> {
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
                 let (rig, seed) = (case.plant.rig, case.seed());
-                // What has no mean is noise, which repeats tell.
-                let lasting: Vec<Hidden> = hidden.iter().filter(|own| !is_random(own.id)).copied().collect();
-                record.gain = true_gain(exhibit.path(), &judged, &expected(rig, &lasting, case.noise, seed)?)?;
+                record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, ROUNDS)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.

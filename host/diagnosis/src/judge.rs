@@ -191,17 +191,8 @@ impl<'a> Bench<'a> {
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
         let (repeated, simulate, fit) = (self.learn.has_repeats(), &quick, &fit_jointly);
-        let combiner = Combiner {
-            block,
-            library,
-            null: &near,
-            bank: &bank,
-            dispersion: alone,
-            strictly,
-            repeated,
-            simulate,
-            fit,
-        };
+        let combiner =
+            Combiner { block, library, null: &near, bank: &bank, dispersion: alone, strictly, repeated, simulate, fit };
         let sets = combiner.combine(singles);
         // A combination may leave less than any effect alone.
         let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);

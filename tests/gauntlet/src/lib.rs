@@ -29,6 +29,6 @@ mod toss;
 pub use catalogue::{EffectCase, Hidden, Parameter, Rig, Stronger, effects, outside};
 pub use error::Error;
 pub use random::NoiseColour;
-pub use session::{Expected, Fresh, HiddenTruth, Set, Truth, exact, expected, follow, fresh, generate, unmoved};
+pub use session::{Fresh, Further, HiddenTruth, Set, Truth, exact, follow, fresh, further, generate, unmoved};
 pub use told::Told;
 pub use toss::{Tosses, tosses};

@@ -11,6 +11,8 @@ use std::{fs, io};
 
 /// Repeats of every experiment; they differ in noise only.
 const REPEATS: u64 = 3;
+/// Number from which on records are none of a session's.
+const FAR: u64 = 1_000_000;
 /// From the start of one record to that of the next \[s\].
 const SPACING_S: f64 = 10.0;
 /// Name of the held-out experiment, and of the one that no recording shows.
@@ -50,11 +52,6 @@ pub(crate) trait Bench {
     fn training(&self) -> &'static [&'static str];
     /// Runs one experiment.
     fn record(&self, experiment: &str, run: &Run) -> Table;
-    /// What the mean of ever more records of one experiment tends to, in the noise of a run: the record without noise, but
-    /// where noise does more than add to the readings.
-    fn expected(&self, experiment: &str, run: &Run) -> Table {
-        self.record(experiment, &Run { noise: None, ..*run })
-    }
     /// Follows a path that somebody asks for; nothing if this bench follows none.
     fn follow(&self, _told: &Told, _run: &Run) -> Option<Table> {
         None
@@ -232,33 +229,34 @@ fn middle(bench: &dyn Bench) -> (u64, f64) {
     (number, 0.5 * number as f64 * SPACING_S)
 }
 
-/// What ever more repeats of motions have for their mean, all digits written: what a true gain is measured on.
+/// Further recordings of motions, as files: what a true gain is measured on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Expected {
-    /// Of the held-out motion, as each of its recordings met it.
+pub struct Further {
+    /// Of the held-out motion.
     pub holdout: Vec<(String, String)>,
-    /// Of a motion that no recording shows.
-    pub fresh: String,
+    /// Of a motion that no recording of the data set shows.
+    pub fresh: Vec<(String, String)>,
 }
 
-/// The means of the motions that the data set of the same seed holds out, and of the fresh one.
+/// Further recordings, in noise of their own, of the bench that made the data set of the same seed: so many rounds of the
+/// repeats of the held-out motion, each when the session made it, and as many of the [`fresh`] motion.
 ///
 /// # Errors
 /// As [`generate`].
-pub fn expected(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> Result<Expected, Error> {
+pub fn further(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64, rounds: u64) -> Result<Further, Error> {
     let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
-    let of = |experiment: &str, number: u64, start_s: f64| {
-        let run = Run { seed, number, start_s, noise: Some(noise), unmoved: false };
-        bench.expected(experiment, &run).exact().csv()
-    };
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
-    let held_out = (0..).zip(order(&experiments, seed)).filter(|(_, (experiment, _))| *experiment == HOLDOUT);
-    let one =
-        |(number, (_, repeat))| (format!("{HOLDOUT}_{repeat}.csv"), of(HOLDOUT, number, number as f64 * SPACING_S));
-    let mut holdout: Vec<(String, String)> = held_out.map(one).collect();
-    holdout.sort();
-    let (number, middle_s) = middle(&*bench);
-    Ok(Expected { holdout, fresh: of(FRESH, number, middle_s) })
+    let session = (0..).zip(order(&experiments, seed));
+    let held_out: Vec<u64> =
+        session.filter(|(_, (experiment, _))| *experiment == HOLDOUT).map(|(number, _)| number).collect();
+    let of = |experiment: &str, place: u64, start_s: f64| {
+        let run = Run { seed, number: FAR + place, start_s, noise: Some(noise), unmoved: false };
+        (format!("{experiment}_{}.csv", place + 1), bench.record(experiment, &run).csv())
+    };
+    let starts = held_out.iter().cycle().take(held_out.len() * rounds as usize);
+    let holdout = starts.zip(0..).map(|(number, place)| of(HOLDOUT, place, *number as f64 * SPACING_S)).collect();
+    let (_, middle_s) = middle(&*bench);
+    Ok(Further { holdout, fresh: (0..REPEATS * rounds).map(|place| of(FRESH, place, middle_s)).collect() })
 }
 
 /// Recordings, with repeats, of a path that somebody asks a bench for after its session, with the nuisances of the data

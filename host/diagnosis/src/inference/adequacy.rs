@@ -36,7 +36,7 @@ pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], leve
     let (x, x0) = (less(power(with), carried[0]) / level, less(power(without), carried[1]) / level);
     let [gain_lo, gain_hi] = gain_interval([with, without], carried);
     let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
-    let gain = gain([x, x0]);
+    let gain = gain(cleared([power(with), power(without)], carried));
     Adequacy { with: x, own, without: x0, explained, gain, gain_lo, gain_hi, gain_elsewhere: None }
 }
 
@@ -69,9 +69,10 @@ fn gain([x, x0]: [f64; 2]) -> f64 {
     1.0 - (x / x0).sqrt()
 }
 
-/// Powers with and without a hypothesis, carried noise aside.
+/// Powers with and without a hypothesis, but for noise that is carried. What repeats differ by may be less than under the
+/// model's own parameters, too: then they were moved apart, and that is explained.
 fn cleared(powers: [f64; 2], carried: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|i| less(powers[i], carried[i]))
+    [0, 1].map(|i| less(powers[i], carried[i].max(0.0)))
 }
 
 /// Where as much is carried as is there nothing is left, and a share of nothing would be no number.

@@ -10,7 +10,7 @@ use crate::random::{Disturbance, Stream};
 use crate::session::{Bench, FRESH, HOLDOUT, Run};
 use crate::table::{Column, Table, column};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
-use path::{Path, Received};
+use path::Path;
 
 /// Tick of sender and receiver \[s\].
 pub(crate) const TICK: f64 = 1e-3;
@@ -22,10 +22,6 @@ const QUANTUM: f64 = 1e-6;
 const RESTLESSNESS: f64 = 2e-5;
 /// Standard deviation between data sets of the receiver's clock against the sender's \[s\].
 const CLOCK_OFFSET: f64 = 2e-4;
-
-/// Records whose mean is that of ever more, and how far their numbers lie apart from one another and from a session's.
-const DRAWS: u64 = 200;
-const FAR: u64 = 1_000_000;
 
 const TRAINING: &[&str] = &["multisine", "steps", "slow"];
 
@@ -91,32 +87,6 @@ impl CommandBench {
         let clock_offset = CLOCK_OFFSET * Stream::new(seed, "nuisances of the command", 0).normal();
         Self { sizes: sizes.clone(), clock_offset }
     }
-
-    /// What the receiver has at its ticks, no digit lost.
-    fn received(&self, motion: &Motion, run: &Run) -> Vec<Received> {
-        let mut restless =
-            run.noise.map(|colour| Disturbance::new(colour, RESTLESSNESS, TICK, run.stream("restlessness")));
-        let mut path = Path::new(&self.sizes, motion.at(0.0)[0], run.stream("command path"));
-        let at = |tick| {
-            let disturbance = restless.as_mut().map_or(0.0, Disturbance::next);
-            path.receive(motion, tick, self.clock_offset, disturbance)
-        };
-        (0..(DURATION_S / TICK).round() as usize).map(at).collect()
-    }
-}
-
-/// A record of what was sent, and of what was received of it.
-fn written(motion: &Motion, run: &Run, received: &[Received]) -> Table {
-    let mut wire = Instrument::new(run, "wire", 0.0, QUANTUM);
-    let mut table = Table::new(&COLUMNS);
-    for (tick, received) in received.iter().enumerate() {
-        let time = tick as f64 * TICK;
-        let sent = wire.read(motion.at(time)[0]);
-        let stamp = run.start_s + time;
-        let value = wire.read(received.value);
-        table.push(&[stamp, tick as f64, sent, stamp, received.packet as f64, value]);
-    }
-    table
 }
 
 impl Bench for CommandBench {
@@ -130,21 +100,21 @@ impl Bench for CommandBench {
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let motion = motion(experiment);
-        written(&motion, run, &self.received(&motion, run))
-    }
-
-    /// A delay that is restless chooses between two packets wherever a held one is about to end.
-    fn expected(&self, experiment: &str, run: &Run) -> Table {
-        let (motion, quiet) = (motion(experiment), Run { noise: None, ..*run });
-        let mut received = self.received(&motion, &quiet);
-        if self.sizes.of("C6_hold") > 0.0 {
-            received.iter_mut().for_each(|own| own.value = 0.0);
-            for draw in 1..=DRAWS {
-                let drawn = self.received(&motion, &Run { number: run.number + draw * FAR, ..*run });
-                received.iter_mut().zip(drawn).for_each(|(mean, own)| mean.value += own.value / DRAWS as f64);
-            }
+        let mut restless =
+            run.noise.map(|colour| Disturbance::new(colour, RESTLESSNESS, TICK, run.stream("restlessness")));
+        let mut wire = Instrument::new(run, "wire", 0.0, QUANTUM);
+        let mut path = Path::new(&self.sizes, motion.at(0.0)[0], run.stream("command path"));
+        let mut table = Table::new(&COLUMNS);
+        for tick in 0..(DURATION_S / TICK).round() as usize {
+            let time = tick as f64 * TICK;
+            let disturbance = restless.as_mut().map_or(0.0, Disturbance::next);
+            let received = path.receive(&motion, tick, self.clock_offset, disturbance);
+            let sent = wire.read(motion.at(time)[0]);
+            let stamp = run.start_s + time;
+            let value = wire.read(received.value);
+            table.push(&[stamp, tick as f64, sent, stamp, received.packet as f64, value]);
         }
-        written(&motion, &quiet, &received)
+        table
     }
 
     fn further(&self, id: &str) -> Vec<Parameter> {

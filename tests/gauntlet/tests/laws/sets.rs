@@ -2,7 +2,7 @@
 
 use crate::support::{RIGS, Recording, distance, set};
 use softdock_gauntlet::{
-    EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, expected, fresh, generate, outside,
+    EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, fresh, further, generate, outside,
 };
 use std::time::Instant;
 
@@ -63,19 +63,21 @@ fn without_noise_the_same_files_come_and_repeats_are_the_same_but_for_the_clock(
 }
 
 #[test]
-fn means_are_records_without_noise_but_where_noise_chooses_between_packets() {
+fn further_recordings_are_the_same_motions_in_noise_of_their_own() {
     for &rig in RIGS {
-        let means = expected(rig, &[], NoiseColour::White, 11).expect("means");
-        assert_eq!(means.holdout, exact(rig, &[], 11).expect("a set").holdout);
-        assert_eq!(means.fresh, fresh(rig, &[], 11).expect("a motion").with_effect);
+        let (set, further) =
+            (set(rig, &[], 11), further(rig, &[], NoiseColour::FirstOrder, 11, 2).expect("recordings"));
+        assert_eq!((further.holdout.len(), further.fresh.len()), (6, 6));
+        let all: Vec<&String> = set.holdout.iter().chain(&further.holdout).map(|file| &file.1).collect();
+        assert!((0..all.len()).all(|a| (0..a).all(|b| all[a] != all[b])), "{rig:?}");
+        // Each stands for one of the session's, at its time.
+        let start = |text: &str| Recording::read(text).column("t_s")[0];
+        let mut starts: Vec<f64> = further.holdout[..3].iter().map(|file| start(&file.1)).collect();
+        starts.sort_by(f64::total_cmp);
+        let mut own: Vec<f64> = set.holdout.iter().map(|file| start(&file.1)).collect();
+        own.sort_by(f64::total_cmp);
+        assert_eq!(starts, own, "{rig:?}");
     }
-    let hold = [Hidden { id: "C6_hold", size: 0.004_177 }];
-    let received = |file: &(String, String)| Recording::read(&file.1).column("received_rad");
-    let noisy: Vec<Vec<f64>> = set(Rig::Command, &hold, 11).holdout.iter().map(received).collect();
-    let mean: Vec<f64> = (0..noisy[0].len()).map(|row| noisy.iter().map(|own| own[row]).sum::<f64>() / 3.0).collect();
-    let means = expected(Rig::Command, &hold, NoiseColour::FirstOrder, 11).expect("means");
-    let (smeared, sharp) = (received(&means.holdout[0]), exact(Rig::Command, &hold, 11).expect("a set").holdout);
-    assert!(distance(&mean, &smeared) < 0.8 * distance(&mean, &received(&sharp[0])));
 }
 
 #[test]
