@@ -7,7 +7,6 @@ use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::{Judged, Options};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::Further;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The true gain of a block's best explanation, on further recordings of the motion that it was judged by, and of one that
@@ -31,31 +30,17 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Re
         let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
         let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
         own.decimator = block.decimator.clone();
-        Ok(gain(&own, &judgement.noise, &sets, repeats(block)))
+        Ok(gain(&own, &judgement.noise, &sets))
     };
     Ok(Some(TrueGain { held_out: of("further", &further.holdout)?, fresh: of("fresh", &further.fresh)? }))
 }
 
-/// Repeats of a held-out motion, whose mean is judged; one where every recording is an experiment of its own.
-fn repeats(block: &MeasuredBlock) -> f64 {
-    let held_out = || block.trials.iter().filter(|trial| trial.held_out).map(|trial| &trial.experiment);
-    let experiments: BTreeSet<&String> = held_out().collect();
-    held_out().count() as f64 / experiments.len().max(1) as f64
-}
-
-/// By how much the root mean square of held-out residuals falls from the first parameter set to the second, where it is
-/// that of the mean of so many repeats.
-///
-/// A whitened mean of m repeats has the power `n + m s`, n that of the noise and s that of what the model lacks. What the
+/// By how much the root mean square of held-out residuals falls from the first parameter set to the second. What the
 /// simulation carries of the inputs' noise beyond what it carries for the model's own parameters is no loss.
-fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2], repeats: f64) -> f64 {
-    let (part, all) = (block.part(true), self::repeats(block));
+fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2]) -> f64 {
+    let part = block.part(true);
     let residuals = part.whitened(noise, sets);
-    let least = part.noise_power(noise, &block.base);
-    let power = |i: usize| {
-        let own = part.noise_power(noise, &sets[i]);
-        let lacks = (residuals[i].norm_squared() / residuals[i].len() as f64 - own) / all;
-        own.min(least) + repeats * lacks.max(0.0)
-    };
+    let carried = part.carried(noise, sets);
+    let power = |i: usize| residuals[i].norm_squared() / residuals[i].len() as f64 - carried[i].max(0.0);
     1.0 - (power(1) / power(0)).sqrt()
 }

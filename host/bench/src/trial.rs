@@ -20,8 +20,8 @@ use std::time::Instant;
 /// Experiments that an ambiguous answer may ask for, one after the other.
 const EXPERIMENTS: u64 = 2;
 
-/// Rounds of repeats that a true gain is measured on.
-const ROUNDS: u64 = 2;
+/// Times that the repeats are made again which a true gain is measured on: its own chance should widen no interval.
+const AGAIN: u64 = 4;
 
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
@@ -93,7 +93,7 @@ impl<'a> Bench<'a> {
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
                 let (rig, seed) = (case.plant.rig, case.seed());
-                record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, ROUNDS)?)?;
+                record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.

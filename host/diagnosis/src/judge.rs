@@ -14,7 +14,7 @@ use crate::inference::noise::Noise;
 use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing};
+use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing, strain};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -471,9 +471,10 @@ impl Candidate {
         }
     }
 
-    /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on.
+    /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on, and from
+    /// what strained nuisances hide beside it.
     pub(crate) fn is_present(&self, threshold: f64) -> bool {
-        self.log_odds >= threshold.max(self.by_input_noise)
+        self.log_odds >= threshold.max(self.by_input_noise) + strain(&self.fitted)
     }
 
     /// Covariance of its free numbers' `z`, as large as their deviations have it.

@@ -55,6 +55,12 @@ pub(crate) fn is_strained(fitted: &Fitted) -> bool {
     fitted.nuisances().any(|(_, _, z)| z.abs() > PULLED)
 }
 
+/// Log-odds against the pulls of a fit's strained nuisances. What pulls them is no effect of the library, and an effect
+/// that explains less than they hide beside it may be any.
+pub(crate) fn strain(fitted: &Fitted) -> f64 {
+    fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED).map(|(_, _, z)| 0.5 * z * z).sum()
+}
+
 /// Whether a fit strains a nuisance and yet explains no more than the nuisances do alone: then the nuisance is the finding,
 /// and the effect only takes some tolerances off it.
 pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {

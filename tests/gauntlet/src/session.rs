@@ -238,25 +238,29 @@ pub struct Further {
     pub fresh: Vec<(String, String)>,
 }
 
-/// Further recordings, in noise of their own, of the bench that made the data set of the same seed: so many rounds of the
-/// repeats of the held-out motion, each when the session made it, and as many of the [`fresh`] motion.
+/// Further recordings, in noise of their own, of the bench that made the data set of the same seed: so many times the
+/// repeats of the held-out motion, each when the session made it, and those of the [`fresh`] motion. Every time is an
+/// experiment by its name (`validation2_1.csv`).
 ///
 /// # Errors
 /// As [`generate`].
-pub fn further(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64, rounds: u64) -> Result<Further, Error> {
+pub fn further(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64, times: u64) -> Result<Further, Error> {
     let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
     let session = (0..).zip(order(&experiments, seed));
-    let held_out: Vec<u64> =
-        session.filter(|(_, (experiment, _))| *experiment == HOLDOUT).map(|(number, _)| number).collect();
-    let of = |experiment: &str, place: u64, start_s: f64| {
-        let run = Run { seed, number: FAR + place, start_s, noise: Some(noise), unmoved: false };
-        (format!("{experiment}_{}.csv", place + 1), bench.record(experiment, &run).csv())
+    let held_out = session.filter(|(_, (experiment, _))| *experiment == HOLDOUT);
+    let starts: Vec<f64> = held_out.map(|(number, _)| f64::from(number) * SPACING_S).collect();
+    let of = |experiment: &str, start_s: &dyn Fn(usize) -> f64| {
+        let one = |place: u64| {
+            let (time, repeat) = (place / REPEATS, place % REPEATS);
+            let start_s = start_s(repeat as usize);
+            let run = Run { seed, number: FAR + place, start_s, noise: Some(noise), unmoved: false };
+            (format!("{experiment}{}_{}.csv", time + 1, repeat + 1), bench.record(experiment, &run).csv())
+        };
+        (0..REPEATS * times).map(one).collect()
     };
-    let starts = held_out.iter().cycle().take(held_out.len() * rounds as usize);
-    let holdout = starts.zip(0..).map(|(number, place)| of(HOLDOUT, place, *number as f64 * SPACING_S)).collect();
     let (_, middle_s) = middle(&*bench);
-    Ok(Further { holdout, fresh: (0..REPEATS * rounds).map(|place| of(FRESH, place, middle_s)).collect() })
+    Ok(Further { holdout: of(HOLDOUT, &|repeat| starts[repeat]), fresh: of(FRESH, &|_| middle_s) })
 }
 
 /// Recordings, with repeats, of a path that somebody asks a bench for after its session, with the nuisances of the data

@@ -38,6 +38,8 @@ const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
 /// A fit this far behind the best of all, in chi-squared, ends when a round brings it nearer by less than this share.
 pub(crate) const HOPELESS: f64 = 60.0;
 const SLOW: f64 = 0.05;
+/// Share of what it trails by which a round must bring a start nearer that trails too far.
+const FAST: f64 = 0.2;
 
 /// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
 pub type Simulate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<DVector<f64>> + 'a;
@@ -358,14 +360,18 @@ fn trials(climb: &Climb) -> Vec<Vec<f64>> {
     DAMPINGS.map(trial).into()
 }
 
-/// Gives up the starts that trail far behind the best of their hypothesis.
+/// Gives up the starts that trail far behind the best of their hypothesis and do not come much nearer: one that another fit
+/// ended at is ahead from the first.
 fn drop_trailing(climbs: &mut Vec<Climb>, trail: f64) {
     let best = |climbs: &[Climb], hypothesis: usize| {
         let own = climbs.iter().filter(|climb| climb.at.hypothesis == hypothesis);
         own.map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min)
     };
-    let keep: Vec<bool> =
-        climbs.iter().map(|c| c.at.cost() <= (1.0 + trail) * best(climbs, c.at.hypothesis) + 1.0).collect();
+    let keeps = |climb: &Climb| {
+        let best = best(climbs, climb.at.hypothesis);
+        climb.at.cost() <= (1.0 + trail) * best + 1.0 || climb.gained > FAST * (climb.at.cost() - best)
+    };
+    let keep: Vec<bool> = climbs.iter().map(keeps).collect();
     let mut keep = keep.into_iter();
     climbs.retain(|_| keep.next().expect("one answer a fit"));
 }
