@@ -277,13 +277,13 @@ mod tests {
 
     /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
     fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
-        said_of(11, hidden, without)
+        said_of(Rig::Command, 11, hidden, without)
     }
 
-    /// The same of the data set of a seed.
-    fn said_of(seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+    /// The same of the data set of a rig and a seed.
+    fn said_of(rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
-        let set = generate(Rig::Command, &hidden, NoiseColour::FirstOrder, seed).expect("effects of the bench");
+        let set = generate(rig, &hidden, NoiseColour::FirstOrder, seed).expect("effects of the bench");
         let exhibit = Exhibit::of(&set).expect("room");
         let without = without.iter().map(|id| (*id).to_owned()).collect();
         let answer = answer(exhibit.path(), &Options { without, ..Options::default() }).answer;
@@ -312,8 +312,25 @@ mod tests {
         ];
         for (seed, id, late, limit) in cases {
             let found = (Said::Named, vec![id.to_owned(), "C7_rate_limit".to_owned()]);
-            assert_eq!(said_of(seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
+            assert_eq!(said_of(Rig::Command, seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
         }
+    }
+
+    #[test]
+    fn an_effect_is_named_beside_another_that_is_lost_from_anywhere_but_where_it_is() {
+        let named = |ids: [&str; 2]| (Said::Named, ids.map(str::to_owned).to_vec());
+        // Steps of a reading are in phase with its gain.
+        let hidden = [("S3_gain", 0.04), ("S6_quantisation", 4.0)];
+        assert_eq!(said_of(Rig::Sensor, 1_759_870_806, &hidden, &[]), named(["S3_gain", "S6_quantisation"]));
+        // A boom on either side of its body looks nearly alike.
+        let hidden = [("P1_mass", 12.188), ("P3_appendage", 0.078_834)];
+        assert_eq!(said_of(Rig::Body, 889_584_576, &hidden, &[]), named(["P1_mass", "P3_appendage"]));
+    }
+
+    #[test]
+    fn what_explains_less_than_a_strained_clock_hides_is_not_named() {
+        let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
+        assert_eq!(said_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]), (Said::NotInLibrary, Vec::new()));
     }
 
     #[test]
