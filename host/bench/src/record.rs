@@ -89,7 +89,7 @@ pub struct Estimate {
     pub nominal: f64,
 }
 
-/// What the answer's model truly gains, noise aside, against the model as it is.
+/// What the answer's model gains on ever more recordings, against the model as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrueGain {
     /// On the held-out motion.

@@ -4,7 +4,7 @@ use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start};
-use crate::inference::unknown::Unknown;
+use crate::inference::unknown::{Role, Unknown};
 use crate::judge::{best_entries, sized, taken, unknowns};
 use crate::library::Hypothesis;
 use crate::soundness::{NEARLY_NOISE, PULLED, is_sound, is_strained};
@@ -188,43 +188,39 @@ impl Combiner<'_> {
         tried.into_iter().filter_map(with).collect()
     }
 
-    /// A combination with an effect that is, or acts as, a strained nuisance (a bias, say, or a delay for a clock), where
-    /// the fit has that: some effects (steps of a reading) are in phase with its very value, and lost from anywhere else.
-    fn relieved(&self, set: &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
-        let strained = set.1.nuisances().filter(|(_, _, z)| z.abs() > PULLED);
-        let by = |(_, nuisance, z): (usize, &Unknown, f64)| {
-            let tried = (0..self.library.len()).filter(|number| !self.shares(&set.0, *number));
-            tried.filter_map(|number| self.relieved_by(number, set, (nuisance, z), known)).collect::<Vec<_>>()
+    /// A combination with an effect that is, or acts as, its strained nuisances (biases, say, or a delay for a clock), where
+    /// the fit has them: some effects (steps of a reading) are in phase with their very values, and lost from anywhere else.
+    fn relieved(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+        let with = |number: usize| {
+            let (set, unknowns) = self.joined(members, number, known)?;
+            Some((set, self.relieved_by(number, unknowns, fitted)?))
         };
-        strained.flat_map(by).collect()
+        (0..self.library.len()).filter(|number| !self.shares(members, *number)).filter_map(with).collect()
     }
 
-    /// The same with one effect, if that is the strained nuisance or acts as it does.
-    fn relieved_by(
-        &self,
-        number: usize,
-        (members, fitted): &Set,
-        (nuisance, z): (&Unknown, f64),
-        known: &[Set],
-    ) -> Option<(Vec<usize>, Start)> {
-        let hypothesis = &self.library[number];
-        let (set, unknowns) = self.joined(members, number, known)?;
-        if hypothesis.unknowns.iter().any(|unknown| unknown.field == nuisance.field) {
-            return Some((set, from_there(unknowns, fitted)));
-        }
-        let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
-        let (entry, multiples) = self.bank.imitation(number, &change)?;
-        let own = sized(hypothesis, entry, &multiples);
-        let mut start = from_there(unknowns, fitted);
-        for (unknown, z) in start.unknowns.iter().zip(&mut start.z) {
-            if unknown.field == nuisance.field {
-                *z = 0.0;
+    /// Where the fit has its numbers, the strained nuisances taken over by an effect; `None` if it can take none.
+    fn relieved_by(&self, number: usize, unknowns: Vec<Unknown>, fitted: &Fitted) -> Option<Start> {
+        let (hypothesis, mut start) = (&self.library[number], from_there(unknowns, fitted));
+        let mut takes = false;
+        for (_, nuisance, z) in fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED) {
+            if hypothesis.unknowns.iter().any(|own| own.field == nuisance.field) {
+                takes = true;
+                continue;
             }
-            if let Some(place) = hypothesis.unknowns.iter().position(|other| other.field == unknown.field) {
-                *z = own[place];
+            let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
+            let Some((entry, multiples)) = self.bank.imitation(number, &change) else { continue };
+            takes = true;
+            let own = sized(hypothesis, entry, &multiples);
+            for (unknown, z) in start.unknowns.iter().zip(&mut start.z) {
+                match hypothesis.unknowns.iter().position(|other| other.field == unknown.field) {
+                    Some(place) if unknown.role == Role::Size => *z += own[place],
+                    Some(place) => *z = own[place],
+                    None if unknown.field == nuisance.field => *z = 0.0,
+                    None => {}
+                }
             }
         }
-        Some((set, start))
+        takes.then_some(start)
     }
 
     /// Whether an effect has a number in common with some others.

@@ -39,7 +39,7 @@ const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
 pub(crate) const HOPELESS: f64 = 60.0;
 const SLOW: f64 = 0.05;
 /// Share of what it trails by which a round must bring a start nearer that trails too far.
-const FAST: f64 = 0.2;
+const FAST: f64 = 0.5;
 
 /// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
 pub type Simulate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<DVector<f64>> + 'a;
