@@ -18,13 +18,14 @@ fn command(words: &str) -> Command {
 
 /// What a command that must end with this exit code says, on both its streams.
 fn expect(code: i32, words: &str) -> String {
-    outcome(code, words, &mut command(words))
+    outcome(code, &mut command(words))
 }
 
-fn outcome(code: i32, words: &str, command: &mut Command) -> String {
+/// The same of a command with an environment of its own.
+fn outcome(code: i32, command: &mut Command) -> String {
     let output = command.output().expect("softdock starts");
     let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "softdock {words}\n{said}");
+    assert_eq!(output.status.code(), Some(code), "{command:?}\n{said}");
     said
 }
 
@@ -73,7 +74,7 @@ fn wrong_words_are_refused_and_leave_nothing() {
     for (words, reason) in cases {
         let words = format!("{DRIVE} {words} --no-band --out {}", out.display());
         // The robots' locks lie there: another test may hold them.
-        let said = outcome(2, &words, command(&words).env("TMPDIR", folder.path()));
+        let said = outcome(2, command(&words).env("TMPDIR", folder.path()));
         assert!(said.contains(reason), "{words}\n{said}");
         assert!(!out.exists(), "{words}: nothing is left");
     }

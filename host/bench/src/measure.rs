@@ -21,12 +21,12 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Re
     };
     let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
     let of = |name: &str, recordings: &[(String, String)]| -> Result<f64> {
-        let further = folder.join(name);
-        std::fs::create_dir_all(&further).map_err(Error::file(&further))?;
+        let subfolder = folder.join(name);
+        std::fs::create_dir_all(&subfolder).map_err(Error::file(&subfolder))?;
         for (file, text) in recordings {
-            std::fs::write(further.join(file), text).map_err(Error::file(&further))?;
+            std::fs::write(subfolder.join(file), text).map_err(Error::file(&subfolder))?;
         }
-        let blocks = read(folder, &files(&further)?, &Options::default())?.blocks(1);
+        let blocks = read(folder, &files(&subfolder)?, &Options::default())?.blocks(1);
         let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
         let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
         own.decimator = block.decimator.clone();

@@ -7,7 +7,7 @@ use crate::inference::fit::{Fitted, Simulate, Start};
 use crate::inference::unknown::{Role, Unknown};
 use crate::judge::{best_entries, sized, taken, unknowns};
 use crate::library::Hypothesis;
-use crate::soundness::{NEARLY_NOISE, PULLED, is_sound, is_strained};
+use crate::soundness::{NEARLY_NOISE, is_sound, is_strained, strained};
 use nalgebra::DVector;
 
 /// Combinations from which the next larger ones are made.
@@ -192,35 +192,41 @@ impl Combiner<'_> {
     /// the fit has them: some effects (steps of a reading) are in phase with their very values, and lost from anywhere else.
     fn relieved(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
         let with = |number: usize| {
+            let imitated = self.imitated(number, fitted)?;
             let (set, unknowns) = self.joined(members, number, known)?;
-            Some((set, self.relieved_by(number, unknowns, fitted)?))
+            Some((set, self.taken_over(number, &imitated, from_there(unknowns, fitted))))
         };
         (0..self.library.len()).filter(|number| !self.shares(members, *number)).filter_map(with).collect()
     }
 
-    /// Where the fit has its numbers, the strained nuisances taken over by an effect; `None` if it can take none.
-    fn relieved_by(&self, number: usize, unknowns: Vec<Unknown>, fitted: &Fitted) -> Option<Start> {
-        let (hypothesis, mut start) = (&self.library[number], from_there(unknowns, fitted));
-        let mut takes = false;
-        for (_, nuisance, z) in fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED) {
-            if hypothesis.unknowns.iter().any(|own| own.field == nuisance.field) {
-                takes = true;
-                continue;
-            }
+    /// The fields of a fit's strained nuisances as which an effect acts, each with the effect's `z` for it; `None` if it
+    /// acts as none and is none itself.
+    fn imitated(&self, number: usize, fitted: &Fitted) -> Option<Vec<(usize, Vec<f64>)>> {
+        let hypothesis = &self.library[number];
+        let (own, others): (Vec<_>, Vec<_>) =
+            strained(fitted).partition(|(_, nuisance, _)| place(hypothesis, nuisance.field).is_some());
+        let imitation = |(_, nuisance, z): (usize, &Unknown, f64)| {
             let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
-            let Some((entry, multiples)) = self.bank.imitation(number, &change) else { continue };
-            takes = true;
-            let own = sized(hypothesis, entry, &multiples);
+            let (entry, multiples) = self.bank.imitation(number, &change)?;
+            Some((nuisance.field, sized(hypothesis, entry, &multiples)))
+        };
+        let imitated: Vec<_> = others.into_iter().filter_map(imitation).collect();
+        (!own.is_empty() || !imitated.is_empty()).then_some(imitated)
+    }
+
+    /// A start with what an effect imitates as the effect's.
+    fn taken_over(&self, number: usize, imitated: &[(usize, Vec<f64>)], mut start: Start) -> Start {
+        for (field, own) in imitated {
             for (unknown, z) in start.unknowns.iter().zip(&mut start.z) {
-                match hypothesis.unknowns.iter().position(|other| other.field == unknown.field) {
+                match place(&self.library[number], unknown.field) {
                     Some(place) if unknown.role == Role::Size => *z += own[place],
                     Some(place) => *z = own[place],
-                    None if unknown.field == nuisance.field => *z = 0.0,
+                    None if unknown.field == *field => *z = 0.0,
                     None => {}
                 }
             }
         }
-        takes.then_some(start)
+        start
     }
 
     /// Whether an effect has a number in common with some others.
@@ -255,6 +261,11 @@ impl Combiner<'_> {
     }
 }
 
+/// The place of a number among those of an effect.
+fn place(hypothesis: &Hypothesis, field: usize) -> Option<usize> {
+    hypothesis.unknowns.iter().position(|unknown| unknown.field == field)
+}
+
 /// A start of free numbers where a fit has them.
 fn from_there(unknowns: Vec<Unknown>, fitted: &Fitted) -> Start {
     let z = taken(&unknowns, fitted);
@@ -265,7 +276,7 @@ fn from_there(unknowns: Vec<Unknown>, fitted: &Fitted) -> Start {
 /// effect to explain.
 fn eased(fitted: &Fitted) -> Fitted {
     let mut eased = fitted.clone();
-    for (place, _, z) in fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED) {
+    for (place, _, z) in strained(fitted) {
         eased.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
         eased.z[place] = 0.0;
     }

@@ -50,15 +50,20 @@ pub(crate) fn is_sound(
     each && (members.len() == 1 || !(has_doubtful_size(library, members, fitted, covariance) || is_strained(fitted)))
 }
 
-/// Whether a fit pulls a nuisance further than a combination may.
+/// The nuisances that a fit pulls further than a combination may; see [`Fitted::nuisances`].
+pub(crate) fn strained(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
+    fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED)
+}
+
+/// Whether there are any.
 pub(crate) fn is_strained(fitted: &Fitted) -> bool {
-    fitted.nuisances().any(|(_, _, z)| z.abs() > PULLED)
+    strained(fitted).next().is_some()
 }
 
 /// Log-odds against the pulls of a fit's strained nuisances. What pulls them is no effect of the library, and an effect
 /// that explains less than they hide beside it may be any.
 pub(crate) fn strain(fitted: &Fitted) -> f64 {
-    fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED).map(|(_, _, z)| 0.5 * z * z).sum()
+    strained(fitted).map(|(_, _, z)| 0.5 * z * z).sum()
 }
 
 /// Whether a fit strains a nuisance and yet explains no more than the nuisances do alone: then the nuisance is the finding,

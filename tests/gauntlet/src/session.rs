@@ -138,7 +138,8 @@ pub struct Fresh {
 }
 
 /// The session's order: every round runs all experiments once, in mixed order, so that a drift is no experiment's own.
-fn order(experiments: &[&'static str], seed: u64) -> Vec<(&'static str, u64)> {
+fn order(bench: &dyn Bench, seed: u64) -> Vec<(&'static str, u64)> {
+    let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
     let mut stream = Stream::new(seed, "order", 0);
     let mut order = Vec::new();
     for repeat in 1..=REPEATS {
@@ -188,7 +189,6 @@ pub fn unmoved(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
 fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, unmoved: bool, seed: u64) -> Result<Set, Error> {
     let sizes = Sizes::check(rig, hidden)?;
     let bench = bench(rig, &sizes, seed);
-    let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
     let mut set = Set {
         model: bench.model(),
         beside: bench.beside(),
@@ -196,7 +196,7 @@ fn session(rig: Rig, hidden: &[Hidden], noise: Option<NoiseColour>, unmoved: boo
         holdout: Vec::new(),
         truth: truth(rig, &sizes, &*bench),
     };
-    for (number, (experiment, repeat)) in (0..).zip(order(&experiments, seed)) {
+    for (number, (experiment, repeat)) in (0..).zip(order(&*bench, seed)) {
         let table = bench.record(experiment, &Run { seed, number, start_s: number as f64 * SPACING_S, noise, unmoved });
         let table = if noise.is_some() { table } else { table.exact() };
         let file = (format!("{experiment}_{repeat}.csv"), table.csv());
@@ -246,8 +246,7 @@ pub struct Further {
 /// As [`generate`].
 pub fn further(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64, times: u64) -> Result<Further, Error> {
     let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
-    let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
-    let session = (0..).zip(order(&experiments, seed));
+    let session = (0..).zip(order(&*bench, seed));
     let held_out = session.filter(|(_, (experiment, _))| *experiment == HOLDOUT);
     let starts: Vec<f64> = held_out.map(|(number, _)| f64::from(number) * SPACING_S).collect();
     let of = |experiment: &str, start_s: &dyn Fn(usize) -> f64| {
