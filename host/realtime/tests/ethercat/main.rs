@@ -2,162 +2,24 @@
 //!
 //! A veth pair needs root and `ip` (Debian: iproute2); without them each test says so and proves nothing.
 
-use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use assert_no_alloc::AllocDisabler;
 use softdock_realtime::clock::{Clock, Monotonic};
-use softdock_realtime::protocol::ethercat::cia402::{control, mode};
+use softdock_realtime::protocol::ethercat::cia402::mode;
 use softdock_realtime::protocol::ethercat::drives::Phase;
 use softdock_realtime::protocol::ethercat::mapping::object;
-use softdock_realtime::protocol::ethercat::segment::{DriveModel, Responder, Segment};
-use softdock_realtime::protocol::ethercat::{AxisConfig, AxisScale, EtherCatConfig, EtherCatRobot, OpenError};
-use softdock_realtime::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
+use softdock_realtime::protocol::ethercat::segment::DriveModel;
+use softdock_realtime::protocol::ethercat::{AxisConfig, AxisScale, EtherCatConfig, EtherCatRobot};
+use softdock_realtime::signals::{AXES, LinkFault, Order, RAIL, Robot};
 use softdock_realtime::time::Nanos;
-use std::process::Command;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+
+mod measured;
+mod rig;
+
+use rig::{RATIO, Rig, Veth, config, ip, largest, models, swing};
 
 /// Ends the test at an allocation where none may be.
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
-
-/// Two segments at 1 kHz at a time are one too many for a small machine.
-static TURN: Mutex<()> = Mutex::new(());
-static PAIRS: AtomicU32 = AtomicU32::new(0);
-
-/// Counts per radian or metre of the test's axes.
-const RATIO: f64 = 1e5;
-
-/// A pair of connected interfaces that goes away with its owner.
-struct Veth {
-    ours: String,
-    theirs: String,
-    _turn: MutexGuard<'static, ()>,
-}
-
-impl Veth {
-    /// `None`, and a line that says so, where it cannot be made.
-    fn new(test: &str) -> Option<Self> {
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: no arguments, never fails.
-        let root = unsafe { libc::geteuid() } == 0;
-        let name = format!("sd{}n{}", std::process::id(), PAIRS.fetch_add(1, Ordering::Relaxed));
-        let pair = Self { ours: format!("{name}a"), theirs: format!("{name}b"), _turn: turn };
-        let (ours, theirs) = (pair.ours.as_str(), pair.theirs.as_str());
-        let made = root
-            && ip(&["link", "add", ours, "type", "veth", "peer", "name", theirs])
-            && ip(&["link", "set", ours, "up"])
-            && ip(&["link", "set", theirs, "up"]);
-        if !made {
-            println!("ignored: {test} needs root and `ip` to make a veth pair");
-        }
-        made.then_some(pair)
-    }
-}
-
-impl Drop for Veth {
-    fn drop(&mut self) {
-        ip(&["link", "del", &self.ours]);
-    }
-}
-
-fn ip(arguments: &[&str]) -> bool {
-    Command::new("ip").args(arguments).output().is_ok_and(|done| done.status.success())
-}
-
-/// As a drive does with its cycle, where that is permitted; whether it is.
-fn raise_priority() -> bool {
-    let parameters = libc::sched_param { sched_priority: 50 };
-    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal leaves it as it is.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
-}
-
-/// A robot of as many axes as there are drives, and its other side.
-struct Rig {
-    robot: Option<EtherCatRobot>,
-    responder: Option<Responder>,
-    _veth: Veth,
-}
-
-fn config(drives: usize) -> EtherCatConfig {
-    let scales: Vec<_> = (0..drives)
-        .map(|i| AxisScale {
-            reversed: i % 2 == 1,
-            zero: 500 * i as i32,
-            rated_torque: Some(100.0),
-            following_window: Some(0.05),
-            ..AxisScale::new(RATIO)
-        })
-        .collect();
-    EtherCatConfig { clocks: false, answer: Nanos::from_millis(1), ..EtherCatConfig::new(&scales) }
-}
-
-/// Drives that stand at some angle off zero.
-fn models(count: usize) -> Vec<DriveModel> {
-    (0..count).map(|i| DriveModel::new(10_000 + 3000 * i as i32)).collect()
-}
-
-impl Rig {
-    fn open(test: &str, drives: Vec<DriveModel>, config: &EtherCatConfig) -> Option<Result<Self, OpenError>> {
-        let veth = Veth::new(test)?;
-        raise_priority();
-        let responder = Responder::start(&veth.theirs, Segment::new(drives)).expect("responder");
-        let robot = EtherCatRobot::open(&veth.ours, config);
-        Some(robot.map(|robot| Self { robot: Some(robot), responder: Some(responder), _veth: veth }))
-    }
-
-    fn new(test: &str, drives: Vec<DriveModel>, config: &EtherCatConfig) -> Option<Self> {
-        Some(Self::open(test, drives, config)?.expect("the segment opens"))
-    }
-
-    fn usual(test: &str) -> Option<Self> {
-        Self::new(test, models(7), &config(7))
-    }
-
-    fn robot(&mut self) -> &mut EtherCatRobot {
-        self.robot.as_mut().expect("open")
-    }
-
-    fn segment(&self) -> MutexGuard<'_, Segment> {
-        self.responder.as_ref().expect("answering").segment()
-    }
-
-    /// One cycle, without the heap; `None` if it was lost.
-    fn cycle(&mut self) -> Option<RobotState> {
-        let robot = self.robot();
-        let deadline = robot.due() + Nanos::from_micros(1);
-        assert_no_alloc(|| robot.receive(deadline)).expect("the link holds")
-    }
-
-    /// Cycles until one is not lost.
-    fn report(&mut self) -> RobotState {
-        (0..2000).find_map(|_| self.cycle()).expect("a cycle that is not lost")
-    }
-
-    fn send(&mut self, order: Order) {
-        assert_no_alloc(|| self.robot().send(&order)).expect("sent");
-    }
-
-    /// Asks for where the axes stand until the drives follow; gives that place.
-    fn enable(&mut self) -> [f64; AXES] {
-        for _ in 0..500 {
-            let at = self.report().asked.expect("targets");
-            if self.robot().phase() == Phase::Following {
-                return at;
-            }
-            self.send(Order::Move(at));
-        }
-        panic!("the drives do not come up: {:?}", self.robot().phase());
-    }
-}
-
-/// A raised cosine in every axis about where it stands: no step in position or velocity \[rad\], \[m\].
-fn swing(start: &[f64; AXES], cycle: u32) -> [f64; AXES] {
-    let swing = 0.05 * (1.0 - (std::f64::consts::TAU * f64::from(cycle) * 1e-3).cos());
-    start.map(|at| at + swing)
-}
-
-fn largest(one: &[f64; AXES], two: &[f64; AXES]) -> f64 {
-    one.iter().zip(two).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
 
 #[test]
 fn seven_drives_are_brought_to_op_enabled_and_led_for_two_seconds() {
@@ -415,7 +277,7 @@ fn a_dropped_robot_leaves_its_drives_off_and_out_of_op() {
 fn a_dead_link_is_lost_cycles() {
     let Some(mut rig) = Rig::usual("a dead link") else { return };
     rig.enable();
-    let veth = rig._veth.theirs.clone();
+    let veth = rig.veth.theirs.clone();
     assert!(ip(&["link", "set", &veth, "down"]));
     let before = rig.robot().counters().lost;
     let mut failed = false;
@@ -490,74 +352,4 @@ fn with_distributed_clocks_frames_pass_between_two_sync_pulses() {
     let [median, p95] = [250, 475].map(|i| offsets[i].abs() as f64 * 1e-3);
     println!("distance of the frames to the middle between SYNC0: median {median:.1} us, p95 {p95:.1} us");
     assert!(median < 200.0);
-}
-
-/// Percentiles of round trip and lateness over 15,000 cycles of motion; numbers of this machine, nothing gated.
-fn measure(rig: &mut Rig, cycles: u32) {
-    let start = rig.enable();
-    let before = rig.robot().counters();
-    let (mut trips, mut lateness) = (Vec::new(), Vec::new());
-    let mut cycle = 0;
-    for _ in 0..cycles {
-        let due = rig.robot().due();
-        let state = rig.cycle();
-        let trip = rig.robot().round_trip();
-        trips.push(trip.0);
-        if let Some(state) = state {
-            lateness.push((state.received - due - trip).0);
-            cycle += 1;
-            rig.send(Order::Move(swing(&start, cycle)));
-        }
-    }
-    let after = rig.robot().counters();
-    let (lost, unsent) = (after.lost - before.lost, after.unsent - before.unsent);
-    for (name, values) in [("round trip", &mut trips), ("lateness", &mut lateness)] {
-        values.sort_unstable();
-        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize] as f64 * 1e-3;
-        let [p50, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(at);
-        println!("{name}: p50 {p50:.1} us, p99 {p99:.1} us, p99.9 {p999:.1} us, max {max:.1} us");
-    }
-    let counter = rig.robot().working_counter();
-    println!("{cycles} cycles, working counter {counter}, {lost} lost, {unsent} not begun in time");
-}
-
-#[test]
-#[ignore = "a measurement of 15 s"]
-fn round_trips_over_fifteen_thousand_cycles() {
-    for fifo in [false, true] {
-        let Some(mut rig) = Rig::usual("the measurement") else { return };
-        if !fifo {
-            let parameters = libc::sched_param { sched_priority: 0 };
-            // SAFETY: the parameters outlive the call; 0 is the calling thread.
-            unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const parameters) };
-        }
-        println!("{}", if fifo { "with SCHED_FIFO" } else { "with the ordinary scheduler" });
-        measure(&mut rig, 15_000);
-    }
-}
-
-/// `SOFTDOCK_PEER_ETHERCAT=eth1`: a real segment, whose first one to seven devices are drives. Nothing is enabled.
-#[test]
-#[ignore = "needs a real segment: SOFTDOCK_PEER_ETHERCAT=<interface> [SOFTDOCK_PEER_ETHERCAT_DRIVES=<1 to 7>]"]
-fn a_real_segment_is_brought_to_op_and_held() {
-    let Ok(interface) = std::env::var("SOFTDOCK_PEER_ETHERCAT") else {
-        println!("ignored: SOFTDOCK_PEER_ETHERCAT names no interface");
-        return;
-    };
-    let drives = std::env::var("SOFTDOCK_PEER_ETHERCAT_DRIVES").ok().and_then(|text| text.parse().ok()).unwrap_or(7);
-    let scales = vec![AxisScale::new(RATIO); drives];
-    let mut robot = EtherCatRobot::open(&interface, &EtherCatConfig::new(&scales)).expect("the segment opens");
-    let first = loop {
-        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link holds") {
-            break state;
-        }
-    };
-    for _ in 0..10_000 {
-        robot.send(&Order::Hold).expect("sent");
-        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link holds") {
-            assert!(largest(&state.position, &first.position) < 0.01, "an axis moves though nothing is enabled");
-        }
-    }
-    assert_eq!(robot.phase(), Phase::Resting);
-    println!("{:?}, controlword {:#06x} all the time", robot.counters(), control::DISABLE_VOLTAGE);
 }

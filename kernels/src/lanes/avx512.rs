@@ -1,0 +1,119 @@
+//! Eight lanes in one AVX-512 register. Values exist only inside entry points compiled for AVX-512.
+
+use super::*;
+use std::arch::x86_64::*;
+
+/// Eight lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes(__m512d);
+
+/// Eight outcomes.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask(__mmask8);
+
+/// Calls an intrinsic; sound because this module's entry points check the instruction set once.
+macro_rules! simd {
+    ($call:expr) => {{
+        // SAFETY: only reached from `#[target_feature(enable = "avx512f,avx512dq")]` entry points.
+        unsafe { $call }
+    }};
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn from_array(values: [f64; WIDTH]) -> Self {
+        Self(simd!(_mm512_loadu_pd(values.as_ptr())))
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH] {
+        let mut out = [0.0; WIDTH];
+        simd!(_mm512_storeu_pd(out.as_mut_ptr(), self.0));
+        out
+    }
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self(simd!(_mm512_add_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self(simd!(_mm512_sub_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Self(simd!(_mm512_mul_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        Self(simd!(_mm512_div_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn negated(self) -> Self {
+        Self(simd!(_mm512_xor_pd(self.0, _mm512_set1_pd(-0.0))))
+    }
+}
+
+impl Mask {
+    #[inline(always)]
+    fn bitand(self, o: Self) -> Self {
+        Self(self.0 & o.0)
+    }
+    #[inline(always)]
+    fn bitor(self, o: Self) -> Self {
+        Self(self.0 | o.0)
+    }
+    #[inline(always)]
+    fn inverted(self) -> Self {
+        Self(!self.0)
+    }
+    #[inline(always)]
+    fn bit(self, index: usize) -> bool {
+        self.0 >> index & 1 == 1
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0 != 0
+    }
+}
+
+operators!(Lanes, Mask, "avx512f,avx512dq,avx2,fma");
+
+impl Real for Lanes {
+    type Mask = Mask;
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Self(simd!(_mm512_set1_pd(value)))
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        Self(simd!(_mm512_fmadd_pd(self.0, factor.0, addend.0)))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(simd!(_mm512_sqrt_pd(self.0)))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(simd!(_mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0)))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(simd!(_mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)))
+    }
+    #[inline(always)]
+    fn lt(self, o: Self) -> Mask {
+        Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn le(self, o: Self) -> Mask {
+        Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn select(mask: Mask, then: Self, other: Self) -> Self {
+        Self(simd!(_mm512_mask_blend_pd(mask.0, other.0, then.0)))
+    }
+    #[inline(always)]
+    fn any(mask: Mask) -> bool {
+        mask.any()
+    }
+    bitwise!();
+}
