@@ -198,10 +198,15 @@ impl Case {
         }
     }
 
-    /// Seed of the recordings: cases that hide the same in the same draw differ in size alone.
+    /// Seed of the recordings: cases that hide the same in the same draw differ in size alone, and the pairs of a draw in
+    /// what they hide alone, so that the scale of an effect is found once for all its pairs.
     pub fn seed(&self) -> u64 {
-        let hidden: Vec<&str> = self.hidden().iter().map(|effect| effect.id).collect();
-        let text = format!("{} {} {}", self.plant.name, hidden.join("+"), self.draw);
+        let hidden = match self.task {
+            Task::Null => "",
+            Task::Effect(effect) | Task::Outside(effect) | Task::LeftOut(effect) => effect.id,
+            Task::Pair(..) => "pairs",
+        };
+        let text = format!("{} {hidden} {}", self.plant.name, self.draw);
         let hash = blake3::hash(text.as_bytes());
         // Four bytes: a seed that can be read, typed and kept exactly by any program.
         u64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().expect("four of 32 bytes")))

@@ -17,6 +17,7 @@ pub(crate) const fn column(name: &'static str, decimals: usize) -> Column {
 const EXACT: usize = 12;
 
 /// Rows of numbers under named columns.
+#[derive(Clone)]
 pub(crate) struct Table {
     columns: Vec<Column>,
     values: Vec<f64>,
@@ -33,10 +34,24 @@ impl Table {
         self
     }
 
+    /// The same rows so much later: a record's time is its first column.
+    pub(crate) fn later(mut self, by: f64) -> Self {
+        let width = self.columns.len();
+        self.values.iter_mut().step_by(width).for_each(|time| *time += by);
+        self
+    }
+
     /// Adds a row of one value per column.
     pub(crate) fn push(&mut self, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns.len());
         self.values.extend_from_slice(row);
+    }
+
+    /// The largest difference of any value.
+    #[cfg(test)]
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
+        assert_eq!(self.values.len(), other.values.len());
+        self.values.iter().zip(&other.values).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
     }
 
     /// The text of the file.

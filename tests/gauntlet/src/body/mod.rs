@@ -8,7 +8,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Bench, FRESH, HOLDOUT, Run};
+use crate::session::{Ageing, Bench, FRESH, HOLDOUT, Run};
 use crate::space::{Vector, sum};
 use crate::table::{Column, Table, column};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
@@ -199,6 +199,10 @@ impl Instruments {
 }
 
 impl Bench for BodyBench {
+    fn ageing(&self) -> Ageing {
+        Ageing::Time
+    }
+
     fn model(&self) -> String {
         nominal::MODEL.into()
     }

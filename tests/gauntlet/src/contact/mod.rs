@@ -13,7 +13,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::{Instrument, stamped};
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Bench, Run};
+use crate::session::{Ageing, Bench, Run};
 use crate::table::{Column, Table, column};
 use course::Course;
 pub(crate) use effects::{EFFECTS, OUTSIDE};
@@ -193,6 +193,10 @@ impl ContactBench {
 }
 
 impl Bench for ContactBench {
+    fn ageing(&self) -> Ageing {
+        Ageing::Time
+    }
+
     fn model(&self) -> String {
         nominal::MODEL.into()
     }

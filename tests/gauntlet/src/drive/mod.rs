@@ -17,7 +17,7 @@ use crate::instrument::{Instrument, stamped};
 use crate::motion::Reference;
 use crate::ode::advance;
 use crate::random::Disturbance;
-use crate::session::{Bench, Run};
+use crate::session::{Ageing, Bench, Run};
 use crate::table::{Column, Table, column};
 use crate::told::Told;
 pub(crate) use build::Inner;
@@ -115,6 +115,11 @@ impl DriveBench {
 }
 
 impl Bench for DriveBench {
+    fn ageing(&self) -> Ageing {
+        let Friction { warm_loss, warm_load_share, .. } = self.plant.friction;
+        if warm_loss == 0.0 && warm_load_share == 0.0 { Ageing::Time } else { Ageing::Bench }
+    }
+
     fn model(&self) -> String {
         nominal::text(self.link_encoder)
     }

@@ -16,7 +16,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Bench, Run};
+use crate::session::{Ageing, Bench, Run};
 use crate::space::{Quaternion, Vector, difference, sum};
 use crate::table::Table;
 use bodies::{Bodies, Part};
@@ -177,6 +177,10 @@ fn row(tick: usize, time: f64, simulated: &[Part; 2], held: &[(Vector, Quaternio
 }
 
 impl Bench for FacilityBench {
+    fn ageing(&self) -> Ageing {
+        Ageing::Nothing
+    }
+
     fn model(&self) -> String {
         nominal::MODEL.into()
     }

@@ -9,10 +9,20 @@ pub(crate) type Axes = [f64; AXES];
 /// Standard gravity, downwards \[m/s^2\].
 const GRAVITY: Vector = [0.0, 0.0, -9.80665];
 
-/// Mass matrix \[kg m^2\] and bias torques (gravity, Coriolis) \[N m\] of the links at angles \[rad\] and rates \[rad/s\].
-pub(crate) fn dynamics(angle: &Axes, rate: &Axes) -> ([Axes; AXES], Axes) {
-    let (mut mass_matrix, mut bias) = ([[0.0; AXES]; AXES], [0.0; AXES]);
-    let (mut axes, mut feet): (Vec<Vector>, Vec<Vector>) = (Vec::new(), Vec::new());
+/// What the links ask of torques.
+pub(crate) struct Dynamics {
+    /// Mass matrix \[kg m^2\].
+    pub(crate) mass_matrix: [Axes; AXES],
+    /// Torques while no axis accelerates: gravity and Coriolis \[N m\].
+    pub(crate) bias: Axes,
+    /// Those at rest: gravity \[N m\].
+    pub(crate) weight: Axes,
+}
+
+/// The links at angles \[rad\] and rates \[rad/s\].
+pub(crate) fn dynamics(angle: &Axes, rate: &Axes) -> Dynamics {
+    let (mut mass_matrix, mut bias, mut weight) = ([[0.0; AXES]; AXES], [0.0; AXES], [0.0; AXES]);
+    let (mut axes, mut feet) = ([[0.0; 3]; AXES], [[0.0; 3]; AXES]);
     // Columns: the frame's axes in the world's.
     let mut frame: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let (mut foot, mut omega, mut alpha, mut gain) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
@@ -23,8 +33,7 @@ pub(crate) fn dynamics(angle: &Axes, rate: &Axes) -> ([Axes; AXES], Axes) {
         frame = turned(&tilted, 2, angle[i]);
         foot = sum(foot, sum(scaled(a, tilted[0]), scaled(d, frame[2])));
         let axis = frame[2];
-        axes.push(axis);
-        feet.push(foot);
+        (axes[i], feet[i]) = (axis, foot);
         // Accelerations while no axis accelerates.
         gain = sum(gain, carried(omega, alpha, difference(foot, before)));
         alpha = sum(alpha, scaled(rate[i], cross(omega, axis)));
@@ -35,15 +44,16 @@ pub(crate) fn dynamics(angle: &Axes, rate: &Axes) -> ([Axes; AXES], Axes) {
             |v: Vector| (0..3).fold([0.0; 3], |out, k| sum(out, scaled(link.inertia[k] * dot(frame[k], v), frame[k])));
         let moment = sum(turning(alpha), cross(omega, turning(omega)));
         let centre = sum(foot, lever);
-        let linear: Vec<Vector> = (0..=i).map(|k| cross(axes[k], difference(centre, feet[k]))).collect();
+        let linear: [Vector; AXES] = std::array::from_fn(|k| cross(axes[k], difference(centre, feet[k])));
         for r in 0..=i {
+            weight[r] -= link.mass * dot(linear[r], GRAVITY);
             bias[r] += link.mass * dot(linear[r], pull) + dot(axes[r], moment);
             for c in 0..=i {
                 mass_matrix[r][c] += link.mass * dot(linear[r], linear[c]) + dot(axes[r], turning(axes[c]));
             }
         }
     }
-    (mass_matrix, bias)
+    Dynamics { mass_matrix, bias, weight }
 }
 
 /// A frame (by its axes) turned about one of its own axes.
@@ -67,7 +77,7 @@ mod tests {
 
     /// Kinetic and potential energy \[J\].
     fn energy(angle: &Axes, rate: &Axes) -> f64 {
-        let (mass_matrix, _) = dynamics(angle, rate);
+        let Dynamics { mass_matrix, .. } = dynamics(angle, rate);
         let kinetic: f64 = (0..AXES).map(|i| 0.5 * rate[i] * dot(mass_matrix[i], *rate)).sum();
         // Shoulder and elbow lower the arm as they turn forwards.
         let (shoulder, elbow) = (angle[1], angle[1] + angle[2]);
@@ -83,7 +93,7 @@ mod tests {
         let before = energy(&angle, &rate);
         let step = 1e-4;
         let slope = |angle: &Axes, rate: &Axes| {
-            let (mass_matrix, bias) = dynamics(angle, rate);
+            let Dynamics { mass_matrix, bias, .. } = dynamics(angle, rate);
             accelerations(&mass_matrix, &bias.map(|bias| -bias))
         };
         let along = |a: &Axes, b: &Axes, s: f64| -> Axes { std::array::from_fn(|i| a[i] + s * b[i]) };

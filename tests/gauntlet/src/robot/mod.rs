@@ -13,9 +13,9 @@ use crate::drive::{BRISTLE_DAMPING_RATIO, Friction, Inner, STRIBECK_SPEED};
 use crate::instrument::{Instrument, stamped};
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Bench, Run};
+use crate::session::{Ageing, Bench, Run};
 use crate::table::{Column, Table, column};
-use arm::{Axes, dynamics};
+use arm::{Axes, Dynamics, dynamics};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
 use nominal::{AXES, PRESLIDING_TRAVEL, ROBOT, tolerance};
 use plant::{Drive, Plant, motors};
@@ -135,7 +135,7 @@ impl RobotBench {
 
 /// What the controllers ask for \[N m\]: position and rate errors, and the nominal robot along the reference.
 fn torque([angle, rate, acceleration]: [Axes; 3], measured: &Axes, measured_rate: &Axes) -> Axes {
-    let (mass_matrix, bias) = dynamics(&angle, &rate);
+    let Dynamics { mass_matrix, bias, .. } = dynamics(&angle, &rate);
     let (omega, damping) = LOOP;
     std::array::from_fn(|axis| {
         let own = &ROBOT[axis];
@@ -179,6 +179,10 @@ fn drive(axis: usize, sizes: &Sizes, nuisances: &Nuisances, inner: &Inner) -> Dr
 }
 
 impl Bench for RobotBench {
+    fn ageing(&self) -> Ageing {
+        Ageing::Time
+    }
+
     fn model(&self) -> String {
         nominal::RIG.to_owned()
     }

@@ -1,6 +1,6 @@
 //! Motors, gears and links of the robot as differential equations.
 
-use super::arm::{Axes, accelerations, dynamics};
+use super::arm::{Axes, Dynamics, accelerations, dynamics};
 use super::nominal::{AXES, ROBOT};
 use crate::drive::{Friction, Sliding};
 use crate::ode::System;
@@ -53,7 +53,7 @@ impl Plant {
     /// At rest with the motors at angles, wound up by the load.
     pub(crate) fn at_rest(&self, angle: Axes) -> State {
         let mut state = [0.0; STATES];
-        let load = self.static_load(&angle);
+        let load = self.static_load(&angle, &dynamics(&angle, &[0.0; AXES]).weight);
         for (axis, own) in state.chunks_exact_mut(OWN).enumerate() {
             own[MOTOR] = angle[axis];
             own[LINK] = angle[axis] - load[axis] / self.drives[axis].stiffness;
@@ -61,10 +61,9 @@ impl Plant {
         state
     }
 
-    /// What the gears carry at rest \[N m\].
-    fn static_load(&self, link: &Axes) -> Axes {
-        let (_, bias) = dynamics(link, &[0.0; AXES]);
-        std::array::from_fn(|axis| bias[axis] + self.drives[axis].extra(link[axis]))
+    /// What the gears carry at rest under the links' weight \[N m\].
+    fn static_load(&self, link: &Axes, weight: &Axes) -> Axes {
+        std::array::from_fn(|axis| weight[axis] + self.drives[axis].extra(link[axis]))
     }
 }
 
@@ -78,8 +77,8 @@ impl Drive {
 impl System<STATES, AXES> for Plant {
     fn rate(&self, state: &State) -> State {
         let [link, link_rate] = [LINK, LINK_RATE].map(|own| each(state, own));
-        let static_load = self.static_load(&link);
-        let (mut mass_matrix, bias) = dynamics(&link, &link_rate);
+        let Dynamics { mut mass_matrix, bias, weight } = dynamics(&link, &link_rate);
+        let static_load = self.static_load(&link, &weight);
         let (mut on_link, mut out) = ([0.0; AXES], [0.0; STATES]);
         for (axis, drive) in self.drives.iter().enumerate() {
             let own = &state[OWN * axis..][..OWN];
