@@ -10,6 +10,12 @@ use std::collections::BTreeMap;
 /// A row is fast where its weight is below this share of the greatest: the noise there is the delay's.
 const FAST: f64 = 0.25;
 
+/// One over the rate at which a row's command was sent \[s/rad\]. Weights are softened where it is slow: the greatest of
+/// them is that of no rate at all.
+fn per_rate(weight: f64, greatest: f64) -> f64 {
+    (weight.powi(-2) - greatest.powi(-2)).sqrt().recip()
+}
+
 /// What repeats' delays differ by in fast rows.
 pub(super) struct Lateness {
     /// That \[s\], as large as a single one's noise; one row, an entry for each repeat.
@@ -40,7 +46,7 @@ pub(super) fn lateness(
     let (mut series, mut squares, mut count) = (Vec::new(), 0.0, 0);
     for timed in repeats.values().filter(|timed| timed.len() > 1) {
         let rows = fast(behind, timed);
-        squares += rows.iter().map(|row| weight(timed[0].trial, *row).powi(2)).sum::<f64>();
+        squares += rows.iter().map(|row| row.per_rate.powi(2)).sum::<f64>();
         count += rows.len();
         series.extend(deviations(timed, &rows));
     }
@@ -49,28 +55,36 @@ pub(super) fn lateness(
     Lateness { series, rounding: rounding * (squares / count.max(1) as f64).sqrt() }
 }
 
-/// One over the rate at which a row's command was sent \[s/rad\]; nothing where that is not known.
+/// A row of some repeats.
+struct Row {
+    place: usize,
+    /// One over the rate at which its command was sent \[s/rad\].
+    per_rate: f64,
+}
+
+/// Softened inverse of the rate at which a row's command was sent \[s/rad\]; nothing where that is not known.
 fn weight(trial: &Trial, row: usize) -> f64 {
     trial.recorded.inputs[2 * trial.recorded.stride * row]
 }
 
 /// Rows of some repeats that are fast, and that no limit comes near.
-fn fast(behind: &Behind, timed: &[Timed]) -> Vec<usize> {
+fn fast(behind: &Behind, timed: &[Timed]) -> Vec<Row> {
     let rows = timed.iter().map(|timed| timed.echo.arrived.len()).min().unwrap_or(0);
     let slow = (0..rows).map(|row| weight(timed[0].trial, row)).fold(0.0, f64::max);
     let shows = |Timed { echo, missed, trial }: &Timed, row: usize| {
         let (weight, hidden) = (weight(trial, row), echo.limited[row] || missed.rows[row]);
         weight > 0.0 && weight < FAST * slow && behind.spares(weight.recip()) && !hidden
     };
-    (0..rows).filter(|row| timed.iter().all(|timed| shows(timed, *row))).collect()
+    let shown = (0..rows).filter(|row| timed.iter().all(|timed| shows(timed, *row)));
+    shown.map(|place| Row { place, per_rate: per_rate(weight(timed[0].trial, place), slow) }).collect()
 }
 
-fn deviations(timed: &[Timed], rows: &[usize]) -> Vec<DMatrix<f64>> {
+fn deviations(timed: &[Timed], rows: &[Row]) -> Vec<DMatrix<f64>> {
     let count = timed.len() as f64;
-    let value = |Timed { echo, trial, .. }: &Timed, row: usize| echo.arrived[row] * weight(trial, row);
+    let value = |timed: &Timed, row: &Row| timed.echo.arrived[row.place] * row.per_rate;
     let mean: Vec<f64> =
-        rows.iter().map(|row| timed.iter().map(|timed| value(timed, *row)).sum::<f64>() / count).collect();
+        rows.iter().map(|row| timed.iter().map(|timed| value(timed, row)).sum::<f64>() / count).collect();
     let scale = (count / (count - 1.0)).sqrt();
-    let of = |timed: &Timed| DMatrix::from_fn(1, rows.len(), |_, i| (value(timed, rows[i]) - mean[i]) * scale);
+    let of = |timed: &Timed| DMatrix::from_fn(1, rows.len(), |_, i| (value(timed, &rows[i]) - mean[i]) * scale);
     if rows.is_empty() { Vec::new() } else { timed.iter().map(of).collect() }
 }

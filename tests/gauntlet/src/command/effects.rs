@@ -9,7 +9,7 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("C3_jitter", ("deviation", 0.0005, "s"), "normal delay, independent from tick to tick")
         .up_to(0.002),
     EffectCase::growing("C4_drops", ("probability", 0.01, ""), "packet lost, the last one held").up_to(0.5),
-    EffectCase::growing("C5_skew", ("skew", 0.0003, ""), "receiver's clock fast by a share").up_to(0.01),
+    EffectCase::growing("C5_skew", ("skew", 0.0003, ""), "delay that grows by a share of the time").up_to(0.01),
     EffectCase::growing("C6_hold", ("period", 0.004, "s"), "command held over a period"),
     EffectCase::limit("C7_rate_limit", ("rate", 0.5, "rad/s"), "|d command/dt| <= rate"),
 ];

@@ -86,7 +86,7 @@ impl Path {
 
     /// What is in force at a tick of the receiver, whose clock is off by an offset \[s\]; a disturbance \[s\] adds to the delay.
     pub(crate) fn receive(&mut self, motion: &Motion, tick: usize, offset: f64, disturbance: f64) -> Received {
-        let time = tick as f64 * TICK / (1.0 + self.skew) + offset;
+        let time = tick as f64 * TICK * (1.0 - self.skew) + offset;
         let mut sent = time - self.delay_at(motion, time, disturbance);
         if self.hold > 0.0 {
             sent = (sent / self.hold + ENOUGH).floor() * self.hold;
@@ -165,7 +165,7 @@ mod tests {
             assert!((delay - 0.0037).abs() < 1e-9, "{time}: {delay}");
         }
         for (time, delay) in delays("C5_skew", 0.0003) {
-            assert!((delay - 0.0003 * time).abs() < 2e-6, "{time}: {delay}");
+            assert!((delay - 0.0003 * time).abs() < 1e-9, "{time}: {delay}");
         }
         for (time, delay) in delays("rate_dependent_delay", 0.003) {
             assert!((delay - 0.003 * motion().at(time)[1].abs()).abs() < 1e-9, "{time}: {delay}");
