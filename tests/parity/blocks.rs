@@ -156,6 +156,7 @@ fn commands() -> (Recorded, Vec<Vec<f64>>) {
             blur: 1e-4,
             lag: 5e-3 * draw("lag", i),
             rate_limit: 0.5 + draw("limit", i),
+            limit_lag: 1e-4 * draw("lag of the limit", i),
         })
     };
     (recorded, (0..SETS).map(set).collect())

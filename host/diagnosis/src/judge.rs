@@ -2,21 +2,19 @@
 
 mod held_out;
 mod nested;
+mod uncertainty;
 
 use crate::block::{MeasuredBlock, Part};
 use crate::combine::{Combiner, Set};
 use crate::inference::adequacy::Adequacy;
 use crate::inference::bank::{Bank, Entry, Gram, Scores};
-use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
-use crate::inference::spread::deviations;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing, strain};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -276,67 +274,6 @@ impl<'a> Bench<'a> {
             visibility,
             likeness,
             ranking,
-        }
-    }
-
-    /// Tells of the best candidates what the noise of measured inputs alone may give them. Where a candidate carries it
-    /// otherwise by `d`, the sum of squares of a residual `r` changes by `2 r'd + d'd`: repeats tell the second of these,
-    /// which is taken off, but the first is a number by chance, of standard deviation `2 |d|`.
-    pub(crate) fn add_input_noise(&self, null: &Fitted, dispersion: f64, ranking: &mut [Candidate]) {
-        if !self.learn.has_repeats() {
-            return;
-        }
-        let best: Vec<&mut Candidate> = ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
-        let fits = std::iter::once(null).chain(best.iter().map(|candidate| &candidate.fitted));
-        let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(&self.block.base)).collect();
-        let carried = self.learn.whitened_deviations(&self.noise, &sets);
-        let rare = Normal::standard().inverse_cdf(1.0 - RARITY);
-        for (candidate, own) in best.into_iter().zip(&carried[1..]) {
-            // Whitened means count as single repeats do: their noise has the same power.
-            let share = null.residual.len() as f64 / own.len() as f64;
-            candidate.by_input_noise = rare * ((own - &carried[0]).norm_squared() * share).sqrt() / dispersion;
-        }
-    }
-
-    /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
-    /// inputs pulls; their ranking stays, but for combinations that are not sound then.
-    pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
-        let (mean, deviation) = (
-            |sets: &[Vec<f64>]| self.simulated(sets),
-            |sets: &[Vec<f64>]| self.learn.whitened_deviations(&self.noise, sets),
-        );
-        let deviation: Option<&Simulate> = if self.learn.has_repeats() { Some(&deviation) } else { None };
-        for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
-            let freed = candidate.fitted.clone().with_freed_sizes();
-            let compensated = compensated(&freed, &self.block.base, &mean, deviation);
-            let compensated = self.with_carried(compensated.into_iter().collect()).pop();
-            // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
-            if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
-                candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
-                candidate.fitted = compensated;
-                let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
-                let one = hypotheses.len() == 1;
-                candidate.sound =
-                    one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
-            }
-        }
-    }
-
-    /// How far the numbers of each candidate may be off; a combination with a size that may be nothing is not sound.
-    pub(crate) fn add_deviations(&self, dispersion: f64, ranking: &mut [Candidate]) {
-        let rows = self.learn.rows(&self.noise);
-        let best = ranking.iter().filter(|candidate| candidate.sound).take(REFINED);
-        let sets: Vec<Vec<f64>> = best.map(|candidate| candidate.fitted.values(&self.block.base)).collect();
-        let refined = self.finer.as_ref().map_or_else(Vec::new, |finer| finer.whitened(&self.noise, &sets));
-        let mut refined = refined.into_iter();
-        for candidate in ranking {
-            let refined = if candidate.sound { refined.next() } else { None };
-            let change = refined.map(|refined| refined - &candidate.fitted.residual);
-            let Candidate { fitted, evidence, .. } = &*candidate;
-            candidate.deviations = deviations(fitted, evidence, dispersion, &rows, change.as_ref());
-            let (base, members) = (&self.block.base, &candidate.hypotheses);
-            candidate.sound &=
-                members.len() == 1 || is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
         }
     }
 }

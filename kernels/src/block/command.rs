@@ -25,6 +25,7 @@ bundle! {
         blur: R, "s", "half the width over which the restless delay blurs an edge of the hold";
         lag: R, "s", "time constant of a lag of the command";
         rate_limit: R, "rad/s", "greatest rate of the command";
+        limit_lag: R, "s", "how much later a limited command comes: its restless delay takes it to the limit before its time";
     }
 }
 
@@ -56,7 +57,8 @@ bundle! {
     CommandHidden {
         arrived: R, "rad", "command behind delay and hold";
         filtered: R, "rad", "the same behind the lag";
-        limited: R, "rad", "the same behind the limit: the command in force";
+        limited: R, "rad", "the same behind the limit";
+        behind: R, "rad", "by how much the command in force is behind that";
     }
 }
 
@@ -88,7 +90,7 @@ impl Block for Command {
 
     #[inline(always)]
     fn start<R: Real>(&self, _p: &CommandValues<R>, _u: &CommandTick<R>, late: &Sent<R>) -> CommandHidden<R> {
-        CommandHidden { arrived: late.command, filtered: late.command, limited: late.command }
+        CommandHidden { arrived: late.command, filtered: late.command, limited: late.command, behind: R::lit(0.0) }
     }
 
     #[inline(always)]
@@ -106,8 +108,10 @@ impl Block for Command {
         let arrived = late.bend.mul_add(share * (share - R::lit(1.0)), late.command);
         let filtered = LowPass::of(step, p.lag).after(s.arrived, arrived, late.bend, s.filtered);
         let reach = p.rate_limit * R::lit(step);
-        let way = (filtered - s.limited).min(reach).max(-reach);
-        CommandHidden { arrived, filtered, limited: s.limited + way }
+        let whole = filtered - s.limited;
+        let way = whole.min(reach).max(-reach);
+        let behind = R::select(reach.lt(whole.abs()), p.limit_lag * R::lit(1.0 / step) * way, R::lit(0.0));
+        CommandHidden { arrived, filtered, limited: s.limited + way, behind }
     }
 
     #[inline(always)]
@@ -118,6 +122,6 @@ impl Block for Command {
         u: &CommandTick<R>,
         _late: &Sent<R>,
     ) -> CommandOutput<R> {
-        CommandOutput { received: s.limited * u.weight }
+        CommandOutput { received: (s.limited - s.behind) * u.weight }
     }
 }

@@ -62,6 +62,35 @@ fn a_lag_follows_its_law_and_a_limit_limits() {
     assert!(departure(&received(p, sine), |t| 0.1 * gain * (omega * t - phase).sin()) < 2e-5);
     let limited = received(CommandValues { rate_limit: 0.5, ..CommandValues::null() }, ramp);
     assert!(departure(&limited, |t| 0.5 * t) < 1e-9);
+    let late = received(CommandValues { rate_limit: 0.5, limit_lag: 2e-5, ..CommandValues::null() }, ramp);
+    assert!(departure(&late, |t| 0.5 * (t - 2e-5)) < 1e-9);
+}
+
+/// A limiter takes from a restless command what reaches beyond it, and gives nothing back: by about one deviation of the
+/// restlessness a limited command is late, whatever its rate.
+#[test]
+fn a_restless_delay_makes_a_limited_command_late() {
+    let restless = 2e-5;
+    let start = |t: f64| 0.2 * (6.0 * t - (6.0 * t).sin());
+    let normal = |i: usize, run: u64| {
+        (0..12).map(|k| crate::philox::uniform(3, "restless", run * 10_000 + i as u64, k)).sum::<f64>() - 6.0
+    };
+    let limit = 1.5;
+    let limited = |run: Option<u64>| {
+        let (mut at, mut sum, mut count) = (0.0, 0.0, 0);
+        for i in 0..500 {
+            let late = run.map_or(0.0, |run| restless * normal(i, run));
+            let way: f64 = start(i as f64 * STEP - late) - at;
+            at += way.clamp(-limit * STEP, limit * STEP);
+            if way > limit * STEP && i > 400 {
+                (sum, count) = (sum + at, count + 1);
+            }
+        }
+        sum / f64::from(count)
+    };
+    let runs = 200;
+    let lag = (0..runs).map(|run| (limited(None) - limited(Some(run))) / limit).sum::<f64>() / runs as f64;
+    assert!((0.5..2.0).contains(&(lag / restless)), "{lag}");
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! The block from wrench to motion of a free body, from a bench's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::BodyRig;
 use softdock_engine::blocks::Kind;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -39,19 +38,11 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     let steps = MOTION.iter().map(|row| judged_steps(pieces, row.0)).min().unwrap_or(MOST_STEPS);
     let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
     let clock = rig.tolerance.iter().find(|row| row.0 == "clock_offset").map_or(0.0, |row| row.1);
+    let channels = MOTION.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        section: Kind::Body.into(),
-        name: "R6 wrench to motion",
-        nuisances: nuisances(&Kind::Body.into(), &base, &rig.tolerance),
-        base,
-        channels: MOTION.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),
         decimator: Decimator::new(steps.min(MOST_STEPS)),
-        floor: Vec::new(),
-        clock: None,
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
+        ..MeasuredBlock::of(Kind::Body.into(), "R6 wrench to motion", base, &rig.tolerance, channels)
     }
 }
 

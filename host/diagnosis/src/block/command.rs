@@ -1,12 +1,11 @@
 //! The block from command sent to command received, from recordings of both.
 
-use super::{Channel, MeasuredBlock, Trial, nuisances};
+use super::{Channel, MeasuredBlock, Trial};
 use crate::packets::missed;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers, motion};
 use softdock_campaign::rig::CommandRig;
 use softdock_engine::blocks::Kind;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::fields::to_vec;
@@ -56,19 +55,12 @@ pub fn command_block(
         let slowest = slowest(rig, piece, restlessness);
         trial(rig, piece, &silent, slowest, held_out(&piece.experiment), finer)
     };
+    let channels = vec![Channel { name: "received", output: 0, unit: "s" }];
     MeasuredBlock {
-        section: Kind::Command.into(),
-        name: "R1 command sent to command received",
-        nuisances: nuisances(&Kind::Command.into(), &base, &tolerance),
-        base,
-        channels: vec![Channel { name: "received", output: 0, unit: "s" }],
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(STEPS),
-        floor: Vec::new(),
-        clock: None,
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
+        considered: vec![("limit_lag", restlessness)],
+        ..MeasuredBlock::of(Kind::Command.into(), "R1 command sent to command received", base, &tolerance, channels)
     }
 }
 

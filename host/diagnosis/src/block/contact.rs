@@ -1,11 +1,10 @@
 //! The block from motion to force of a contact, from a bench's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, highest, nuisances};
+use super::{Channel, MeasuredBlock, Trial, highest};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::Kind;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -34,19 +33,11 @@ pub fn contact_block(
     let base = to_vec(&rig.values);
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
     let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
+    let channels = FORCES.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        section: Kind::Contact.into(),
-        name: "R5 motion to force",
-        nuisances: nuisances(&Kind::Contact.into(), &base, &rig.tolerance),
-        base,
-        channels: FORCES.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
         decimator: Decimator::new(STEPS),
-        floor: Vec::new(),
-        clock: None,
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
+        ..MeasuredBlock::of(Kind::Contact.into(), "R5 motion to force", base, &rig.tolerance, channels)
     }
 }
 

@@ -1,13 +1,12 @@
 //! The block from reference to torque of a joint's controller, from a rig's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::inference::unknown::applied;
 use crate::judge::Candidate;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, motion};
 use softdock_campaign::rig::{ControllerRig, DriveRig};
 use softdock_engine::blocks::{Kind, simulate};
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::fields::to_vec;
@@ -23,19 +22,11 @@ pub fn controller_block(
     let period = pieces.first().map_or(controller.period, |piece| piece.step / steps(controller, piece) as f64);
     let base = to_vec(&ControllerValues { period, ..controller.values });
     let clock: Vec<_> = rig.tolerance.iter().copied().filter(|(name, _)| *name == "clock_offset").collect();
+    let channels = vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }];
     MeasuredBlock {
-        section: Kind::Controller.into(),
-        name: "R2 reference to torque",
-        nuisances: nuisances(&Kind::Controller.into(), &base, &clock),
-        base,
-        channels: vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }],
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
-        floor: Vec::new(),
-        clock: None,
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
+        ..MeasuredBlock::of(Kind::Controller.into(), "R2 reference to torque", base, &clock, channels)
     }
 }
 

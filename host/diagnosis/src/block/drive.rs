@@ -1,13 +1,12 @@
 //! The block from torque to motion of a joint's drive, from a rig's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps, nuisances};
+use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::Kind;
 use softdock_engine::section::Section;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::manipulator::GRAVITY;
@@ -93,22 +92,14 @@ pub(crate) fn loaded_block(
         tolerance.push(("link_zero", ZERO));
     }
     let section = Section::from(Kind::Drive);
-    let mut nuisances = nuisances(&section, &base, &tolerance);
-    nuisances.extend(bristle_damping(rig, &section));
-    MeasuredBlock {
-        section,
-        name,
-        nuisances,
-        base,
-        channels,
+    let damping = bristle_damping(rig, &section);
+    let mut block = MeasuredBlock {
         trials: pieces.iter().enumerate().map(trial).collect(),
         decimator,
-        floor: Vec::new(),
-        clock: None,
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
-    }
+        ..MeasuredBlock::of(section, name, base, &tolerance, channels)
+    };
+    block.nuisances.extend(damping);
+    block
 }
 
 /// Damping of the friction's bristles, which no data sheet tells and every reversal shows; none where the model has no

@@ -3,14 +3,13 @@
 
 mod path;
 
-use super::{Channel, MeasuredBlock, Trial, nuisances};
+use super::{Channel, MeasuredBlock, Trial};
 use crate::recording::drive_log::{Cycle, DriveLog};
 use crate::recording::smooth::Decimator;
 use nalgebra::DMatrix;
 use path::{held, held_rows, told_rows};
 use softdock_campaign::{Campaign, Scenario};
 use softdock_engine::section::Section;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::frame::facility::readings;
@@ -96,19 +95,12 @@ pub(crate) fn motion_section(
     let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: unit(name) };
     let section = Section::Facility(Arc::clone(&plant));
     let base = to_vec(&nominal);
+    let channels = MOTION.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        name: "R2 command to motion",
-        nuisances: nuisances(&section, &base, &[("loop_delay", STAMPS)]),
-        base,
-        channels: MOTION.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, MOTION_RATE),
         floor: vec![RESOLUTION; MOTION.len()],
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
-        quiet: Vec::new(),
-        clock: None,
-        section,
+        ..MeasuredBlock::of(section, "R2 command to motion", base, &[("loop_delay", STAMPS)], channels)
     }
 }
 
@@ -137,19 +129,12 @@ pub(crate) fn wrench_section(
     let channel = |(k, name): (usize, &&'static str)| Channel { name, output: MOTION.len() + k, unit: unit(name) };
     let (section, decimator) = (Section::Facility(Arc::clone(&plant)), decimator(logs, WRENCH_RATE));
     let base = to_vec(&nominal);
+    let channels = WRENCH.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        name: "R5 motion to wrench",
-        nuisances: nuisances(&section, &base, &[("loop_delay", STAMPS)]),
-        base,
-        channels: WRENCH.iter().enumerate().map(channel).collect(),
         trials: logs.iter().map(trial).collect(),
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
         quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
         decimator,
-        floor: Vec::new(),
-        clock: None,
-        section,
+        ..MeasuredBlock::of(section, "R5 motion to wrench", base, &[("loop_delay", STAMPS)], channels)
     }
 }
 

@@ -10,10 +10,12 @@ mod links;
 pub mod response;
 pub mod robot;
 pub mod sensor;
+mod shortcut;
 pub mod toss;
 mod trend;
 
 use crate::inference::noise::{Noise, deviations, mean};
+use crate::inference::spread::Experiment;
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, band_powers};
@@ -26,7 +28,6 @@ use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use trend::{Aged, Detrended, detrended};
 
 /// A measured signal that a block's model must give.
@@ -80,6 +81,9 @@ pub struct MeasuredBlock {
     pub simulator: Simulator,
     /// Residuals that hold nothing but noise, where the recordings have some; one row a channel.
     pub quiet: Vec<DMatrix<f64>>,
+    /// Parameters that are left as they are, and how far they may be off: what a fit finds is as uncertain as they are
+    /// (the considered parameters of Tapley, Schutz and Born, Statistical Orbit Determination, 2004, ch. 6).
+    pub considered: Vec<(&'static str, f64)>,
 }
 
 /// The recordings of a block as experiments: those to learn from or those to judge by.
@@ -93,6 +97,32 @@ pub struct Part<'a> {
 }
 
 impl MeasuredBlock {
+    /// A block without recordings, of which nothing is known but parameters, with [`nuisances`] by their tolerance, and
+    /// channels; judged sample by sample.
+    pub(crate) fn of(
+        section: Section,
+        name: &'static str,
+        base: Vec<f64>,
+        tolerance: &[(&'static str, f64)],
+        channels: Vec<Channel>,
+    ) -> Self {
+        Self {
+            nuisances: nuisances(&section, &base, tolerance),
+            section,
+            name,
+            base,
+            channels,
+            trials: Vec::new(),
+            decimator: Decimator::none(),
+            floor: Vec::new(),
+            known_noise: Vec::new(),
+            clock: None,
+            simulator: Simulator::default(),
+            quiet: Vec::new(),
+            considered: Vec::new(),
+        }
+    }
+
     /// The trials that are held out, or the others.
     pub fn part(&self, held_out: bool) -> Part<'_> {
         self.part_of(|trial| trial.held_out == held_out)
@@ -304,43 +334,15 @@ impl<'a> Part<'a> {
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
     }
 
-    /// Which of the whitened residuals are each experiment's.
-    pub fn rows(&self, noise: &Noise) -> Vec<Range<usize>> {
+    /// The experiments, with their rows of the whitened residuals.
+    pub fn experiments(&self, noise: &Noise) -> Vec<Experiment> {
         let mut start = 0;
         let of = |(_, members): &(&str, Vec<usize>)| {
             let shortest = members.iter().map(|trial| self.measured[*trial].ncols()).min().unwrap_or(0);
             let end = start + shortest.saturating_sub(noise.order()) * self.block.channels.len();
-            std::mem::replace(&mut start, end)..end
+            Experiment { rows: std::mem::replace(&mut start, end)..end, repeats: members.len() }
         };
         self.experiments.iter().map(of).collect()
-    }
-
-    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.
-    pub fn shortcut(&'a self, noise: &'a Noise, at: &[f64]) -> Shortcut<'a> {
-        let trials = self.of_trials(&self.all(), &[at.to_vec()]).remove(0);
-        let first = self.typical();
-        let own = self.of_typical(&first, &[at.to_vec()]).remove(0);
-        let rest = |((_, members), own): (&(&str, Vec<usize>), DMatrix<f64>)| {
-            let mean = mean(&cut(members, &trials));
-            let own = own.columns(0, mean.ncols()).into_owned();
-            mean - own
-        };
-        let rest = self.experiments.iter().zip(own).map(rest).collect();
-        Shortcut { part: self, noise, first, rest }
-    }
-
-    /// Residuals of the repeats that stand for all, for every parameter set: `[set][experiment]`.
-    fn of_typical(&self, typical: &[Cow<'_, Recorded>], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let measured: Vec<usize> = self.experiments.iter().map(|(_, members)| members[0]).collect();
-        let recordings: Vec<&Recorded> = typical.iter().map(AsRef::as_ref).collect();
-        self.of_recordings(&recordings, &measured, sets)
-    }
-
-    /// The first repeat of each experiment, on a session's clock as if it had begun when all repeats did on the average.
-    fn typical(&self) -> Vec<Cow<'a, Recorded>> {
-        let fields = self.block.section.inputs();
-        let field = self.block.clock.and_then(|clock| fields.iter().position(|field| field.name == clock));
-        self.experiments.iter().map(|(_, members)| self.on_average(members, members[0], field)).collect()
     }
 
     /// A repeat as if it had begun when all repeats of its experiment did on the average; `field` is the place of the
@@ -361,33 +363,6 @@ const QUOTIENT: f64 = 2e-3;
 const QUOTIENT_SINGLE: f64 = 5e-2;
 /// Parameter sets whose outputs are held at once: those of ten recordings of six channels fill some hundred megabytes.
 const MOST_SETS: usize = 128;
-
-/// Residuals by the first repeat of each experiment alone.
-///
-/// Repeats are moved by the same command: what a parameter changes in one of them it changes in all, so the others are
-/// simulated once, at parameters near those in question.
-pub struct Shortcut<'a> {
-    part: &'a Part<'a>,
-    noise: &'a Noise,
-    /// Its recording.
-    first: Vec<Cow<'a, Recorded>>,
-    /// Mean residual of each experiment less that of its first repeat, at those parameters.
-    rest: Vec<DMatrix<f64>>,
-}
-
-impl Shortcut<'_> {
-    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
-    pub fn whitened(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let whiten = |trials: Vec<DMatrix<f64>>| {
-            let of = |(place, own): (usize, &DMatrix<f64>)| {
-                let rest = &self.rest[place];
-                self.noise.whiten(&(own.columns(0, rest.ncols()) + rest), self.part.experiments[place].1.len())
-            };
-            bounded(trials.iter().enumerate().flat_map(of).collect())
-        };
-        self.part.of_typical(&self.first, sets).into_par_iter().map(whiten).collect()
-    }
-}
 
 /// Travels and depths whose tolerance is a factor: they cannot be negative.
 const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];

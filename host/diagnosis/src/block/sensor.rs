@@ -1,11 +1,10 @@
 //! The block from force to reading of a force/torque sensor, from a bench's recordings.
 
-use super::{Channel, MeasuredBlock, Trial, highest, judged_steps, nuisances};
+use super::{Channel, MeasuredBlock, Trial, highest, judged_steps};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Decimator, Motion, motion};
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::Kind;
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::sensor::{SensorLoad, tool_wrench};
 use softdock_kernels::fields::to_vec;
@@ -45,19 +44,13 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         output,
         unit: reading.1,
     };
+    let channels = READINGS.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        section: Kind::Sensor.into(),
-        name: "R5 force to reading",
-        nuisances: nuisances(&Kind::Sensor.into(), &base, &rig.tolerance),
-        base,
-        channels: READINGS.iter().enumerate().map(channel).collect(),
         trials: pieces.iter().map(|piece| trial(rig, piece, held_out(&piece.experiment), finer, band)).collect(),
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
-        floor: Vec::new(),
         clock: Some("time"),
-        simulator: Simulator::default(),
         known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),
-        quiet: Vec::new(),
+        ..MeasuredBlock::of(Kind::Sensor.into(), "R5 force to reading", base, &rig.tolerance, channels)
     }
 }
 

@@ -5,14 +5,12 @@
 //! segment begins where a parabola through five frames leaves no more than noise: near a blow no velocity is known.
 //! What noise is, free flight tells. A blow makes the error of a state grow; segments weigh as much less.
 
-use super::{Channel, MeasuredBlock, Trial, nuisances};
+use super::{Channel, MeasuredBlock, Trial};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::Decimator;
 use crate::recording::state::{Poses, RATE_NOISE, REACH, State};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use softdock_campaign::rig::TossRig;
 use softdock_engine::blocks::{Kind, simulate};
-use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -50,19 +48,11 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     };
     let trials = [part(false), part(true)].into_iter().flatten().collect();
     let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
+    let channels = WAYS.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        section: Kind::Toss.into(),
-        name: "R5 state to state",
-        nuisances: nuisances(&Kind::Toss.into(), &base, &rig.tolerance),
-        base,
-        channels: WAYS.iter().enumerate().map(channel).collect(),
         trials,
-        decimator: Decimator::none(),
-        clock: None,
-        floor: Vec::new(),
-        simulator: Simulator::default(),
-        known_noise: Vec::new(),
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
+        ..MeasuredBlock::of(Kind::Toss.into(), "R5 state to state", base, &rig.tolerance, channels)
     }
 }
 

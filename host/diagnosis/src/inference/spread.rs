@@ -1,28 +1,44 @@
-//! How far the free numbers of a fit may be off: by noise, by the step of the simulation, and by what the model lacks.
+//! How far the free numbers of a fit may be off: by noise, by the step of the simulation, by what was not fitted and may be
+//! off itself, and by what the model lacks.
 //!
 //! What a model lacks pulls each experiment its own way, so that their pulls scatter by more than noise explains (the
 //! sandwich by clusters: Liang and Zeger, Biometrika 73 (1986) 13). They are to first order what leaving an experiment out
 //! would shift, but an experiment that alone shows an effect says nothing of that effect's scatter.
+//!
+//! Noise that an effect changes (a limited command keeps for as long as it is limited what it was late by when that began)
+//! is not what it was whitened as. What repeats differ by under the fit pulls as it does, so that theirs are clusters too.
 
 use super::evidence::Evidence;
 use super::fit::Fitted;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// Standard deviation of each free number's `z`; `dispersion` as in the evidence, `experiments` the rows of each
-/// experiment, `refined` what half the step changes in the whitened residuals.
+/// An experiment among whitened residuals.
+pub struct Experiment {
+    /// Rows of its mean residual.
+    pub rows: Range<usize>,
+    /// How often it was recorded.
+    pub repeats: usize,
+}
+
+/// What tells how far the numbers of a fit may be off.
+pub struct Seen<'a> {
+    /// All experiments, in the order of their rows.
+    pub experiments: &'a [Experiment],
+    /// What changes the whitened residuals and is not fitted: half the step, considered parameters a deviation off.
+    pub shifts: Vec<DVector<f64>>,
+    /// What the repeats of each experiment differ by under the fit, whitened, one after the other.
+    pub repeats: Option<&'a DVector<f64>>,
+}
+
+/// Standard deviation of each free number's `z`; `dispersion` as in the evidence.
 ///
-/// `s^2 = s_stat^2 + s_num^2 + s_in^2 + s_gap^2`, the first with the dispersion in it, the third by the noise of inputs.
-/// Shifts are those of one Gauss-Newton step.
-pub fn deviations(
-    fitted: &Fitted,
-    evidence: &Evidence,
-    dispersion: f64,
-    experiments: &[Range<usize>],
-    refined: Option<&DVector<f64>>,
-) -> Vec<f64> {
+/// `s^2 = s_stat^2 + sum s_shift^2 + s_in^2 + max(s_gap^2, s_rep^2)`, the first with the dispersion in it, the third by the
+/// noise of inputs. What the repeats of an experiment differ by has a share in what the experiment pulls. Shifts are those
+/// of one Gauss-Newton step.
+pub fn deviations(fitted: &Fitted, evidence: &Evidence, dispersion: f64, seen: &Seen) -> Vec<f64> {
     let mut variance = evidence.covariance.diagonal();
-    if let Some(change) = refined {
+    for change in &seen.shifts {
         let shift = &evidence.covariance * fitted.jacobian.tr_mul(change) / dispersion;
         variance += shift.component_mul(&shift);
     }
@@ -30,30 +46,68 @@ pub fn deviations(
         // Noise that comes through the sensitivities tells nothing, and moves the numbers all the same.
         variance += (&evidence.covariance * &noise.information * &evidence.covariance).diagonal() / dispersion;
     }
-    variance += gap(fitted, evidence, dispersion, experiments);
+    let clusters = Clusters { fitted, covariance: &evidence.covariance, dispersion };
+    let restless = seen.repeats.map(|repeats| clusters.restless(seen.experiments, repeats));
+    let gap = clusters.gap(seen.experiments);
+    variance += restless.map_or(gap.clone(), |restless| restless.sup(&gap));
     variance.iter().map(|variance| variance.sqrt()).collect()
 }
 
-/// Variance by what each experiment pulls, beyond what noise explains of it.
-fn gap(fitted: &Fitted, evidence: &Evidence, dispersion: f64, experiments: &[Range<usize>]) -> DVector<f64> {
-    let covariance = &evidence.covariance;
-    let mut sum = DVector::zeros(fitted.z.len());
-    if experiments.len() < 2 {
-        return sum;
+/// What clusters of residuals pull.
+struct Clusters<'a> {
+    fitted: &'a Fitted,
+    covariance: &'a DMatrix<f64>,
+    dispersion: f64,
+}
+
+impl Clusters<'_> {
+    /// An experiment's own precision, by the covariance of all.
+    fn weight(&self, rows: &Range<usize>) -> DMatrix<f64> {
+        let own = self.fitted.jacobian.rows(rows.start, rows.len());
+        self.covariance * (own.transpose() * own / self.dispersion)
     }
-    for rows in experiments {
-        let own = fitted.jacobian.rows(rows.start, rows.len());
-        let share = rows.len() as f64 / fitted.residual.len() as f64;
-        let mut pull = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
-        fitted.input_noise.iter().for_each(|noise| pull -= &noise.pull * share);
-        let pull = covariance * (pull / dispersion);
-        // Of noise that the fit follows: cov (G - G cov G) cov, G the experiment's own precision.
-        let weight = covariance * (own.transpose() * own / dispersion);
-        let noise = &weight * covariance - &weight * &weight * covariance;
-        sum += pull.component_mul(&pull) - noise.diagonal();
+
+    /// How far a gradient moves the numbers.
+    fn shift(&self, pull: DVector<f64>) -> DVector<f64> {
+        self.covariance * (pull / self.dispersion)
     }
-    let count = experiments.len() as f64;
-    sum.map(|excess| (excess * count / (count - 1.0)).max(0.0))
+
+    /// Variance by what each experiment pulls, beyond what noise explains of it.
+    fn gap(&self, experiments: &[Experiment]) -> DVector<f64> {
+        let Self { fitted, covariance, .. } = self;
+        let mut sum = DVector::zeros(fitted.z.len());
+        if experiments.len() < 2 {
+            return sum;
+        }
+        for Experiment { rows, .. } in experiments {
+            let own = fitted.jacobian.rows(rows.start, rows.len());
+            let share = rows.len() as f64 / fitted.residual.len() as f64;
+            let mut pull = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
+            fitted.input_noise.iter().for_each(|noise| pull -= &noise.pull * share);
+            let shift = self.shift(pull);
+            // Of noise that the fit follows: cov (G - G cov G) cov, G the experiment's own precision.
+            let weight = self.weight(rows);
+            let noise = &weight * *covariance - &weight * &weight * *covariance;
+            sum += shift.component_mul(&shift) - noise.diagonal();
+        }
+        let count = experiments.len() as f64;
+        sum.map(|excess| (excess * count / (count - 1.0)).max(0.0))
+    }
+
+    /// Variance by what repeats differ by, beyond that of noise that is as it was whitened.
+    fn restless(&self, experiments: &[Experiment], differences: &DVector<f64>) -> DVector<f64> {
+        let (mut sum, mut start) = (DVector::zeros(self.fitted.z.len()), 0);
+        for Experiment { rows, repeats } in experiments.iter().filter(|experiment| experiment.repeats > 1) {
+            let own = self.fitted.jacobian.rows(rows.start, rows.len());
+            for _ in 0..*repeats {
+                let shift = self.shift(own.tr_mul(&differences.rows(start, rows.len())));
+                sum += shift.component_mul(&shift) / *repeats as f64;
+                start += rows.len();
+            }
+            sum -= (self.weight(rows) * self.covariance).diagonal();
+        }
+        sum.map(|excess| excess.max(0.0))
+    }
 }
 
 #[cfg(test)]
@@ -61,7 +115,6 @@ mod tests {
     use super::super::evidence::evidence;
     use super::super::unknown::{Prior, Role, Unknown};
     use super::*;
-    use nalgebra::DMatrix;
     use softdock_kernels::philox;
 
     const ROWS: usize = 400;
@@ -89,33 +142,50 @@ mod tests {
         }
     }
 
-    fn deviation(off: [f64; 3], refined: Option<&DVector<f64>>) -> f64 {
+    fn experiments() -> [Experiment; 3] {
+        [0, 1, 2].map(|i| Experiment { rows: i * ROWS..(i + 1) * ROWS, repeats: 2 })
+    }
+
+    fn deviation(off: [f64; 3], shifts: Vec<DVector<f64>>, repeats: Option<&DVector<f64>>) -> f64 {
         let fitted = fitted(off);
-        let experiments = [0..ROWS, ROWS..2 * ROWS, 2 * ROWS..3 * ROWS];
-        deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &experiments, refined)[0]
+        deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &Seen { experiments: &experiments(), shifts, repeats })[0]
     }
 
     #[test]
     fn noise_alone_adds_little_and_experiments_that_disagree_much() {
         let plain = 1.0 / (3.0 * ROWS as f64).sqrt();
-        assert!((0.99..1.8).contains(&(deviation([0.0; 3], None) / plain)), "{}", deviation([0.0; 3], None) / plain);
+        let alone = deviation([0.0; 3], Vec::new(), None) / plain;
+        assert!((0.99..1.8).contains(&alone), "{alone}");
         // The mean of three that scatter by 0.5.
-        let apart = deviation([-0.5, 0.0, 0.5], None);
+        let apart = deviation([-0.5, 0.0, 0.5], Vec::new(), None);
         assert!((apart / (0.5 / 3_f64.sqrt()) - 1.0).abs() < 0.2, "{apart}");
+    }
+
+    #[test]
+    fn repeats_that_disagree_count_as_much_as_they_pull() {
+        // Two repeats, each off by as much as the other to the other side, and noise; each experiment's mean is known to
+        // that over the root of two, times the root of two as a single one's noise would be.
+        let repeats =
+            |off: f64| DVector::from_fn(6 * ROWS, |i, _| noise(i) + if (i / ROWS) % 2 == 0 { off } else { -off });
+        let plain = 1.0 / (3.0 * ROWS as f64).sqrt();
+        let alone = deviation([0.0; 3], Vec::new(), Some(&repeats(0.0))) / plain;
+        assert!((0.99..1.8).contains(&alone), "{alone}");
+        let apart = deviation([0.0; 3], Vec::new(), Some(&repeats(0.4)));
+        assert!((apart / (0.4 / 3_f64.sqrt()) - 1.0).abs() < 0.2, "{apart}");
     }
 
     #[test]
     fn an_experiment_that_alone_shows_an_effect_says_nothing_of_its_scatter() {
         let mut fitted = fitted([0.0; 3]);
         fitted.jacobian.rows_mut(ROWS, 2 * ROWS).fill(0.0);
-        let experiments = [0..ROWS, ROWS..2 * ROWS, 2 * ROWS..3 * ROWS];
-        let own = deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &experiments, None)[0];
+        let seen = Seen { experiments: &experiments(), shifts: Vec::new(), repeats: None };
+        let own = deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &seen)[0];
         assert!((own * (ROWS as f64).sqrt() - 1.0).abs() < 0.5, "{own}");
     }
 
     #[test]
-    fn what_a_finer_step_moves_counts() {
+    fn what_is_not_fitted_and_moves_the_residuals_counts() {
         let change = DVector::from_element(3 * ROWS, 0.3);
-        assert!((deviation([0.0; 3], Some(&change)) - 0.3).abs() < 0.01);
+        assert!((deviation([0.0; 3], vec![change], None) - 0.3).abs() < 0.01);
     }
 }

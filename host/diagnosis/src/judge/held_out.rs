@@ -5,8 +5,8 @@ use crate::inference::adequacy::{Adequacy, adequacy, gain_elsewhere};
 use crate::inference::bootstrap::Pair;
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
+use crate::inference::spread::Experiment;
 use nalgebra::DVector;
-use std::ops::Range;
 
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
 const OWN_NOISE: usize = 3;
@@ -23,7 +23,7 @@ impl Bench<'_> {
         let residuals = self.test.whitened(&self.noise, &sets);
         let (without, with) = residuals.split_first().expect("the null hypothesis is first");
         let level = self.test.noise_power(&self.noise, base);
-        let (learnt, tested) = (self.learn.rows(&self.noise), self.test.rows(&self.noise));
+        let (learnt, tested) = (self.learn.experiments(&self.noise), self.test.experiments(&self.noise));
         for (place, candidate) in ranking.iter_mut().enumerate() {
             let with = &with[place];
             let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
@@ -54,6 +54,6 @@ fn mean_square(w: &DVector<f64>) -> f64 {
 }
 
 /// Residuals with and without a hypothesis, motion by motion.
-fn each_of<'r>(motions: &'r [Range<usize>], both: [&'r DVector<f64>; 2]) -> impl Iterator<Item = Pair<'r>> {
-    motions.iter().map(move |rows| both.map(|all| &all.as_slice()[rows.clone()]))
+fn each_of<'r>(motions: &'r [Experiment], both: [&'r DVector<f64>; 2]) -> impl Iterator<Item = Pair<'r>> {
+    motions.iter().map(move |motion| both.map(|all| &all.as_slice()[motion.rows.clone()]))
 }

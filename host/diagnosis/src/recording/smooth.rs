@@ -37,15 +37,18 @@ pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
     forward.process(&mut whole, &mut spectrum).expect("buffers of the plan's lengths");
 
     let base = PI / (n as f64 * step);
+    let passed = ((2.0 * PI * cutoff / base).ceil() as usize).min(spectrum.len());
+    let passing = |(k, term): (usize, &Complex<f64>)| {
+        let omega = base * k as f64;
+        // The series is odd: only the sine terms carry it.
+        (omega, term.im * low_pass(omega / (2.0 * PI), cutoff) / (2 * n) as f64)
+    };
+    let sines: Vec<(f64, f64)> = spectrum[..passed].iter().enumerate().map(passing).collect();
     let backward = planned(|planner| planner.plan_fft_inverse(2 * n * finer));
     let derivative = |order: u32| -> Vec<f64> {
         let mut wide = backward.make_input_vec();
-        for (k, (wide, narrow)) in wide.iter_mut().zip(&spectrum).enumerate() {
-            let omega = base * k as f64;
-            let gain = low_pass(omega / (2.0 * PI), cutoff) / (2 * n) as f64;
-            // The series is odd: only the sine terms carry it.
-            let sine = Complex::new(0.0, narrow.im) * gain;
-            *wide = sine * Complex::new(0.0, omega).powu(order);
+        for (wide, (omega, sine)) in wide.iter_mut().zip(&sines) {
+            *wide = Complex::new(0.0, *sine) * Complex::new(0.0, *omega).powu(order);
         }
         wide[0] = Complex::default();
         let last = wide.len() - 1;

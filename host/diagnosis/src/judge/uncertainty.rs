@@ -1,0 +1,95 @@
+//! How far the numbers of the best candidates may be off, and what of them the noise of measured inputs makes.
+
+use super::{Bench, Candidate, RARITY, REFINED};
+use crate::inference::errors_in_variables::compensated;
+use crate::inference::evidence::evidence;
+use crate::inference::fit::{Fitted, Simulate};
+use crate::inference::spread::{Seen, deviations};
+use crate::soundness::is_sound;
+use nalgebra::DVector;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+impl Bench<'_> {
+    /// Tells of the best candidates what the noise of measured inputs alone may give them. Where a candidate carries it
+    /// otherwise by `d`, the sum of squares of a residual `r` changes by `2 r'd + d'd`: repeats tell the second of these,
+    /// which is taken off, but the first is a number by chance, of standard deviation `2 |d|`.
+    pub(crate) fn add_input_noise(&self, null: &Fitted, dispersion: f64, ranking: &mut [Candidate]) {
+        if !self.learn.has_repeats() {
+            return;
+        }
+        let best: Vec<&mut Candidate> = ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
+        let fits = std::iter::once(null).chain(best.iter().map(|candidate| &candidate.fitted));
+        let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(&self.block.base)).collect();
+        let carried = self.learn.whitened_deviations(&self.noise, &sets);
+        let rare = Normal::standard().inverse_cdf(1.0 - RARITY);
+        for (candidate, own) in best.into_iter().zip(&carried[1..]) {
+            // Whitened means count as single repeats do: their noise has the same power.
+            let share = null.residual.len() as f64 / own.len() as f64;
+            candidate.by_input_noise = rare * ((own - &carried[0]).norm_squared() * share).sqrt() / dispersion;
+        }
+    }
+
+    /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
+    /// inputs pulls; their ranking stays, but for combinations that are not sound then.
+    pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
+        let (mean, deviation) = (
+            |sets: &[Vec<f64>]| self.simulated(sets),
+            |sets: &[Vec<f64>]| self.learn.whitened_deviations(&self.noise, sets),
+        );
+        let deviation: Option<&Simulate> = if self.learn.has_repeats() { Some(&deviation) } else { None };
+        for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
+            let freed = candidate.fitted.clone().with_freed_sizes();
+            let compensated = compensated(&freed, &self.block.base, &mean, deviation);
+            let compensated = self.with_carried(compensated.into_iter().collect()).pop();
+            // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
+            if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
+                candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
+                candidate.fitted = compensated;
+                let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
+                let one = hypotheses.len() == 1;
+                candidate.sound =
+                    one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
+            }
+        }
+    }
+
+    /// How far the numbers of each candidate may be off; a combination with a size that may be nothing is not sound.
+    pub(crate) fn add_deviations(&self, dispersion: f64, ranking: &mut [Candidate]) {
+        let experiments = self.learn.experiments(&self.noise);
+        let best = ranking.iter().filter(|candidate| candidate.sound).take(REFINED);
+        let sets: Vec<Vec<f64>> = best.map(|candidate| candidate.fitted.values(&self.block.base)).collect();
+        let unfitted = self.unfitted(&sets);
+        let repeats = match self.learn.has_repeats() {
+            true => self.learn.whitened_deviations(&self.noise, &sets),
+            false => Vec::new(),
+        };
+        let mut place = 0..sets.len();
+        for candidate in ranking {
+            let place = if candidate.sound { place.next() } else { None };
+            let Candidate { fitted, evidence, .. } = &*candidate;
+            let changed = |place: usize| unfitted.iter().map(move |all| &all[place] - &fitted.residual);
+            let shifts = place.into_iter().flat_map(changed).collect();
+            let seen = Seen { experiments: &experiments, shifts, repeats: place.and_then(|place| repeats.get(place)) };
+            candidate.deviations = deviations(fitted, evidence, dispersion, &seen);
+            let (base, members) = (&self.block.base, &candidate.hypotheses);
+            candidate.sound &=
+                members.len() == 1 || is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
+        }
+    }
+
+    /// Whitened residuals where what is not fitted is otherwise, for every set: in finer steps, and with each considered
+    /// parameter a deviation off.
+    fn unfitted(&self, sets: &[Vec<f64>]) -> Vec<Vec<DVector<f64>>> {
+        let finer = self.finer.iter().map(|finer| finer.whitened(&self.noise, sets));
+        let off = |(name, deviation): &(&str, f64)| {
+            let field = self.block.field(name);
+            let moved = |set: &Vec<f64>| {
+                let mut set = set.clone();
+                set[field] += deviation;
+                set
+            };
+            self.simulated(&sets.iter().map(moved).collect::<Vec<_>>())
+        };
+        finer.chain(self.block.considered.iter().map(off)).collect()
+    }
+}
