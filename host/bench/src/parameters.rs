@@ -2,7 +2,7 @@
 
 use crate::plant::{Alias, From, Plant};
 use crate::record::{Answer, Estimate};
-use crate::seal::SealedTruth;
+use crate::seal::{Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -46,12 +46,7 @@ fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -
     let place = hidden.parameters.iter().position(|parameter| parameter.name == alias.parameter)?;
     let parameter = &hidden.parameters[place];
     let estimates: Vec<&Estimate> = alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
-    let expected = match alias.from {
-        From::Zero => parameter.value,
-        From::Model => estimates[0].nominal + parameter.value,
-        From::Nominal(factor) => estimates[0].nominal * truth.nuisance(factor)? + parameter.value,
-        From::Factor(factor) => (1.0 + parameter.value) * truth.nuisance(factor)? - 1.0,
-    };
+    let [expected, own] = expected(alias, truth, hidden, parameter.value, estimates[0].nominal)?;
     let value = match estimates[..] {
         [only] => only.value,
         _ => estimates.iter().map(|own| own.value * own.value).sum::<f64>().sqrt(),
@@ -59,15 +54,43 @@ fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -
     let sd = deviation(&estimates, value);
     let error = (value - expected).abs();
     Some(Compared {
-        name: format!("{} {}", alias.effect, alias.parameter),
+        name: name(alias),
         multiple: truth.multiple,
-        is_size: place == 0,
+        is_size: place == 0 && !matches!(alias.from, From::Along(..)),
         unit: parameter.unit.clone(),
         error,
-        relative: error / parameter.value.abs(),
+        relative: error / own.abs(),
         sd,
         by_bound: sd.map(|sd| error / sd),
         held: (estimates.len() == 1).then(|| (estimates[0].lo..=estimates[0].hi).contains(&expected)),
+    })
+}
+
+/// Of a parameter that the fitter has under several names, which one.
+fn name(Alias { effect, parameter, fields, from }: &Alias) -> String {
+    match from {
+        From::Along(..) | From::Share(_) | From::Scaled(_) => format!("{effect} {parameter} ({})", fields[0]),
+        _ => format!("{effect} {parameter}"),
+    }
+}
+
+/// What the fitter should find for a hidden parameter, and how much of that is hidden.
+fn expected(alias: &Alias, truth: &SealedTruth, hidden: &Hidden, value: f64, nominal: f64) -> Option<[f64; 2]> {
+    let drawn = |name: &str| truth.nuisance(name);
+    let further = |name: &str| hidden.parameters.iter().find(|own| own.name == name).map(|own| own.value);
+    Some(match alias.from {
+        From::Zero => [value, value],
+        From::Model => [nominal + value, value],
+        From::Nominal(factor) => [nominal * drawn(factor)? + value, value],
+        From::Factor(factor) => [(1.0 + value) * drawn(factor)? - 1.0, value],
+        From::Share(share) => [(1.0 + value) * (1.0 + drawn(share)?) - 1.0, value],
+        From::Drawn(besides) => [nominal + drawn(besides)? + value, value],
+        From::Scaled(factor) => [nominal * drawn(factor)? * (1.0 + value), nominal * value],
+        From::Along(component, besides) => {
+            let own = value * further(component)?;
+            let besides = if besides.is_empty() { 0.0 } else { drawn(besides)? };
+            [own + besides, own]
+        }
     })
 }
 
@@ -104,6 +127,20 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].error - 0.5).abs() < 1e-12 && (found[0].relative - 0.125).abs() < 1e-12, "{found:?}");
         assert!((found[0].by_bound.expect("a deviation") - 2.0).abs() < 1e-9 && found[0].held == Some(true));
+    }
+
+    #[test]
+    fn a_component_counts_with_what_was_drawn_besides() {
+        let mut truth = truth(Asks::Effect, &["S1_bias"]);
+        truth.hidden[0].parameters = vec![number("force", 3.0, "N"), number("unit_x", -0.5, "")];
+        truth.nuisances = vec![number("bias_force_x", 0.2, "N")];
+        let mut answer = answer(Said::Named, &["S1_bias"]);
+        let estimate = Estimate { value: -1.27, lo: -1.4, hi: -1.1, sd: 0.1, nominal: 0.0 };
+        answer.effects[0].parameters.insert("bias_force_x".to_owned(), estimate);
+        let sensor = PLANTS.iter().find(|plant| plant.name == "sensor").expect("a plant");
+        let found = compared(sensor, &truth, &answer);
+        assert_eq!((found.len(), found[0].held, found[0].is_size), (1, Some(true), false));
+        assert!((found[0].error - 0.03).abs() < 1e-12 && (found[0].relative - 0.02).abs() < 1e-12, "{found:?}");
     }
 
     #[test]

@@ -50,6 +50,16 @@ pub enum From {
     Nominal(&'static str),
     /// The factor that the data set drew: the true share is (1 + share) factor - 1.
     Factor(&'static str),
+    /// The share that the data set drew: the same with 1 + that share for the factor.
+    Share(&'static str),
+    /// The nominal value and what the data set drew besides: the true value is the sum of all.
+    Drawn(&'static str),
+    /// The nominal value times the factor that the data set drew: a share of that, so that the true value is
+    /// (1 + share) factor times the nominal one.
+    Scaled(&'static str),
+    /// A further parameter of the effect times this one, a component of what has a length, and what the data set drew
+    /// besides; nothing if it has no name.
+    Along(&'static str, &'static str),
 }
 
 const fn same(effect: &'static str, parameter: &'static str, fields: &'static [&'static str]) -> Alias {
@@ -63,6 +73,10 @@ const fn on_nominal(
     factor: &'static str,
 ) -> Alias {
     Alias { effect, parameter, fields, from: From::Nominal(factor) }
+}
+
+const fn alias(effect: &'static str, parameter: &'static str, fields: &'static [&'static str], from: From) -> Alias {
+    Alias { effect, parameter, fields, from }
 }
 
 const fn on_model(effect: &'static str, parameter: &'static str, fields: &'static [&'static str]) -> Alias {
@@ -94,12 +108,7 @@ pub const PLANTS: &[Plant] = &[
             same("J9_torque_ripple", "periods", &["ripple_cycles"]),
             same("J10_transmission_error", "amplitude", &["wave_sin", "wave_cos"]),
             same("J10_transmission_error", "periods", &["wave_cycles"]),
-            Alias {
-                effect: "J11_torque_constant",
-                parameter: "share",
-                fields: &["torque_constant_error"],
-                from: From::Factor("torque_constant_factor"),
-            },
+            alias("J11_torque_constant", "share", &["torque_constant_error"], From::Factor("torque_constant_factor")),
             same("J12_current_loop", "time_constant", &["current_lag"]),
             same("J13_saturation", "limit", &["torque_limit"]),
             same("J14_payload", "mass", &["payload"]),
@@ -128,12 +137,7 @@ pub const PLANTS: &[Plant] = &[
             same("J3_stribeck", "level", &["stribeck"]),
             same("J3_stribeck", "speed", &["stribeck_speed"]),
             same("J5_load_friction", "share", &["load_coefficient"]),
-            Alias {
-                effect: "J11_torque_constant",
-                parameter: "share",
-                fields: &["torque_constant_error"],
-                from: From::Factor("torque_constant_factor"),
-            },
+            alias("J11_torque_constant", "share", &["torque_constant_error"], From::Factor("torque_constant_factor")),
             same("J15_link_inertia", "inertia", &["inertia_error"]),
             same("J16_gravity_compensation", "torque", &["gravity_cos"]),
             same("J17_cable", "stiffness", &["cable_stiffness"]),
@@ -149,9 +153,29 @@ pub const PLANTS: &[Plant] = &[
         unknown: &[],
         close: &[],
         aliases: &[
+            alias("S1_bias", "force", &["bias_force_x"], From::Along("unit_x", "bias_force_x")),
+            alias("S1_bias", "force", &["bias_force_y"], From::Along("unit_y", "bias_force_y")),
+            alias("S1_bias", "force", &["bias_force_z"], From::Along("unit_z", "bias_force_z")),
+            alias("S1_bias", "force", &["bias_moment_x"], From::Along("unit_moment_x", "bias_moment_x")),
+            alias("S1_bias", "force", &["bias_moment_y"], From::Along("unit_moment_y", "bias_moment_y")),
+            alias("S1_bias", "force", &["bias_moment_z"], From::Along("unit_moment_z", "bias_moment_z")),
             same("S2_drift", "rate", &["drift_force_x", "drift_force_y", "drift_force_z"]),
+            alias("S2_drift", "rate", &["drift_force_x"], From::Along("unit_x", "")),
+            alias("S2_drift", "rate", &["drift_force_y"], From::Along("unit_y", "")),
+            alias("S2_drift", "rate", &["drift_force_z"], From::Along("unit_z", "")),
+            alias("S2_drift", "rate", &["drift_moment_x"], From::Along("unit_moment_x", "")),
+            alias("S2_drift", "rate", &["drift_moment_y"], From::Along("unit_moment_y", "")),
+            alias("S2_drift", "rate", &["drift_moment_z"], From::Along("unit_moment_z", "")),
+            alias("S3_gain", "share", &["fx_of_force_x"], From::Share("gain")),
+            alias("S3_gain", "share", &["fy_of_force_y"], From::Share("gain")),
+            alias("S3_gain", "share", &["fz_of_force_z"], From::Share("gain")),
+            alias("S3_gain", "share", &["mx_of_moment_x"], From::Share("gain")),
+            alias("S3_gain", "share", &["my_of_moment_y"], From::Share("gain")),
+            alias("S3_gain", "share", &["mz_of_moment_z"], From::Share("gain")),
             same("S5_low_pass", "time_constant", &["lag"]),
             same("S6_quantisation", "quantum", &["resolution"]),
+            same("S7_noise", "deviation", &["noise_force"]),
+            alias("S8_load", "mass", &["tool_mass"], From::Drawn("tool_mass")),
         ],
         baselines: false,
         slow: false,
@@ -164,11 +188,15 @@ pub const PLANTS: &[Plant] = &[
         close: &[],
         aliases: &[
             on_nominal("K1_stiffness", "stiffness", &["stiffness"], "stiffness_factor"),
+            on_model("K2_exponent", "exponent_excess", &["exponent"]),
             same("K3_damping", "coefficient", &["depth_damping"]),
             on_nominal("K4_friction", "coefficient", &["friction"], "friction_factor"),
             same("K5_stick_slip", "coefficient", &["stribeck"]),
             same("K5_stick_slip", "speed", &["stribeck_speed"]),
+            same("K6_anisotropy", "share", &["anisotropy"]),
+            alias("K7_surface_offset", "offset", &["surface"], From::Drawn("surface")),
             same("K8_adhesion", "force", &["adhesion"]),
+            same("K8_adhesion", "range", &["adhesion_range"]),
             same("K10_fixture", "compliance", &["fixture_compliance"]),
             same("S5_low_pass", "time_constant", &["lag"]),
         ],
@@ -184,6 +212,8 @@ pub const PLANTS: &[Plant] = &[
         aliases: &[
             same("C1_transport_delay", "delay", &["delay"]),
             same("C2_lag", "time_constant", &["lag"]),
+            same("C3_jitter", "deviation", &["delay_jitter"]),
+            same("C4_drops", "probability", &["drop_probability"]),
             same("C5_skew", "skew", &["clock_skew"]),
             same("C6_hold", "period", &["hold"]),
             same("C7_rate_limit", "rate", &["rate_limit"]),
@@ -197,7 +227,24 @@ pub const PLANTS: &[Plant] = &[
         blocks: &[("", "R6 wrench to motion")],
         unknown: &[],
         close: &[],
-        aliases: &[],
+        aliases: &[
+            on_nominal("P1_mass", "mass", &["mass"], "mass_factor"),
+            alias("P1_centre", "offset", &["centre_x"], From::Drawn("centre_x")),
+            alias("P1_inertia", "share", &["inertia_x"], From::Scaled("inertia_factor_x")),
+            alias("P1_inertia", "share", &["inertia_y"], From::Scaled("inertia_factor_y")),
+            alias("P1_inertia", "share", &["inertia_z"], From::Scaled("inertia_factor_z")),
+            same("P2_slosh", "mass", &["slosh_mass"]),
+            same("P2_slosh", "frequency", &["slosh_frequency"]),
+            same("P2_slosh", "damping_ratio", &["slosh_damping"]),
+            same("P2_slosh", "place_x", &["slosh_place_x"]),
+            same("P2_slosh", "place_y", &["slosh_place_y"]),
+            same("P2_slosh", "place_z", &["slosh_place_z"]),
+            same("P3_appendage", "mass", &["appendage_mass"]),
+            same("P3_appendage", "frequency", &["appendage_frequency"]),
+            same("P3_appendage", "damping_ratio", &["appendage_damping"]),
+            same("P3_appendage", "place_x", &["appendage_place_x"]),
+            same("P3_appendage", "place_z", &["appendage_place_z"]),
+        ],
         baselines: false,
         slow: false,
     },
