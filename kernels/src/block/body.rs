@@ -79,7 +79,7 @@ bundle! {
 pub struct FreeBody;
 
 /// Rate at which the observer forgets \[1/s\]: a third of what rings most slowly, 0.15 Hz.
-const OBSERVER: f64 = TAU * 0.05;
+pub(super) const OBSERVER: f64 = TAU * 0.05;
 
 /// Least share of the whole's mass that the body itself keeps.
 const LEAST_REST: f64 = 0.05;
@@ -117,10 +117,12 @@ impl Block for FreeBody {
         let half = R::lit(0.5 * step);
         let at = BodyHidden { rate: s.rate, slosh: drifted(half, &s.slosh), appendage: drifted(half, &s.appendage) };
         let a = accelerations(p, &at, late);
-        let behind = u.rate - p.gyroscope_bias - s.rate;
-        let turning = behind.scale_add(R::lit(OBSERVER), a.angular);
+        // What is read is the rate at the end of the step: compared with that at its start, it would always be ahead of a
+        // rate that grows, and the body would seem harder to turn by a share of a step over what the observer forgets in.
+        let turned = a.angular.scale_add(R::lit(step), s.rate);
+        let behind = u.rate - p.gyroscope_bias - turned;
         BodyHidden {
-            rate: turning.scale_add(R::lit(step), s.rate),
+            rate: behind.scale_add(R::lit(OBSERVER * step), turned),
             slosh: drifted(half, &kicked(step, &at.slosh, a.slosh)),
             appendage: drifted(half, &kicked(step, &at.appendage, a.appendage)),
         }

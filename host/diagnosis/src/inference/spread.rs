@@ -165,8 +165,9 @@ mod tests {
     fn repeats_that_disagree_count_as_much_as_they_pull() {
         // Two repeats, each off by as much as the other to the other side, and noise; each experiment's mean is known to
         // that over the root of two, times the root of two as a single one's noise would be.
-        let repeats =
-            |off: f64| DVector::from_fn(6 * ROWS, |i, _| noise(i) + if (i / ROWS) % 2 == 0 { off } else { -off });
+        let repeats = |off: f64| {
+            DVector::from_fn(6 * ROWS, |i, _| noise(i) + if (i / ROWS).is_multiple_of(2) { off } else { -off })
+        };
         let plain = 1.0 / (3.0 * ROWS as f64).sqrt();
         let alone = deviation([0.0; 3], Vec::new(), Some(&repeats(0.0))) / plain;
         assert!((0.99..1.8).contains(&alone), "{alone}");
