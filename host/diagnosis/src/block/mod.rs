@@ -292,7 +292,23 @@ impl<'a> Part<'a> {
         own.norm_squared() / own.len() as f64
     }
 
-    /// What the repeats of each experiment differ by, whitened, one after the other, for every parameter set.
+    /// What the residuals of the repeats of each experiment differ by, whitened, one after the other, for every parameter
+    /// set.
+    pub fn whitened_differences(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        self.differences(noise, &self.of_trials(&self.all(), sets))
+    }
+
+    /// The same of residuals `[set][trial]`.
+    fn differences(&self, noise: &Noise, residuals: &[Vec<DMatrix<f64>>]) -> Vec<DVector<f64>> {
+        let whitened = |residuals: &Vec<DMatrix<f64>>| {
+            let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
+            bounded(self.experiments.iter().flat_map(of).flat_map(|x| noise.whiten(&x, 1)).collect())
+        };
+        residuals.par_iter().map(whitened).collect()
+    }
+
+    /// The same where all repeats of an experiment are simulated as if they had begun at one time: by it sets differ in what
+    /// they let through of the inputs' noise, and in nothing else.
     pub fn whitened_deviations(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         // What a drive that warms up changes from one repeat to the next is no noise: all begin at one time.
         let field = self.block.section.inputs().iter().position(|field| field.name == "time");
@@ -302,12 +318,7 @@ impl<'a> Part<'a> {
         };
         let recordings: Vec<Cow<'a, Recorded>> = self.all().into_iter().map(at_once).collect();
         let recordings: Vec<&Recorded> = recordings.iter().map(AsRef::as_ref).collect();
-        let whitened = |residuals: &Vec<DMatrix<f64>>| {
-            let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
-            let deviations: Vec<DMatrix<f64>> = self.experiments.iter().flat_map(of).collect();
-            bounded(deviations.iter().flat_map(|x| noise.whiten(x, 1)).collect())
-        };
-        self.of_recordings(&recordings, &self.all(), sets).par_iter().map(whitened).collect()
+        self.differences(noise, &self.of_recordings(&recordings, &self.all(), sets))
     }
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.

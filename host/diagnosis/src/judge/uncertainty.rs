@@ -60,7 +60,7 @@ impl Bench<'_> {
         let sets: Vec<Vec<f64>> = best.map(|candidate| candidate.fitted.values(&self.block.base)).collect();
         let unfitted = self.unfitted(&sets);
         let repeats = match self.learn.has_repeats() {
-            true => self.learn.whitened_deviations(&self.noise, &sets),
+            true => self.learn.whitened_differences(&self.noise, &sets),
             false => Vec::new(),
         };
         let mut place = 0..sets.len();
