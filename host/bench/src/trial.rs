@@ -328,6 +328,21 @@ mod tests {
     }
 
     #[test]
+    fn noise_is_not_taken_for_steps() {
+        let found = said_of(Rig::Sensor, 520_532_707, &[("S7_noise", 5.417)], &[]);
+        assert_eq!(found, (Said::Named, vec!["S7_noise".to_owned()]));
+    }
+
+    #[test]
+    fn a_drift_beside_a_gain_or_a_lag_is_named() {
+        let drift = ("S2_drift", 0.051_874);
+        for other in [("S3_gain", 0.030_844), ("S5_low_pass", 9.17e-4)] {
+            let found = (Said::Named, vec![drift.0.to_owned(), other.0.to_owned()]);
+            assert_eq!(said_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
+        }
+    }
+
+    #[test]
     fn what_explains_less_than_a_strained_clock_hides_is_not_named() {
         let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
         assert_eq!(said_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]), (Said::NotInLibrary, Vec::new()));

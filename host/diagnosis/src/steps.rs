@@ -19,8 +19,11 @@ const MOST_STEPS: usize = 6;
 /// Refinements of a step, each so many times as fine as the one before.
 const REFINEMENTS: usize = 3;
 const FINER: i32 = 20;
-/// Readings lie on steps if they lie nearer to them than this share of the healthy noise, which would blur them as far.
+/// Readings lie on steps if they lie nearer to them than this share of the healthy noise, which would blur them as far,
+/// and than this share of a step: of readings that lie anywhere (0.29 of a step) some lie a little nearer to one of the
+/// many that are tried.
 const SHARP: f64 = 0.5;
+const IN_STEP: f64 = 0.24;
 
 /// What they are called as an effect.
 pub(crate) const NAME: &str = "steps of the sensor's reading";
@@ -47,7 +50,7 @@ pub(crate) fn on_steps(block: &MeasuredBlock, channels: Range<usize>) -> Option<
     let healthy = *block.known_noise.get(channels.start)?;
     let phases = Phases::of(block, channels.clone());
     let seen = phases.seen(raw_peak(block, channels), healthy);
-    seen.into_iter().find(|step| phases.blur(step.size) < SHARP * healthy)
+    seen.into_iter().find(|step| phases.blur(step.size) < f64::min(SHARP * healthy, IN_STEP * step.size))
 }
 
 /// Variance of the rounding of each channel, by the steps that its readings lie on.

@@ -108,10 +108,10 @@ impl Block for Command {
         let arrived = late.bend.mul_add(share * (share - R::lit(1.0)), late.command);
         let filtered = LowPass::of(step, p.lag).after(s.arrived, arrived, late.bend, s.filtered);
         let reach = p.rate_limit * R::lit(step);
-        let whole = filtered - s.limited;
-        let way = whole.min(reach).max(-reach);
-        let behind = R::select(reach.lt(whole.abs()), p.limit_lag * R::lit(1.0 / step) * way, R::lit(0.0));
-        CommandHidden { arrived, filtered, limited: s.limited + way, behind }
+        let limited = (filtered - s.limited).min(reach).max(-reach) + s.limited;
+        let most = p.rate_limit * p.limit_lag;
+        let behind = (filtered - limited).min(most).max(-most);
+        CommandHidden { arrived, filtered, limited, behind }
     }
 
     #[inline(always)]
