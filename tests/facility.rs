@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use softdock_campaign::{Scenario, load};
+use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::{fields, to_vec};
@@ -49,7 +50,7 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
         offsets: Vec::new(),
     };
     let all: Vec<Vec<f64>> = sets.iter().map(to_vec).collect();
-    let alone = Section::Facility(Arc::clone(&plant)).simulate(&[&recorded], &all).remove(0);
+    let alone = Section::Facility(Arc::clone(&plant)).simulate(&[&recorded], &all, &Decimator::none()).remove(0);
     let width = fields::<f64, Readings<f64>>().len();
     let mut touched = false;
     for (run, (params, alone)) in sets.iter().zip(&alone).enumerate() {

@@ -1,5 +1,6 @@
 //! Simulates blocks of the loop from their recordings, many parameter sets at once, on CPU lanes.
 
+use crate::decimator::Decimator;
 use crate::instructions::{InstructionSet, OnLanes};
 use rayon::prelude::*;
 use softdock_kernels::block::body::FreeBody;
@@ -115,9 +116,14 @@ pub type Outputs = Vec<Vec<Vec<f64>>>;
 /// `sets` in the order of [`Kind::parameters`]; the result holds, recording by recording and set by set, the outputs
 /// sample by sample.
 pub fn simulate(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+    simulate_decimated(kind, recordings, sets, &Decimator::none())
+}
+
+/// The same, of which only what a decimator keeps is given.
+pub fn simulate_decimated(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
     let instructions = InstructionSet::detect();
     with_block!(kind, block => by_tiles(recordings, sets, &|recorded, sets| {
-        instructions.run(Tile { block, recorded, sets })
+        instructions.run(Tile { block, recorded, sets, decimator })
     }))
 }
 
@@ -138,6 +144,7 @@ struct Tile<'a, B> {
     block: &'a B,
     recorded: &'a Recorded,
     sets: &'a [Vec<f64>],
+    decimator: &'a Decimator,
 }
 
 impl<B: Block> OnLanes for Tile<'_, B> {
@@ -154,7 +161,8 @@ impl<B: Block> OnLanes for Tile<'_, B> {
                 L::gather(|lane| group.get(lane).unwrap_or(&group[0])[field - 1] + offset)
             });
             let lanes = replay::<L, B>(self.block, self.recorded, &p);
-            out.extend(lane_by_lane(&lanes, group.len()));
+            let channels = lanes.len() / self.recorded.samples();
+            out.extend(lane_by_lane(&self.decimator.pass(lanes, channels), group.len()));
         }
         out
     }

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod blocks;
 pub mod cpu;
+pub mod decimator;
 pub mod effective_mass;
 pub mod failover;
 pub mod gpu;

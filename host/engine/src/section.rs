@@ -1,6 +1,7 @@
 //! A section of the loop that can be simulated from recordings: a block on its own, or the whole facility of a scenario.
 
-use crate::blocks::{self, Kind, Outputs, by_tiles, lane_by_lane};
+use crate::blocks::{Kind, Outputs, by_tiles, lane_by_lane, simulate_decimated};
+use crate::decimator::Decimator;
 use crate::instructions::{InstructionSet, OnLanes};
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::{Field, fields, from_slice};
@@ -65,16 +66,16 @@ impl Section {
         }
     }
 
-    /// Simulates it for every recording and every parameter set, in f64 on all cores; see [`blocks::simulate`].
+    /// Simulates it for every recording and every parameter set, in f64 on all cores; see [`simulate_decimated`].
     ///
     /// The recordings of a facility are those that [`follow`] takes.
-    pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+    pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
         match self {
-            Self::Block(kind) => blocks::simulate(*kind, recordings, sets),
+            Self::Block(kind) => simulate_decimated(*kind, recordings, sets, decimator),
             Self::Facility(plant) => {
                 let instructions = InstructionSet::detect();
                 by_tiles(recordings, sets, &|recorded, sets| {
-                    with_joints!(plant.joints(), facility_tile(instructions, plant, recorded, sets))
+                    with_joints!(plant.joints(), facility_tile(instructions, plant, recorded, sets, decimator))
                 })
             }
         }
@@ -86,8 +87,9 @@ fn facility_tile<const N: usize>(
     plant: &Plant,
     recorded: &Recorded,
     sets: &[Vec<f64>],
+    decimator: &Decimator,
 ) -> Vec<Vec<f64>> {
-    instructions.run(Facility::<N> { plant, recorded, sets })
+    instructions.run(Facility::<N> { plant, recorded, sets, decimator })
 }
 
 /// A facility under as many parameter sets as there are lanes, or fewer, through one recording.
@@ -95,6 +97,7 @@ struct Facility<'a, const N: usize> {
     plant: &'a Plant,
     recorded: &'a Recorded,
     sets: &'a [Vec<f64>],
+    decimator: &'a Decimator,
 }
 
 impl<const N: usize> OnLanes for Facility<'_, N> {
@@ -108,7 +111,8 @@ impl<const N: usize> OnLanes for Facility<'_, N> {
         let mut out = Vec::with_capacity(self.sets.len());
         for group in self.sets.chunks(L::WIDTH) {
             let lanes = follow::<L, N>(self.plant, self.recorded, &group.iter().map(own).collect::<Vec<_>>());
-            out.extend(lane_by_lane(&lanes, group.len()));
+            let channels = lanes.len() / self.recorded.samples();
+            out.extend(lane_by_lane(&self.decimator.pass(lanes, channels), group.len()));
         }
         out
     }

@@ -1,9 +1,11 @@
 //! Who simulates sections of the loop: CPU lanes, or a GPU for the blocks, which have kernels of their own.
 
 use crate::blocks::Outputs;
+use crate::decimator::Decimator;
 use crate::gpu::{Adapters, GpuEngine};
 use crate::section::Section;
 use crate::{Choice, EngineError};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use softdock_kernels::block::Recorded;
 use std::sync::{Arc, Once};
 
@@ -48,14 +50,26 @@ impl Simulator {
         matches!((self, section), (Self::Gpu(_), Section::Block(_)))
     }
 
-    /// Simulates a section for every recording and every parameter set; the result as of [`crate::blocks::simulate`].
-    pub fn simulate(&self, section: &Section, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+    /// Simulates a section for every recording and every parameter set, and gives what a decimator keeps of it; the
+    /// result as of [`crate::blocks::simulate`].
+    pub fn simulate(
+        &self,
+        section: &Section,
+        recordings: &[&Recorded],
+        sets: &[Vec<f64>],
+        decimator: &Decimator,
+    ) -> Outputs {
         let (Self::Gpu(device), Section::Block(kind)) = (self, section) else {
-            return section.simulate(recordings, sets);
+            return section.simulate(recordings, sets, decimator);
         };
-        device.engine.simulate(*kind, recordings, sets).unwrap_or_else(|error| {
-            device.told.call_once(|| (device.tell)(&error));
-            section.simulate(recordings, sets)
-        })
+        let channels = kind.outputs().len();
+        let passed = |sets: Vec<Vec<f64>>| sets.into_par_iter().map(|own| decimator.pass(own, channels)).collect();
+        match device.engine.simulate(*kind, recordings, sets) {
+            Ok(outputs) => outputs.into_iter().map(passed).collect(),
+            Err(error) => {
+                device.told.call_once(|| (device.tell)(&error));
+                section.simulate(recordings, sets, decimator)
+            }
+        }
     }
 }

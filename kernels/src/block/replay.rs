@@ -90,6 +90,8 @@ struct Late<'a, L> {
     /// First field of the newer and of the older instant, lane by lane.
     newer: [usize; WIDTH],
     older: [usize; WIDTH],
+    /// Whether all lanes have these in common, as most do: then one load serves all.
+    common: bool,
     /// How far the moment lies from the newer towards the older.
     share: L,
     field: usize,
@@ -101,21 +103,24 @@ fn late_at<'a, L: Lane, B: Block>(block: &B, recorded: &'a Recorded, p: &B::Para
     let lateness = block.lateness(p, L::lit(instant as f64 * recorded.step)) * L::lit(1.0 / recorded.step);
     let whole = lateness.floor();
     let last = recorded.instants as i64 - 1;
+    let common = !L::any(!(whole - L::lit(whole.lane(0))).abs().le(L::lit(0.0)));
     let (mut newer, mut older) = ([0; WIDTH], [0; WIDTH]);
-    for lane in 0..L::WIDTH {
+    for lane in 0..if common { 1 } else { L::WIDTH } {
         let place = instant as i64 - whole.lane(lane) as i64;
         newer[lane] = place.clamp(0, last) as usize * row;
         older[lane] = (place - 1).clamp(0, last) as usize * row;
     }
-    Late { values: &recorded.late, newer, older, share: lateness - whole, field: 0 }
+    Late { values: &recorded.late, newer, older, common, share: lateness - whole, field: 0 }
 }
 
 impl<L: Lane> Source<L> for Late<'_, L> {
     #[inline(always)]
     fn next(&mut self) -> L {
         let at = |places: &[usize; WIDTH], lane: usize| self.values[places[lane] + self.field];
-        let newer = L::gather(|lane| at(&self.newer, lane));
-        let older = L::gather(|lane| at(&self.older, lane));
+        let (newer, older) = match self.common {
+            true => (L::lit(at(&self.newer, 0)), L::lit(at(&self.older, 0))),
+            false => (L::gather(|lane| at(&self.newer, lane)), L::gather(|lane| at(&self.older, lane))),
+        };
         self.field += 1;
         (older - newer).mul_add(self.share, newer)
     }

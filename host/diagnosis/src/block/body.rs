@@ -2,9 +2,10 @@
 
 use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, motion};
+use crate::recording::smooth::motion;
 use softdock_campaign::rig::BodyRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 

@@ -3,9 +3,10 @@
 use super::{Channel, MeasuredBlock, Trial};
 use crate::packets::missed;
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, band_powers, motion};
+use crate::recording::smooth::{band_powers, motion};
 use softdock_campaign::rig::CommandRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::fields::to_vec;

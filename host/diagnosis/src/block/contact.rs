@@ -2,9 +2,10 @@
 
 use super::{Channel, MeasuredBlock, Trial, highest};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, Motion, motion};
+use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 

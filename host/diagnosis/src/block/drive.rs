@@ -3,9 +3,10 @@
 use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, Motion, motion};
+use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;

@@ -5,10 +5,10 @@ mod path;
 
 use super::{Channel, MeasuredBlock, Trial};
 use crate::recording::drive_log::{Cycle, DriveLog};
-use crate::recording::smooth::Decimator;
 use nalgebra::DMatrix;
 use path::{held, held_rows, told_rows};
 use softdock_campaign::{Campaign, Scenario};
+use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
@@ -240,6 +240,6 @@ fn quiet(log: &DriveLog, decimator: &Decimator) -> DMatrix<f64> {
     let cycles = &log.cycles[1..];
     let tare = left_by_tare(cycles);
     let flat: Vec<f64> = free(cycles).iter().flat_map(|cycle| to_vec(&(cycle.wrench - tare))).collect();
-    let rows: Vec<Vec<f64>> = (0..WRENCH.len()).map(|row| decimator.pass(&flat, row, WRENCH.len())).collect();
-    DMatrix::from_fn(rows.len(), rows[0].len(), |row, sample| rows[row][sample])
+    let passed = decimator.pass(flat, WRENCH.len());
+    DMatrix::from_vec(WRENCH.len(), passed.len() / WRENCH.len(), passed)
 }

@@ -18,11 +18,12 @@ use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::spread::Experiment;
 use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, band_powers};
+use crate::recording::smooth::band_powers;
 use crate::steps::rounding;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::Outputs;
+use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_engine::simulator::Simulator;
 use softdock_kernels::block::Recorded;
@@ -94,6 +95,8 @@ pub struct Part<'a> {
     experiments: Vec<(&'a str, Vec<usize>)>,
     /// What was measured, low-passed: trial by trial, one row a channel.
     measured: Vec<DMatrix<f64>>,
+    /// How many outputs the block has.
+    outputs: usize,
 }
 
 impl MeasuredBlock {
@@ -147,7 +150,9 @@ impl MeasuredBlock {
     }
 
     fn part_of(&self, is_member: impl Fn(&Trial) -> bool) -> Part<'_> {
-        let mut part = Part { block: self, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new() };
+        let outputs = self.section.outputs().len();
+        let mut part =
+            Part { block: self, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new(), outputs };
         for trial in self.trials.iter().filter(|trial| is_member(trial)) {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
@@ -155,14 +160,14 @@ impl MeasuredBlock {
                 None => part.experiments.push((&trial.experiment, vec![place])),
             }
             part.recordings.push(&trial.recorded);
-            part.measured.push(table(trial.measured.iter().map(|row| self.decimator.pass(row, 0, 1)).collect()));
+            part.measured.push(table(trial.measured.iter().map(|row| self.decimator.pass(row.clone(), 1)).collect()));
         }
         part
     }
 
-    /// Simulates it for every recording and every parameter set.
+    /// Simulates it for every recording and every parameter set: the samples that are judged.
     pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
-        self.simulator.simulate(&self.section, recordings, sets)
+        self.simulator.simulate(&self.section, recordings, sets, &self.decimator)
     }
 
     /// Share of a parameter's standard deviation over which difference quotients are taken.
@@ -221,7 +226,7 @@ impl<'a> Part<'a> {
             let outputs = self.block.simulate(recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
-                residual -= self.passed(&outputs[place][set]);
+                residual -= self.of_channels(&outputs[place][set]);
                 residual
             };
             let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
@@ -230,11 +235,13 @@ impl<'a> Part<'a> {
         sets.chunks(MOST_SETS).flat_map(batch).collect()
     }
 
-    /// Outputs as the channels have them, low-passed: one row a channel.
-    fn passed(&self, outputs: &[f64]) -> DMatrix<f64> {
-        let stride = self.block.section.outputs().len();
-        let pass = |channel: &Channel| self.block.decimator.pass(outputs, channel.output, stride);
-        table(self.block.channels.iter().map(pass).collect())
+    /// Outputs as the channels have them: one row a channel.
+    fn of_channels(&self, outputs: &[f64]) -> DMatrix<f64> {
+        let channels = &self.block.channels;
+        let samples = outputs.chunks_exact(self.outputs);
+        let count = samples.len();
+        let judged = samples.flat_map(|sample| channels.iter().map(move |channel| sample[channel.output]));
+        DMatrix::from_iterator(channels.len(), count, judged)
     }
 
     fn all(&self) -> Vec<usize> {

@@ -55,7 +55,7 @@ impl Part<'_> {
         for some in places.chunks(MOST_KNOTS) {
             let with: Vec<Recorded> = some.iter().map(|place| added(recorded, knots, *place)).collect();
             let outputs = self.block.simulate(&with.iter().collect::<Vec<_>>(), &sets);
-            all.extend(outputs.iter().map(|sets| self.passed(&without) - self.passed(&sets[0])));
+            all.extend(outputs.iter().map(|sets| self.of_channels(&without) - self.of_channels(&sets[0])));
         }
         all
     }

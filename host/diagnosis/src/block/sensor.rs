@@ -2,9 +2,10 @@
 
 use super::{Channel, MeasuredBlock, Trial, highest, judged_steps};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Decimator, Motion, motion};
+use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::Kind;
+use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::sensor::{SensorLoad, tool_wrench};
 use softdock_kernels::fields::to_vec;

@@ -1,6 +1,5 @@
 //! Motion from sampled positions: band-limited value, rate and acceleration on a finer grid, without phase.
 
-use nalgebra::DVectorView;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::cell::RefCell;
@@ -99,60 +98,6 @@ pub fn band_powers(series: &[f64], bands: usize) -> Vec<f64> {
     powers
 }
 
-/// A linear-phase low-pass with decimation: what it gives is aligned with the samples that it keeps.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Decimator {
-    taps: Vec<f64>,
-    every: usize,
-}
-
-impl Decimator {
-    /// For samples at equal steps \[s\]: keeps every so many, and of the frequencies those below 0.8 of the new Nyquist
-    /// frequency. A windowed sinc (Blackman), 10 kept samples long to either side.
-    pub fn new(every: usize) -> Self {
-        let half = 10 * every as i64;
-        let cutoff = 0.45 / every as f64;
-        let tap = |i: i64| {
-            let x = i as f64;
-            let sinc = if i == 0 { 2.0 * cutoff } else { (2.0 * PI * cutoff * x).sin() / (PI * x) };
-            let phase = PI * x / half as f64;
-            sinc * (0.42 + 0.5 * phase.cos() + 0.08 * (2.0 * phase).cos())
-        };
-        let taps: Vec<f64> = (-half..=half).map(tap).collect();
-        let sum: f64 = taps.iter().sum();
-        Self { taps: taps.iter().map(|tap| tap / sum).collect(), every }
-    }
-
-    /// What is judged as it is, sample by sample.
-    pub fn none() -> Self {
-        Self { taps: vec![1.0], every: 1 }
-    }
-
-    /// Steps of the samples that one kept sample stands for.
-    pub fn every(&self) -> usize {
-        self.every
-    }
-
-    /// Samples at either end for which nothing is given.
-    pub fn margin(&self) -> usize {
-        self.taps.len() / 2
-    }
-
-    /// How many samples are kept of so many.
-    pub fn kept(&self, samples: usize) -> usize {
-        (samples + self.every).saturating_sub(self.taps.len()) / self.every
-    }
-
-    /// Filters and decimates every `stride`-th number of a list from `first`.
-    pub fn pass(&self, list: &[f64], first: usize, stride: usize) -> Vec<f64> {
-        let samples: Vec<f64> = list.iter().skip(first).step_by(stride).copied().collect();
-        let length = self.taps.len();
-        let taps = DVectorView::from_slice(&self.taps, length);
-        let at = |kept: usize| taps.dot(&DVectorView::from_slice(&samples[kept * self.every..], length));
-        (0..self.kept(samples.len())).map(at).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,19 +115,5 @@ mod tests {
             assert!((m.rate[i] - 0.3 - omega * (omega * t).cos()).abs() < 1e-4 * omega, "{t}");
             assert!((m.acceleration[i] + omega * omega * (omega * t).sin()).abs() < 1e-3 * omega * omega, "{t}");
         }
-    }
-
-    #[test]
-    fn decimation_keeps_slow_waves_in_place_and_drops_what_would_alias() {
-        let wave = |f: f64| -> Vec<f64> { (0..1000).map(|i| (2.0 * PI * f * f64::from(i)).cos()).collect() };
-        let decimator = Decimator::new(2);
-        let slow = decimator.pass(&wave(0.1), 0, 1);
-        for (k, value) in slow.iter().enumerate() {
-            let at = (decimator.margin() + 2 * k) as f64;
-            assert!((value - (2.0 * PI * 0.1 * at).cos()).abs() < 1e-3, "{k}");
-        }
-        assert!(decimator.pass(&wave(0.31), 0, 1).iter().all(|value| value.abs() < 1e-3));
-        assert_eq!(slow.len(), decimator.kept(1000));
-        assert_eq!(decimator.pass(&wave(0.1).repeat(2), 0, 2).len(), slow.len(), "every second number");
     }
 }
