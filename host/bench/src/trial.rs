@@ -304,6 +304,13 @@ mod tests {
     }
 
     #[test]
+    fn a_lag_that_seems_there_and_is_of_no_use_hides_neither_losses_nor_jitter() {
+        for (seed, id, size) in [(1_888_172_402, "C4_drops", 7.761_6e-4), (4_210_823_708, "C3_jitter", 4.390_6e-4)] {
+            assert_eq!(said_of(Rig::Command, seed, &[(id, size)], &[]), (Said::Named, vec![id.to_owned()]));
+        }
+    }
+
+    #[test]
     fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
         let cases = [
             (11, "C6_hold", 0.0041, 1.1),

@@ -1,11 +1,23 @@
 //! Period of a hold, by the numbers of the packets that came through it.
 
 use crate::recording::grid::Piece;
+use std::f64::consts::TAU;
 
 /// Fewest packets that tell a period.
 const FEWEST: usize = 20;
 /// Shortest period whose instants are told from the ones beside by a packet's number, in packets.
 const SHORTEST: f64 = 1.4;
+/// Fewest packets that a shorter period passes over.
+const FEWEST_PASSED: usize = 10;
+/// Share of them, as vectors on the circle of their beat, that they have in common: 1 where they come evenly, nearly nothing
+/// where they come by chance.
+const EVEN: f64 = 0.7;
+/// Shares of the mean beat that are tried, for a restless delay has some more passed over, and beats between two of them,
+/// a tenth of what the recording tells apart.
+const BEATS: [f64; 2] = [0.9, 1.01];
+const FINE: f64 = 0.1;
+/// Phases of a shorter period that are tried.
+const PHASES: usize = 50;
 /// By how much the mean of the usual gaps may be off, in packets.
 const ROUGH: f64 = 0.25;
 /// By how much a number on an even grid may differ from a whole one.
@@ -22,10 +34,10 @@ pub(crate) fn hold(pieces: &[Piece]) -> Option<[f64; 2]> {
 }
 
 fn of(piece: &Piece) -> Option<[f64; 2]> {
-    let numbers = piece.signals.get("received.sequence")?;
+    let raw = piece.signals.get("received.sequence")?;
     // Where each number shows first, by numbers: a restless delay brings them in another order.
     let mut first: Vec<(f64, usize)> = Vec::new();
-    for (row, raw) in numbers.iter().enumerate() {
+    for (row, raw) in raw.iter().enumerate() {
         let number = raw.round();
         if number < 0.0 || (raw - number).abs() > WHOLE {
             continue;
@@ -38,13 +50,47 @@ fn of(piece: &Piece) -> Option<[f64; 2]> {
         return None;
     }
     let numbers: Vec<f64> = first.iter().map(|(number, _)| *number).collect();
-    let counts = counts(&numbers)?;
+    let Some(counts) = counts(&numbers) else {
+        let is_new: Vec<bool> =
+            std::iter::once(false).chain(raw.windows(2).map(|pair| (pair[1] - pair[0]).abs() > 0.5)).collect();
+        return short(&numbers, &is_new).map(|told| told.map(|rows| rows * piece.step));
+    };
     let period = period(&numbers, &counts)?;
     // It came between its row and the one before.
     let phase = |((_, row), count): (&(f64, usize), &f64)| *row as f64 - 0.5 - count * period;
     let mut phases: Vec<f64> = first.iter().zip(&counts).map(phase).collect();
     phases.sort_by(f64::total_cmp);
     Some([period * piece.step, phases[phases.len() / 2].rem_euclid(period) * piece.step])
+}
+
+/// Period and phase in rows of a hold that is a little slower than the packets, which come one a row: every few packets it
+/// passes one over, and every few rows bring none. A restless delay has some passed over between and some more rows bring
+/// none, so that it is their beat that tells the period, and the rows that it foretells the phase.
+fn short(numbers: &[f64], is_new: &[bool]) -> Option<[f64; 2]> {
+    let passed: Vec<f64> = numbers.windows(2).filter(|pair| pair[1] - pair[0] > 1.5).map(|pair| pair[0]).collect();
+    let (count, whole) = (passed.len() as f64, numbers.last()? - numbers[0]);
+    if passed.len() < FEWEST_PASSED || count / whole > 1.0 - 1.0 / SHORTEST {
+        return None;
+    }
+    let evenness = |beats: f64| {
+        let sum = passed.iter().fold([0.0; 2], |[x, y], place| {
+            let (sine, cosine) = (TAU * beats * place / whole).sin_cos();
+            [x + cosine, y + sine]
+        });
+        sum[0].hypot(sum[1]) / count
+    };
+    let tried = ((BEATS[1] - BEATS[0]) * count / FINE) as usize;
+    let tried = (0..=tried).map(|k| BEATS[0] * count + FINE * k as f64).map(|beats| (evenness(beats), beats));
+    let (most, beats) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let period = 1.0 / (1.0 - beats / whole);
+    let foretold = |phase: f64| {
+        let instants = |row: f64| ((row - phase) / period).floor();
+        let is_right = |(row, own): (usize, &bool)| (instants(row as f64) > instants(row as f64 - 1.0)) == *own;
+        is_new.iter().enumerate().filter(|(row, own)| is_right((*row, own))).count()
+    };
+    let phases = (0..PHASES).map(|k| period * k as f64 / PHASES as f64);
+    let phase = phases.max_by_key(|phase| foretold(*phase))?;
+    (most > EVEN).then_some([period, phase])
 }
 
 /// Period that leaves most room for when its first instant was, in packets: every number is the last whole one of its
@@ -119,10 +165,31 @@ mod tests {
     }
 
     #[test]
+    fn a_period_little_longer_than_a_packet_is_told_though_packets_come_early_or_late() {
+        let restless = |m: f64| 0.03 * softdock_kernels::philox::uniform(5, "restless", 0, m as u32);
+        for (own, phase) in [(1.03, 0.3), (1.044_274, 0.9), (1.31, 0.6)] {
+            let held = |row: usize| {
+                let instant = ((row as f64 - phase) / own).floor();
+                (instant * own + phase + restless(instant + 10.0)).floor()
+            };
+            let rows: Vec<f64> = (0..8000).map(held).collect();
+            let is_new: Vec<bool> = (0..rows.len()).map(|row| row > 0 && rows[row] != rows[row - 1]).collect();
+            let mut numbers = rows;
+            numbers.dedup();
+            let [period, found] = short(&numbers, &is_new).expect("a hold");
+            assert!((period / own - 1.0).abs() < 2e-5, "{own}: {period}");
+            let apart = (found - phase).rem_euclid(own);
+            assert!(apart.min(own - apart) < 0.1, "{phase}: {found}");
+        }
+    }
+
+    #[test]
     fn packets_that_get_lost_are_no_hold() {
         for share in [0.0, 0.01, 0.3, 0.5] {
             let draw = |m: usize| softdock_kernels::philox::uniform(3, "losses", 0, m as u32);
-            assert_eq!(counts(&numbers(1.0, |m| draw(m) < share)), None, "{share}");
+            let numbers = numbers(1.0, |m| draw(m) < share);
+            let is_new: Vec<bool> = (0..1000).map(|m| draw(m) >= share).collect();
+            assert_eq!((counts(&numbers), short(&numbers, &is_new)), (None, None), "{share}");
         }
     }
 }

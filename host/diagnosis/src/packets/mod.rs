@@ -50,7 +50,9 @@ pub(crate) fn with_random(
     without: &[String],
     answer: BlockAnswer,
 ) -> BlockAnswer {
-    let behind = Behind::of(&rig.values).with(&answer.effects);
+    // What has no practical effect hides nothing.
+    let found = if answer.answer < Verdict::Named { &[] } else { answer.effects.as_slice() };
+    let behind = Behind::of(&rig.values).with(found);
     let echoes = echoes(rig, &behind, pieces);
     let wanted = |id: &str| !without.iter().any(|own| own == id);
     let Random { loss, jitter } = match seen_hold(&answer) {
