@@ -24,8 +24,13 @@ const MUCH: f64 = 1.5;
 /// Correlation of a signature with what a strained nuisance took from which on its effect is tried whatever its log-odds:
 /// much of what its finite size changes besides may hide that.
 const ALONG: f64 = 0.5;
-/// Log-odds by which one more effect must pay for itself, beyond its share of the prior.
+/// Log-odds by which one more effect must pay for itself, whichever it is.
 const PAYS: f64 = 5.0;
+
+/// What each effect of a library of so many costs, in log-odds: how improbable one more is, and which of them it is.
+pub(crate) fn price(effects: usize) -> f64 {
+    PAYS + (effects as f64).ln()
+}
 
 /// Fits starts; the best of each hypothesis comes back.
 pub(crate) type Fit<'a> = dyn Fn(Vec<Start>) -> Vec<Fitted> + 'a;
@@ -54,7 +59,7 @@ pub(crate) struct Combiner<'a> {
 impl Combiner<'_> {
     /// All single effects, and the combinations that explain the data better than any of their parts.
     pub(crate) fn combine(&self, singles: Vec<Fitted>) -> Vec<Set> {
-        let price = PAYS + (self.library.len() as f64).ln();
+        let price = price(self.library.len());
         let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
         let mut beam = self.beam(all.clone());
         let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
@@ -96,12 +101,12 @@ impl Combiner<'_> {
     /// was added first may have stood in for what was added last.
     fn without_spare(&self, mut all: Vec<Set>, price: f64) -> Vec<Set> {
         loop {
-            let ordered = (0..all.len()).max_by(|a, b| self.log(&all[*a]).total_cmp(&self.log(&all[*b])));
-            let Some(best) = ordered.filter(|best| all[*best].0.len() > 1) else { return all };
-            let parts = self.fitted(self.parts(&all[best]));
-            let is_spare = parts.iter().any(|part| self.log(part) + price > self.log(&all[best]));
+            all = self.ranked(all);
+            let Some(best) = all.first().filter(|best| best.0.len() > 1) else { return all };
+            let (parts, own) = (self.fitted(self.parts(best)), self.log(best));
+            let is_spare = parts.iter().any(|part| self.log(part) + price > own);
             if is_spare {
-                all.remove(best);
+                all.remove(0);
             }
             for part in parts.into_iter().filter(|part| self.is_sound(part)) {
                 match all.iter_mut().find(|other| other.0 == part.0) {
@@ -141,9 +146,16 @@ impl Combiner<'_> {
         !self.strictly || is_sound(base, self.library, members, fitted, &evidence(fitted, self.dispersion).covariance)
     }
 
+    /// Sets by their evidence, the best first.
+    fn ranked(&self, sets: Vec<Set>) -> Vec<Set> {
+        let mut sets: Vec<(f64, Set)> = sets.into_iter().map(|set| (self.log(&set), set)).collect();
+        sets.sort_by(|a, b| b.0.total_cmp(&a.0));
+        sets.into_iter().map(|(_, set)| set).collect()
+    }
+
     /// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
-    fn beam(&self, mut sets: Vec<Set>) -> Vec<Set> {
-        sets.sort_by(|a, b| self.log(b).total_cmp(&self.log(a)));
+    fn beam(&self, sets: Vec<Set>) -> Vec<Set> {
+        let sets = self.ranked(sets);
         let strained = sets.first().filter(|best| !self.is_sound(best)).cloned();
         strained.into_iter().chain(sets.into_iter().filter(|set| self.is_sound(set)).take(BEAM)).collect()
     }

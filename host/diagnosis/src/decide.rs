@@ -141,7 +141,7 @@ impl Context<'_> {
 
     /// Log-odds with the price of every further effect.
     fn score(&self, candidate: &Candidate) -> f64 {
-        score(candidate, self.library.len())
+        candidate.score(self.library.len())
     }
 
     /// Whether an effect that shares any group with one of the best's was not in the library.
@@ -221,11 +221,6 @@ impl Context<'_> {
         let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
-}
-
-/// Log-odds with the price of every further effect of a library of so many.
-pub(crate) fn score(candidate: &Candidate, effects: usize) -> f64 {
-    candidate.log_odds - candidate.hypotheses.len() as f64 * (effects as f64).ln()
 }
 
 /// The nuisances that a fit pulls so far that this is a finding of its own.

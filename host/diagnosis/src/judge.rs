@@ -5,12 +5,13 @@ mod nested;
 mod uncertainty;
 
 use crate::block::{MeasuredBlock, Part};
-use crate::combine::{Combiner, Set};
+use crate::combine::{Combiner, Set, price};
 use crate::inference::adequacy::Adequacy;
 use crate::inference::bank::{Bank, Entry, Gram, Scores};
 use crate::inference::evidence::{Evidence, evidence, greatest_pull};
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
+use crate::inference::spread::scatter;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing, strain};
@@ -182,8 +183,7 @@ impl<'a> Bench<'a> {
         let again = fit(nested::starts(library, &singles), &block.base, quotient, &quick);
         let singles = nested::better(singles, self.polished(again));
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
-        let samples = null.residual.len();
-        let alone = dispersion(&null, singles.iter(), samples);
+        let alone = self.dispersion(&null, singles.iter());
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
@@ -193,8 +193,15 @@ impl<'a> Bench<'a> {
             Combiner { block, library, null: &near, bank: &bank, dispersion: alone, strictly, repeated, simulate, fit };
         let sets = combiner.combine(singles);
         // A combination may leave less than any effect alone.
-        let dispersion = dispersion(&null, sets.iter().map(|set| &set.1), samples);
+        let dispersion = self.dispersion(&null, sets.iter().map(|set| &set.1));
         Found { null, clamped, scores, bank, dispersion, sets }
+    }
+
+    /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
+    fn dispersion<'f>(&self, null: &'f Fitted, fits: impl Iterator<Item = &'f Fitted>) -> f64 {
+        let best = fits.fold(null, |best, fitted| if fitted.chi2() < best.chi2() { fitted } else { best });
+        let scatter = if self.block.stands_alone { scatter(best, self.block.channels.len()) } else { 1.0 };
+        (best.chi2() / best.residual.len() as f64).max(scatter).max(1.0)
     }
 
     /// Whitened residuals by all repeats.
@@ -250,7 +257,7 @@ impl<'a> Bench<'a> {
                 Candidate { log_odds, sound, ..Candidate::new(hypotheses, fitted, evidence) }
             })
             .collect();
-        ranking.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        ranking.sort_by(|a, b| b.score(library.len()).total_cmp(&a.score(library.len())));
         self.add_input_noise(&null, dispersion, &mut ranking);
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
@@ -276,12 +283,6 @@ impl<'a> Bench<'a> {
             ranking,
         }
     }
-}
-
-/// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
-fn dispersion<'f>(null: &Fitted, fits: impl Iterator<Item = &'f Fitted>, samples: usize) -> f64 {
-    let least = fits.map(Fitted::chi2).fold(null.chi2(), f64::min);
-    (least / samples as f64).max(1.0)
 }
 
 /// The null hypothesis with no nuisance pulled beyond what its tolerance makes plausible.
@@ -406,6 +407,11 @@ impl Candidate {
             held_out,
             adequacy: None,
         }
+    }
+
+    /// Log-odds less the price of its effects, of a library of so many.
+    pub(crate) fn score(&self, effects: usize) -> f64 {
+        self.log_odds - self.hypotheses.len() as f64 * price(effects)
     }
 
     /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on, and from

@@ -6,7 +6,8 @@
 
 use crate::block::MeasuredBlock;
 use crate::block::response::Response;
-use crate::decide::{holds, score};
+use crate::combine::price;
+use crate::decide::holds;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Start, fit};
@@ -110,8 +111,7 @@ pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgemen
     let closest = search.closest(&judgement.null, judgement.dispersion);
     let choices: Vec<Vec<usize>> = closest.iter().map(|term| vec![*term]).collect();
     let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
-    let price = (library.len() as f64).ln();
-    let least = log(&judgement.null) + score(best, library.len()) + price + PAYS;
+    let least = log(&judgement.null) + best.score(library.len()) + price(library.len()) + PAYS;
     let fits = closest.into_iter().zip(search.fitted(&choices, &judgement.null));
     let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
     log(&fitted) > least && holds(&search.candidate(&[term], fitted, judgement), judgement.threshold)

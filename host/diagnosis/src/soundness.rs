@@ -91,7 +91,7 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
-/// Drops the combinations that explain hardly more of the held-out motion than one of their parts does, parts that are
+/// Drops the combinations that explain hardly more of the held-out motion than one with fewer effects does, those that are
 /// dropped themselves aside; `dispersion` as in the evidence.
 pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
     let mut places: Vec<usize> = (0..ranking.len()).collect();
@@ -106,20 +106,19 @@ pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
     ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
 }
 
-/// Whether a combination explains more of the held-out motion than any of its parts does: where a part leaves more than
-/// noise, one more effect must explain half of that, else it only bends with what is missing. A part that strains a
+/// Whether a combination explains more of the held-out motion than its parts and anything sound with fewer effects do: where those leave
+/// more than noise, one more effect must explain half of that, else it only bends with what is missing. What strains a
 /// nuisance explains by what is none, and does not count. Where nothing explains what is learnt from, what is left there
 /// is no noise that the evidence could weigh: then chance must not make what is held out look better either.
 fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>, dispersion: f64) -> bool {
     let Some(own) = candidate.adequacy else {
         return true;
     };
-    let is_part = |part: &Candidate| {
-        part.hypotheses.len() < candidate.hypotheses.len()
-            && part.hypotheses.iter().all(|member| candidate.hypotheses.contains(member))
-    };
-    let parts = smaller.filter(|part| is_part(part) && !is_strained(&part.fitted));
-    let best = parts.filter_map(|part| Some((part, part.adequacy?.with))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let has_fewer = |other: &Candidate| other.hypotheses.len() < candidate.hypotheses.len();
+    let is_part = |other: &Candidate| other.hypotheses.iter().all(|member| candidate.hypotheses.contains(member));
+    let counts = |other: &Candidate| has_fewer(other) && (other.sound || is_part(other)) && !is_strained(&other.fitted);
+    let fewer = smaller.filter(|other| counts(other));
+    let best = fewer.filter_map(|other| Some((other, other.adequacy?.with))).min_by(|a, b| a.1.total_cmp(&b.1));
     let Some((best, least)) = best else {
         return true;
     };

@@ -82,6 +82,9 @@ pub struct MeasuredBlock {
     pub simulator: Simulator,
     /// Residuals that hold nothing but noise, where the recordings have some; one row a channel.
     pub quiet: Vec<DMatrix<f64>>,
+    /// Whether judged instants are independent of one another, as segments are that each begin anew: how what they pull
+    /// scatters then tells how much their residuals say.
+    pub stands_alone: bool,
     /// Parameters that are left as they are, and how far they may be off: what a fit finds is as uncertain as they are
     /// (the considered parameters of Tapley, Schutz and Born, Statistical Orbit Determination, 2004, ch. 6).
     pub considered: Vec<(&'static str, f64)>,
@@ -123,6 +126,7 @@ impl MeasuredBlock {
             simulator: Simulator::default(),
             quiet: Vec::new(),
             considered: Vec::new(),
+            stands_alone: false,
         }
     }
 

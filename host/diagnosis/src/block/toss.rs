@@ -51,6 +51,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     let channels = WAYS.iter().enumerate().map(channel).collect();
     MeasuredBlock {
         trials,
+        stands_alone: true,
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
         ..MeasuredBlock::of(Kind::Toss.into(), "R5 state to state", base, &rig.tolerance, channels)
     }

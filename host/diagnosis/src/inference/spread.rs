@@ -53,6 +53,21 @@ pub fn deviations(fitted: &Fitted, evidence: &Evidence, dispersion: f64, seen: &
     variance.iter().map(|variance| variance.sqrt()).collect()
 }
 
+/// Factor by which what independent clusters of so many residuals each pull at a fit scatters more than noise of unit
+/// variance would have it, the mean over the free numbers: that by which a likelihood of all residuals tells too much
+/// (Pauli, Racugno and Ventura, Statistica Sinica 21 (2011) 149).
+pub fn scatter(fitted: &Fitted, rows: usize) -> f64 {
+    let count = fitted.z.len();
+    if count == 0 {
+        return 1.0;
+    }
+    let pulls = fitted.residual.len() / rows;
+    let pull = |k: usize| fitted.jacobian.rows(k * rows, rows).tr_mul(&fitted.residual.rows(k * rows, rows));
+    let pulls = DMatrix::from_columns(&(0..pulls).map(pull).collect::<Vec<_>>());
+    let curvature = fitted.curvature(1.0).cholesky().expect("the priors make it positive definite");
+    curvature.solve(&(&pulls * pulls.transpose())).trace() / count as f64
+}
+
 /// What clusters of residuals pull.
 struct Clusters<'a> {
     fitted: &'a Fitted,
