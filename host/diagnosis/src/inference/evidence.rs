@@ -63,9 +63,14 @@ pub struct Interval {
     pub hi: f64,
 }
 
+/// Prior deviations of a factor beyond which nothing is told of it: an interval of all that a number can hold is none.
+const WIDEST: f64 = 8.0;
+
 /// The interval of a free number whose `z` has a standard deviation.
 pub fn interval(prior: &Prior, z: f64, sd: f64) -> Interval {
-    let bounds = [z - 1.959_964 * sd, z + 1.959_964 * sd].map(|z| prior.value(prior.allowed(z)));
+    let half = 1.959_964 * sd;
+    let half = if matches!(prior, Prior::LogNormal { .. }) { half.min(WIDEST) } else { half };
+    let bounds = [z - half, z + half].map(|z| prior.value(prior.allowed(z)));
     Interval { value: prior.value(z), lo: bounds[0].min(bounds[1]), hi: bounds[0].max(bounds[1]) }
 }
 
@@ -79,4 +84,17 @@ pub fn greatest_pull(fitted: &Fitted) -> Option<(&str, f64)> {
 pub(crate) fn log_sum<'l>(logs: impl Iterator<Item = &'l f64> + Clone) -> f64 {
     let peak = logs.clone().copied().fold(f64::NEG_INFINITY, f64::max);
     peak + logs.map(|log| (log - peak).exp()).sum::<f64>().ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nothing_is_known_of_has_bounds_all_the_same() {
+        let Interval { value, lo, hi } = interval(&Prior::LogNormal { centre: 0.05, spread: 1.5 }, 1.0, 400.0);
+        assert!(lo > 0.0 && lo < 1e-4 * value && hi > 1e4 * value && hi.is_finite(), "{lo} {hi}");
+        let known = interval(&Prior::LogNormal { centre: 1.0, spread: 1.0 }, 0.0, 0.5);
+        assert!((known.hi - (1.959_964_f64 * 0.5).exp()).abs() < 1e-12);
+    }
 }
