@@ -161,18 +161,29 @@ impl<B: Block> OnLanes for Tile<'_, B> {
                 L::gather(|lane| group.get(lane).unwrap_or(&group[0])[field - 1] + offset)
             });
             let lanes = replay::<L, B>(self.block, self.recorded, &p);
-            let channels = lanes.len() / self.recorded.samples();
-            out.extend(lane_by_lane(&self.decimator.pass(lanes, channels), group.len()));
+            out.extend(kept_by_lane(lanes, self.recorded.samples(), self.decimator, group.len()));
         }
         out
     }
+}
+
+/// What a decimator keeps of so many samples, for each of the first lanes.
+#[inline(always)]
+pub(crate) fn kept_by_lane<L: Lane>(
+    lanes: Vec<L>,
+    samples: usize,
+    decimator: &Decimator,
+    count: usize,
+) -> Vec<Vec<f64>> {
+    let channels = lanes.len() / samples;
+    lane_by_lane(&decimator.pass(lanes, channels), count)
 }
 
 /// The numbers of each of the first lanes.
 ///
 /// Loops, no closures: these would be functions of their own, without the instruction set that the lanes are read by.
 #[inline(always)]
-pub(crate) fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> Vec<Vec<f64>> {
+fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> Vec<Vec<f64>> {
     let mut all = vec![vec![0.0; lanes.len()]; count];
     for (place, value) in lanes.iter().enumerate() {
         for (lane, own) in all.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! A section of the loop that can be simulated from recordings: a block on its own, or the whole facility of a scenario.
 
-use crate::blocks::{Kind, Outputs, by_tiles, lane_by_lane, simulate_decimated};
+use crate::blocks::{Kind, Outputs, by_tiles, kept_by_lane, simulate_decimated};
 use crate::decimator::Decimator;
 use crate::instructions::{InstructionSet, OnLanes};
 use softdock_kernels::block::Recorded;
@@ -111,8 +111,7 @@ impl<const N: usize> OnLanes for Facility<'_, N> {
         let mut out = Vec::with_capacity(self.sets.len());
         for group in self.sets.chunks(L::WIDTH) {
             let lanes = follow::<L, N>(self.plant, self.recorded, &group.iter().map(own).collect::<Vec<_>>());
-            let channels = lanes.len() / self.recorded.samples();
-            out.extend(lane_by_lane(&self.decimator.pass(lanes, channels), group.len()));
+            out.extend(kept_by_lane(lanes, self.recorded.samples(), self.decimator, group.len()));
         }
         out
     }

@@ -144,7 +144,6 @@ impl Fitted {
 
     /// Information `J'J` of the data on the `z`, without what is noise of inputs where that is known.
     pub fn information(&self) -> DMatrix<f64> {
-        // As in the bank's scores: a product with the transpose is blocked.
         let mut information = self.jacobian.transpose() * &self.jacobian;
         self.input_noise.iter().for_each(|noise| information -= &noise.information);
         information

@@ -61,9 +61,9 @@ pub fn scatter(fitted: &Fitted, rows: usize) -> f64 {
     if count == 0 {
         return 1.0;
     }
-    let pulls = fitted.residual.len() / rows;
+    let clusters = fitted.residual.len() / rows;
     let pull = |k: usize| fitted.jacobian.rows(k * rows, rows).tr_mul(&fitted.residual.rows(k * rows, rows));
-    let pulls = DMatrix::from_columns(&(0..pulls).map(pull).collect::<Vec<_>>());
+    let pulls = DMatrix::from_columns(&(0..clusters).map(pull).collect::<Vec<_>>());
     let curvature = fitted.curvature(1.0).cholesky().expect("the priors make it positive definite");
     curvature.solve(&(&pulls * pulls.transpose())).trace() / count as f64
 }

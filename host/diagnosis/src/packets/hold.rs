@@ -34,10 +34,10 @@ pub(crate) fn hold(pieces: &[Piece]) -> Option<[f64; 2]> {
 }
 
 fn of(piece: &Piece) -> Option<[f64; 2]> {
-    let raw = piece.signals.get("received.sequence")?;
+    let received = piece.signals.get("received.sequence")?;
     // Where each number shows first, by numbers: a restless delay brings them in another order.
     let mut first: Vec<(f64, usize)> = Vec::new();
-    for (row, raw) in raw.iter().enumerate() {
+    for (row, raw) in received.iter().enumerate() {
         let number = raw.round();
         if number < 0.0 || (raw - number).abs() > WHOLE {
             continue;
@@ -52,7 +52,7 @@ fn of(piece: &Piece) -> Option<[f64; 2]> {
     let numbers: Vec<f64> = first.iter().map(|(number, _)| *number).collect();
     let Some(counts) = counts(&numbers) else {
         let is_new: Vec<bool> =
-            std::iter::once(false).chain(raw.windows(2).map(|pair| (pair[1] - pair[0]).abs() > 0.5)).collect();
+            std::iter::once(false).chain(received.windows(2).map(|pair| (pair[1] - pair[0]).abs() > 0.5)).collect();
         return short(&numbers, &is_new).map(|told| told.map(|rows| rows * piece.step));
     };
     let period = period(&numbers, &counts)?;
