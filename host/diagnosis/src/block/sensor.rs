@@ -3,6 +3,7 @@
 use super::{Channel, MeasuredBlock, Trial, highest, judged_steps};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
+use rayon::prelude::*;
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::Kind;
 use softdock_engine::decimator::Decimator;
@@ -46,8 +47,10 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         unit: reading.1,
     };
     let channels = READINGS.iter().enumerate().map(channel).collect();
+    let held: Vec<bool> = pieces.iter().map(|piece| held_out(&piece.experiment)).collect();
+    let trials = pieces.par_iter().zip(held).map(|(piece, held)| trial(rig, piece, held, finer, band));
     MeasuredBlock {
-        trials: pieces.iter().map(|piece| trial(rig, piece, held_out(&piece.experiment), finer, band)).collect(),
+        trials: trials.collect(),
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         clock: Some("time"),
         known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),

@@ -3,34 +3,17 @@
 //! Simulations for derivatives are most of the cost. They are kept from where they were last simulated until a step gains
 //! less than they promise, and simulated once more where the fit ends.
 
+mod climb;
 mod probe;
 
 use super::unknown::{Role, Unknown, applied};
+use climb::Climb;
 use nalgebra::{DMatrix, DVector};
 use probe::probe;
+use rayon::prelude::*;
 
-/// Trial damping factors of a round, times the last good one.
-const DAMPINGS: [f64; 4] = [0.2, 1.0, 6.0, 36.0];
 /// Most rounds.
 const ROUNDS: usize = 25;
-/// A fit ends when a round gains less than this, or less than this share of what is left beyond noise.
-const GAIN: f64 = 0.02;
-const SHARE: f64 = 2e-4;
-/// First damping; and that at which a step that gains nothing ends a fit.
-const DAMPING: f64 = 1e-3;
-const STUCK: f64 = 1.0;
-/// Tolerances that a nuisance may go at first; twice as far after every round that gained what it promised.
-const REACH: f64 = 1.0;
-/// Factor by which a derivative is taken over a longer way where a shorter one misled or leads no further though the mean
-/// square that is left is this large; and the longest way.
-const MUCH: f64 = 1.5;
-const LONGER: f64 = 7.0;
-const LONGEST: f64 = 0.1;
-/// A step that gains less than this share of what its derivatives promise, or more than one over it, does not agree with
-/// them: they are simulated anew. Those by sizes and forms, which change most from place to place, are kept only where it
-/// gains nearly what they promise: a model that is linear in them is.
-const AGREES: f64 = 0.5;
-const HOLDS: f64 = 0.98;
 /// Times that one looks beside where fits ended.
 const PROBES: usize = 3;
 /// Shares of its cost by which a start may trail the best of its hypothesis after so many rounds.
@@ -198,25 +181,6 @@ impl Fitted {
     }
 }
 
-/// A fit under way.
-struct Climb {
-    at: Fitted,
-    /// Derivatives of the residuals by each `z`.
-    slopes: Vec<DVector<f64>>,
-    /// Which of them are to be simulated in the next round.
-    due: Vec<bool>,
-    /// Whether some of them are those of another place.
-    aged: bool,
-    damping: f64,
-    /// Difference over which derivatives are taken.
-    quotient: f64,
-    /// How far a nuisance may go in a round.
-    reach: f64,
-    /// What the last round gained.
-    gained: f64,
-    done: bool,
-}
-
 /// Fits all starts by difference quotients over such a share of a standard deviation; the best of each hypothesis comes
 /// back, in the order of their numbers.
 pub fn fit(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Fitted> {
@@ -237,7 +201,6 @@ fn climb(climbs: &mut Vec<Climb>, base: &[f64], simulate: &Simulate) {
         if climbs.iter().all(|climb| climb.done) {
             break;
         }
-        differentiate(climbs, base, simulate);
         step(climbs, base, simulate);
         if let Some((_, trail)) = TRAILS.iter().rfind(|(rounds, _)| *rounds <= round + 1) {
             drop_trailing(climbs, *trail);
@@ -249,115 +212,33 @@ fn climb(climbs: &mut Vec<Climb>, base: &[f64], simulate: &Simulate) {
 fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Climb> {
     let sets: Vec<_> = starts.iter().map(|start| applied(base, &start.unknowns, &start.z)).collect();
     let residuals = simulate(&sets);
-    let climb = |(start, residual): (Start, DVector<f64>)| {
-        let Start { hypothesis, unknowns, z, slopes } = start;
-        let (due, aged) = (slopes.iter().map(Option::is_none).collect(), slopes.iter().any(Option::is_some));
-        let slopes = slopes.into_iter().map(|slope| slope.unwrap_or_else(|| DVector::zeros(0))).collect();
-        let jacobian = DMatrix::zeros(residual.len(), 0);
-        let at = Fitted { hypothesis, unknowns, z, residual, jacobian, carried: 0.0, input_noise: None, freed: false };
-        Climb { at, slopes, due, aged, damping: DAMPING, quotient, reach: REACH, gained: 0.0, done: false }
-    };
-    starts.into_iter().zip(residuals).map(climb).collect()
+    let both = starts.into_par_iter().zip(residuals);
+    both.map(|(start, residual)| Climb::begun(start, residual, quotient)).collect()
 }
 
-/// Jacobians of all fits under way, by forward differences in one batch where they are due.
-fn differentiate(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
-    let mut sets = Vec::new();
-    for climb in climbs.iter().filter(|climb| !climb.done) {
-        for column in (0..climb.at.z.len()).filter(|column| climb.due[*column]) {
-            let mut z = climb.at.z.clone();
-            z[column] += climb.quotient;
-            sets.push(applied(base, &climb.at.unknowns, &z));
-        }
-    }
-    let mut moved = simulate(&sets).into_iter();
-    for climb in climbs.iter_mut().filter(|climb| !climb.done) {
-        climb.aged &= climb.due.iter().any(|due| !due);
-        for (slope, due) in climb.slopes.iter_mut().zip(&mut climb.due).filter(|(_, due)| **due) {
-            *slope = (moved.next().expect("one residual a set") - &climb.at.residual) / climb.quotient;
-            *due = false;
-        }
-        if !climb.slopes.is_empty() {
-            climb.at.jacobian = DMatrix::from_columns(&climb.slopes);
-        }
-    }
-}
-
-/// One damped step of every fit, the best of several dampings.
+/// One damped step of every fit under way, the best of several dampings, by forward differences where they are due.
 fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
-    let trials: Vec<Vec<Vec<f64>>> =
-        climbs.iter().map(|climb| if climb.done { Vec::new() } else { trials(climb) }).collect();
-    let set = |(climb, z): (&Climb, &Vec<f64>)| applied(base, &climb.at.unknowns, z);
-    let sets: Vec<_> =
-        climbs.iter().zip(&trials).flat_map(|(climb, list)| list.iter().map(move |z| set((climb, z)))).collect();
-    let mut residuals = simulate(&sets).into_iter();
-    for (climb, list) in climbs.iter_mut().zip(trials).filter(|(climb, _)| !climb.done) {
-        let residuals = residuals.by_ref().take(list.len());
-        climb.moved(list, residuals);
-    }
+    let mut under_way: Vec<&mut Climb> = climbs.iter_mut().filter(|climb| !climb.done).collect();
+    let beside = under_way.iter().map(|climb| climb.beside()).collect();
+    let residuals = simulated(&under_way, &beside, base, simulate);
+    under_way.par_iter_mut().zip(residuals).for_each(|(climb, own)| climb.differentiate(own));
+    let trials = under_way.par_iter().map(|climb| climb.trials()).collect();
+    let residuals = simulated(&under_way, &trials, base, simulate);
+    under_way.par_iter_mut().zip(trials).zip(residuals).for_each(|((climb, trials), own)| climb.moved(trials, own));
 }
 
-impl Climb {
-    /// Goes to the best of some trials, one a damping, and sees which derivatives are due there.
-    fn moved(&mut self, trials: Vec<Vec<f64>>, residuals: impl Iterator<Item = DVector<f64>>) {
-        let before = self.at.cost();
-        let hoped = before - self.expected(&trials[0]);
-        let tried = trials.into_iter().zip(residuals).zip(DAMPINGS);
-        let tried = tried.map(|((z, residual), damping)| (cost(&residual, &z), damping, z, residual));
-        let best = tried.filter(|trial| trial.0 < before).min_by(|a, b| a.0.total_cmp(&b.0));
-        let gained = best.as_ref().map_or(0.0, |best| before - best.0);
-        let promised = best.as_ref().map_or(0.0, |best| before - self.expected(&best.2));
-        let factor = best.as_ref().map_or(DAMPINGS[3], |best| best.1);
-        if let Some((_, _, z, residual)) = best {
-            (self.at.z, self.at.residual) = (z, residual);
-        }
-        let enough = f64::max(GAIN, SHARE * (before - self.at.residual.len() as f64));
-        let keeps = |share: f64| (share * promised..=promised / share).contains(&gained);
-        let (settled, agrees, holds) = (gained < enough, keeps(AGREES), keeps(HOLDS));
-        // What jumps from sample to sample has a slope over a longer way only.
-        let much = self.at.residual.norm_squared() > MUCH * self.at.residual.len() as f64;
-        let misled = !self.aged && self.quotient < LONGEST && if settled { much } else { !agrees };
-        // Derivatives of another place are good while they promise what comes.
-        let outdated = misled || self.aged && (settled || !agrees);
-        for (unknown, due) in self.at.unknowns.iter().zip(&mut self.due) {
-            *due = outdated || (gained > 0.0 && !holds && unknown.role != Role::Nuisance);
-        }
-        // A step that gains nothing though more was hoped for is tried once more, much shorter.
-        self.done = settled && !outdated && (gained > 0.0 || hoped < enough || self.damping > STUCK);
-        self.damping = if outdated { self.damping } else { (self.damping * factor).max(1e-9) };
-        self.reach = if agrees { 2.0 * self.reach } else { REACH };
-        self.quotient = if misled { f64::min(LONGER * self.quotient, LONGEST) } else { self.quotient };
-        self.aged |= gained > 0.0;
-        self.gained = gained;
-    }
-
-    /// What would be left elsewhere if the derivatives held that far.
-    fn expected(&self, z: &[f64]) -> f64 {
-        let step = DVector::from_iterator(z.len(), z.iter().zip(&self.at.z).map(|(to, from)| to - from));
-        cost(&(&self.at.residual + &self.at.jacobian * step), z)
-    }
-}
-
-/// What fits minimise, without noise that is carried.
-fn cost(residual: &DVector<f64>, z: &[f64]) -> f64 {
-    residual.norm_squared() + z.iter().map(|z| z * z).sum::<f64>()
-}
-
-/// Where the next step would lead for each damping.
-fn trials(climb: &Climb) -> Vec<Vec<f64>> {
-    let at = &climb.at;
-    let size = at.z.len();
-    let (normal, gradient) = (at.curvature(1.0), at.gradient() + at.prior_slope());
-    let trial = |factor: f64| {
-        let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * (climb.damping * factor)));
-        let step = damped.cholesky().map_or_else(|| DVector::zeros(size), |cholesky| cholesky.solve(&gradient));
-        let moved = |(i, unknown): (usize, &Unknown)| {
-            let reach = if unknown.role == Role::Size { f64::INFINITY } else { climb.reach };
-            unknown.prior.allowed(at.z[i] - step[i].clamp(-reach, reach))
-        };
-        at.unknowns.iter().enumerate().map(moved).collect()
+/// Residuals of each fit at places of its own, simulated in one batch.
+fn simulated(
+    climbs: &[&mut Climb],
+    places: &Vec<Vec<Vec<f64>>>,
+    base: &[f64],
+    simulate: &Simulate,
+) -> Vec<Vec<DVector<f64>>> {
+    let of = |(climb, own): (&&mut Climb, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
+        own.iter().map(|z| applied(base, &climb.at.unknowns, z)).collect()
     };
-    DAMPINGS.map(trial).into()
+    let mut residuals = simulate(&climbs.iter().zip(places).flat_map(of).collect::<Vec<_>>()).into_iter();
+    places.iter().map(|own| residuals.by_ref().take(own.len()).collect()).collect()
 }
 
 /// Gives up the starts that trail far behind the best of their hypothesis and do not come much nearer: one that another fit
@@ -395,6 +276,7 @@ fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Fitted> {
 #[cfg(test)]
 mod tests {
     use super::super::unknown::Prior;
+    use super::climb::GAIN;
     use super::*;
     use std::cell::Cell;
 

@@ -1,6 +1,7 @@
 //! Looks beside where fits ended, for what jumps from sample to sample has narrow minima.
 
-use super::{Climb, DAMPING, GAIN, HOPELESS, MUCH, Simulate, cost};
+use super::climb::{Climb, GAIN, MUCH, cost};
+use super::{HOPELESS, Simulate};
 use crate::inference::unknown::{Role, applied};
 
 /// How far one looks to either side, in `z`.
@@ -34,9 +35,8 @@ pub(super) fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> 
         let tried = tried.map(|(z, residual)| (cost(&residual, &z), z, residual));
         let Some((least, z, residual)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if least < climb.at.cost() - GAIN {
-            (climb.at.z, climb.at.residual) = (z, residual);
-            climb.due.fill(true);
-            (climb.aged, climb.done, climb.damping, any) = (false, false, DAMPING, true);
+            climb.resume(z, residual);
+            any = true;
         }
     }
     any
