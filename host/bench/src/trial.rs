@@ -282,8 +282,19 @@ mod tests {
 
     /// The same of the data set of a rig and a seed.
     fn said_of(rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+        said_behind(NoiseColour::FirstOrder, rig, seed, hidden, without)
+    }
+
+    /// The same behind noise of a colour.
+    fn said_behind(
+        colour: NoiseColour,
+        rig: Rig,
+        seed: u64,
+        hidden: &[(&'static str, f64)],
+        without: &[&str],
+    ) -> (Said, Vec<String>) {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
-        let set = generate(rig, &hidden, NoiseColour::FirstOrder, seed).expect("effects of the bench");
+        let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
         let exhibit = Exhibit::of(&set).expect("room");
         let without = without.iter().map(|id| (*id).to_owned()).collect();
         let answer = answer(exhibit.path(), &Options { without, ..Options::default() }).answer;
@@ -347,6 +358,20 @@ mod tests {
             let found = (Said::Named, vec![drift.0.to_owned(), other.0.to_owned()]);
             assert_eq!(said_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
         }
+    }
+
+    #[test]
+    fn a_drift_that_scatters_about_nothing_is_none() {
+        let found = said_behind(NoiseColour::Pink, Rig::Sensor, 2_634_078_062, &[], &[]);
+        assert_eq!(found, (Said::NoEffect, Vec::new()));
+    }
+
+    #[test]
+    fn a_mount_is_not_named_for_what_a_friction_beyond_its_tolerance_explains() {
+        let (id, seed) = ("K4_friction", 3_402_732_986);
+        let of = |size, without| said_behind(NoiseColour::White, Rig::Contact, seed, &[(id, size)], without);
+        assert_eq!(of(0.059_073, &[]), (Said::Named, vec![id.to_owned()]));
+        assert_eq!(of(0.029_537, &[id]), (Said::NotInLibrary, Vec::new()));
     }
 
     #[test]

@@ -36,6 +36,7 @@ pub(crate) fn decide(
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
     let present = best.filter(|best| best.is_present(judgement.threshold) && !context.rests_on_a_pull(best));
+    let present = present.filter(|best| !is_nothing(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
     let answer = context.verdict(present, best, rivals.len() > 1 || relatives);
@@ -244,6 +245,12 @@ pub(crate) fn rivals<'c>(
 pub(crate) fn holds(candidate: &Candidate, threshold: f64) -> bool {
     let explains = |a: &Adequacy| is_adequate(a, candidate) && a.gain_lo >= PRACTICAL;
     candidate.is_present(threshold) && candidate.adequacy.as_ref().is_some_and(explains)
+}
+
+/// Whether what speaks for an effect is no more than how its numbers scatter: they may be those of the model, and no
+/// motion that was held out gains by it.
+fn is_nothing(candidate: &Candidate) -> bool {
+    !candidate.sure && candidate.adequacy.is_some_and(|adequacy| adequacy.gain_lo < PRACTICAL)
 }
 
 /// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.

@@ -48,6 +48,8 @@ pub struct Candidate {
     pub by_input_noise: f64,
     /// Whether it is what its name says; see `is_sound`.
     pub sound: bool,
+    /// Whether it is that by all that its numbers may be off, not by noise alone.
+    pub sure: bool,
     /// Whitened residuals of held-out data, none if there are none.
     pub held_out: DVector<f64>,
     /// How it does on held-out data, if there are any.
@@ -261,7 +263,7 @@ impl<'a> Bench<'a> {
         self.add_input_noise(&null, dispersion, &mut ranking);
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
-        self.add_adequacies(&clamped, &mut ranking);
+        self.add_adequacies(&null, &clamped, &mut ranking);
         drop_worthless(&mut ranking, dispersion);
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
@@ -404,6 +406,7 @@ impl Candidate {
             log_odds,
             by_input_noise,
             sound: true,
+            sure: true,
             held_out,
             adequacy: None,
         }

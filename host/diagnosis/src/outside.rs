@@ -241,7 +241,7 @@ impl Search<'_> {
         self.bench.add_input_noise(&judgement.null, dispersion, &mut one);
         self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
-        self.bench.add_adequacies(&judgement.clamped, &mut one);
+        self.bench.add_adequacies(&judgement.null, &judgement.clamped, &mut one);
         let [candidate] = one;
         candidate
     }

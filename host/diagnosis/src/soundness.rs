@@ -72,6 +72,11 @@ pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {
     is_strained(fitted) && fitted.chi2() > null.chi2()
 }
 
+/// Whether residuals of held-out motion are hardly smaller than others.
+pub(crate) fn is_worth_nothing(with: &DVector<f64>, without: &DVector<f64>) -> bool {
+    with.norm() > (1.0 - WORTH) * without.norm()
+}
+
 /// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
 /// that another one takes back: then it bends with what is missing.
 fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, covariance: &DMatrix<f64>) -> bool {

@@ -70,7 +70,7 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let effect = EffectId::of("S7_noise").effect();
     let samples = 3.0 * memory.samples(&series);
     let exceeded = |kind: usize, other: f64| {
-        let variance = (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
+        let variance = memory.bias(&series) * (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let scale = effect.parameters[kind].scale;
         Healthy { deviation: healthy[kind], share: rig.noise_share, scale }.exceeded(variance, other, samples)
     };

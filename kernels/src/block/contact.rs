@@ -27,6 +27,7 @@ bundle! {
         anisotropy: R, "1", "share by which friction along x is higher and along y lower";
         anisotropy_across: R, "1", "the same along the diagonals: x = y higher, x = -y lower";
         presliding_travel: R, "m", "travel in which the bristles come 1/e closer to sliding";
+        bristle_lead: R, "s", "damping of the bristles over their stiffness: time by which friction leads them";
         surface: R, "m", "height of the surface";
         adhesion: R, "N", "tension that the parts bear";
         adhesion_range: R, "m", "distance at which it has gone";
@@ -193,7 +194,7 @@ fn bristles<R: Real>(p: &ContactValues<R>, bristle: Vec3<R>, way: Vec3<R>, push:
     Vec3::select(zero.lt(push), bent, none)
 }
 
-/// Friction under a push, against bristles that the sliding has bent.
+/// Friction under a push, against bristles that the sliding has bent and bends further.
 #[inline(always)]
 fn friction<R: Real>(p: &ContactValues<R>, bristle: Vec3<R>, push: R, rate: Vec3<R>) -> Vec3<R> {
     if !R::any(R::lit(0.0).lt(push)) {
@@ -201,6 +202,8 @@ fn friction<R: Real>(p: &ContactValues<R>, bristle: Vec3<R>, push: R, rate: Vec3
     }
     let speed = rate.x.mul_add(rate.x, rate.y * rate.y).sqrt();
     let level = exp(-(speed / p.stribeck_speed)).mul_add(p.stribeck, p.friction) * push.max(R::lit(0.0));
+    let bending = (rate - bristle * speed) * (R::lit(1.0) / p.presliding_travel);
+    let bristle = bending.scale_add(p.bristle_lead, bristle);
     let along = p.anisotropy.mul_add(bristle.x, p.anisotropy_across.mul_add(bristle.y, bristle.x));
     let across = p.anisotropy_across.mul_add(bristle.x, bristle.y - p.anisotropy * bristle.y);
     vec3(along, across, R::lit(0.0)) * -level

@@ -65,7 +65,7 @@ fn a_contact_gives_the_same_whatever_contacts_are_simulated_beside_it() {
         ContactValues { surface: 5e-4, ..base },
         ContactValues { exponent: 1.5, stribeck: 0.1, stribeck_speed: 0.01, ..base },
         ContactValues { adhesion: 10.0, adhesion_range: 1e-4, ..base },
-        ContactValues { anisotropy: 0.3, ..base },
+        ContactValues { anisotropy: 0.3, bristle_lead: 1e-4, ..base },
         ContactValues { fixture_compliance: 1e-6, fixture_frequency: 40.0, fixture_damping: 0.05, ..base },
         ContactValues { lag: 2e-3, clock_offset: 1e-3, ..base },
     ];
@@ -95,6 +95,16 @@ fn friction_rises_over_a_travel_and_turns_with_the_sliding() {
     near(slid(rough, [0.0, 0.02], 2e-3), [0.0, -36.0, 200.0]);
     let turned = ContactValues { anisotropy_across: 0.1, ..contact() };
     near(slid(turned, [0.03, 0.03], 2e-3), [-44.0 / 2_f64.sqrt(), -44.0 / 2_f64.sqrt(), 200.0]);
+}
+
+#[test]
+fn bristles_that_are_damped_resist_before_they_are_bent() {
+    let p = ContactValues { bristle_lead: 2e-4, ..contact() };
+    // z = 1 - exp(-v t / s), so that z' falls from v / s to nothing while the bristles' force comes.
+    for way in [1e-5, 5e-5, 2e-3] {
+        let left = (-way / 5e-5_f64).exp();
+        near(slid(p, [0.1, 0.0], way), [-40.0 * (1.0 - left + 2e-4 * 0.1 / 5e-5 * left), 0.0, 200.0]);
+    }
 }
 
 #[test]

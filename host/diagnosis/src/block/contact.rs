@@ -1,11 +1,13 @@
 //! The block from motion to force of a contact, from a bench's recordings.
 
 use super::{Channel, MeasuredBlock, Trial, highest};
+use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::Kind;
 use softdock_engine::decimator::Decimator;
+use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -18,6 +20,9 @@ const STEPS: usize = 5;
 const BAND: f64 = 1.5;
 /// Band of a motion that stands out of its noise nowhere, in cycles a sample.
 const LEAST_BAND: f64 = 0.02;
+
+/// Damping of a contact's bristles over their stiffness \[s\]: bristles are stiff, and what they swing is damped little.
+const BRISTLE_LEAD: f64 = 1e-4;
 
 /// What is measured, in the order of the block's outputs.
 pub const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
@@ -35,11 +40,22 @@ pub fn contact_block(
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
     let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
     let channels = FORCES.iter().enumerate().map(channel).collect();
-    MeasuredBlock {
+    let section = Section::from(Kind::Contact);
+    let lead = bristle_lead(rig, &section);
+    let mut block = MeasuredBlock {
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
         decimator: Decimator::new(STEPS),
-        ..MeasuredBlock::of(Kind::Contact.into(), "R5 motion to force", base, &rig.tolerance, channels)
-    }
+        ..MeasuredBlock::of(section, "R5 motion to force", base, &rig.tolerance, channels)
+    };
+    block.nuisances.extend(lead);
+    block
+}
+
+/// Damping of the friction's bristles, which no data sheet tells and every reversal shows; none where the model has no
+/// friction that bends them.
+fn bristle_lead(rig: &ContactRig, section: &Section) -> Option<Unknown> {
+    let prior = Prior::LogNormal { centre: BRISTLE_LEAD, spread: 1.5 };
+    (rig.values.friction > 0.0).then(|| Unknown::of(section, "bristle_lead", prior, Role::Nuisance))
 }
 
 fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial {

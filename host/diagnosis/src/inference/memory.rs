@@ -11,6 +11,8 @@ pub(crate) struct Memory {
     pub(crate) time: f64,
     /// Share of the samples that, were they independent, would tell a channel's variance as well (Bartlett).
     pub(crate) independent: f64,
+    /// The same for a channel's mean.
+    independent_for_mean: f64,
 }
 
 impl Memory {
@@ -20,7 +22,16 @@ impl Memory {
         let correlation: Vec<f64> = (0..=most).map(|lag| correlation(series, lag)).collect();
         let squares: f64 = correlation[1..].iter().map(|r| r * r).sum();
         let time = correlation.iter().position(|r| *r < (-1.0_f64).exp()).unwrap_or(most);
-        Self { time: time as f64, independent: (1.0 + 2.0 * squares).recip() }
+        // Beyond where it is lost the correlation is chance, and that a mean was taken off.
+        let sum: f64 = correlation[1..].iter().take_while(|r| **r > 0.0).sum();
+        let (independent, independent_for_mean) = ((1.0 + 2.0 * squares).recip(), (1.0 + 2.0 * sum).recip());
+        Self { time: time as f64, independent, independent_for_mean }
+    }
+
+    /// Factor by which a variance exceeds the mean square of series that their means, which follow the noise, were taken off.
+    pub(crate) fn bias(&self, series: &[DMatrix<f64>]) -> f64 {
+        let samples = series[0].ncols() as f64 * self.independent_for_mean;
+        samples / (samples - 1.0).max(1.0)
     }
 
     /// Independent samples of a channel in what repeats differ by.
@@ -48,4 +59,32 @@ pub(crate) fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
 pub(crate) fn power(series: &[DMatrix<f64>], channel: usize) -> f64 {
     let samples: usize = series.iter().map(DMatrix::ncols).sum();
     series.iter().map(|x| x.row(channel).norm_squared()).sum::<f64>() / samples as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::philox;
+
+    #[test]
+    fn the_variance_of_noise_with_a_memory_is_told_though_its_mean_is_taken_off() {
+        let (keep, length) = (0.98_f64, 1000);
+        let series = |k: u64| {
+            let mut x = 0.0;
+            let mut next = |t: usize| {
+                let sum: f64 = (0..12).map(|j| philox::uniform(5, "memory", k * 1_000_000 + t as u64, j)).sum();
+                x = keep * x + (1.0 - keep * keep).sqrt() * (sum - 6.0);
+                x
+            };
+            (0..500).for_each(|t| _ = next(t));
+            let x = DMatrix::from_fn(1, length, |_, t| next(500 + t));
+            let mean = x.mean();
+            x.map(|value| value - mean)
+        };
+        let all: Vec<_> = (0..60).map(series).collect();
+        let (memory, found) = (Memory::of(&all), power(&all, 0));
+        assert!((0.87..0.93).contains(&found), "a tenth lies in the means: {found}");
+        assert!((found * memory.bias(&all) - 1.0).abs() < 0.03, "{}", found * memory.bias(&all));
+        assert!((40.0..56.0).contains(&memory.time), "{}", memory.time);
+    }
 }

@@ -1,38 +1,42 @@
 //! How each candidate does on motion that no fit has seen, and what it may gain on motion that nobody recorded.
 
-use super::{Bench, Candidate};
+use super::{Bench, CLAMP, Candidate};
 use crate::inference::adequacy::{Adequacy, adequacy, gain_elsewhere};
 use crate::inference::bootstrap::Pair;
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
 use crate::inference::spread::Experiment;
+use crate::soundness::is_worth_nothing;
 use nalgebra::DVector;
 
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
 const OWN_NOISE: usize = 3;
 
 impl Bench<'_> {
-    /// How each candidate does on held-out data against the clamped null hypothesis.
-    pub(crate) fn add_adequacies(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+    /// How each candidate does on held-out data against the clamped null hypothesis. One that pulls a nuisance beyond the
+    /// clamp is not sound unless it explains more of them than the null hypothesis whose nuisances may go as far.
+    pub(crate) fn add_adequacies(&self, null: &Fitted, clamped: &Fitted, ranking: &mut [Candidate]) {
         if self.test.is_empty() {
             return;
         }
         let base = &self.block.base;
-        let sets: Vec<Vec<f64>> =
-            std::iter::once(clamped).chain(ranking.iter().map(|c| &c.fitted)).map(|fit| fit.values(base)).collect();
+        let fits = [null, clamped].into_iter().chain(ranking.iter().map(|candidate| &candidate.fitted));
+        let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(base)).collect();
         let residuals = self.test.whitened(&self.noise, &sets);
-        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
+        let ([pulled, without], with) = residuals.split_first_chunk().expect("the null hypothesis is first");
         let level = self.test.noise_power(&self.noise, base);
         let (learnt, tested) = (self.learn.experiments(&self.noise), self.test.experiments(&self.noise));
         for (place, candidate) in ranking.iter_mut().enumerate() {
             let with = &with[place];
-            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
+            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 2]) } else { None };
             let own = own.unwrap_or_else(|| mean_square(with) / level);
             let carried = [candidate.fitted.carried, clamped.carried];
             let learnt = each_of(&learnt, [&candidate.fitted.residual, &clamped.residual]);
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
+            candidate.sound &=
+                !(candidate.greatest_pull().is_some_and(|pull| pull.1.abs() > CLAMP) && is_worth_nothing(with, pulled));
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }

@@ -72,8 +72,8 @@ impl Bench<'_> {
             let seen = Seen { experiments: &experiments, shifts, repeats: place.and_then(|place| repeats.get(place)) };
             candidate.deviations = deviations(fitted, evidence, dispersion, &seen);
             let (base, members) = (&self.block.base, &candidate.hypotheses);
-            candidate.sound &=
-                members.len() == 1 || is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
+            candidate.sure = is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
+            candidate.sound &= candidate.sure || members.len() == 1;
         }
     }
 
