@@ -72,9 +72,9 @@ pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {
     is_strained(fitted) && fitted.chi2() > null.chi2()
 }
 
-/// Whether residuals of held-out motion are hardly smaller than others.
-pub(crate) fn is_worth_nothing(with: &DVector<f64>, without: &DVector<f64>) -> bool {
-    with.norm() > (1.0 - WORTH) * without.norm()
+/// Whether mean squares of held-out residuals tell that something is gained from one to the other.
+pub(crate) fn gains(without: f64, with: f64) -> bool {
+    1.0 - (with / without).sqrt() > WORTH
 }
 
 /// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
@@ -127,9 +127,8 @@ fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Ca
     let Some((best, least)) = best else {
         return true;
     };
-    let gains = 1.0 - (own.with / least).sqrt() > WORTH;
     let is_much = least < NEARLY_NOISE || own.with - 1.0 < 0.5 * (least - 1.0);
-    gains && is_much && (dispersion < NEARLY_NOISE || surely_gains(candidate, best))
+    gains(least, own.with) && is_much && (dispersion < NEARLY_NOISE || surely_gains(candidate, best))
 }
 
 /// Whether a candidate explains more of the held-out motion than another, and not by chance.

@@ -6,7 +6,7 @@ use crate::inference::bootstrap::Pair;
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
 use crate::inference::spread::Experiment;
-use crate::soundness::is_worth_nothing;
+use crate::soundness::gains;
 use nalgebra::DVector;
 
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
@@ -35,8 +35,8 @@ impl Bench<'_> {
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
-            candidate.sound &=
-                !(candidate.greatest_pull().is_some_and(|pull| pull.1.abs() > CLAMP) && is_worth_nothing(with, pulled));
+            let is_pulled = candidate.greatest_pull().is_some_and(|(_, pull)| pull.abs() > CLAMP);
+            candidate.sound &= !is_pulled || gains(mean_square(pulled), mean_square(with));
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }
