@@ -375,6 +375,13 @@ mod tests {
     }
 
     #[test]
+    fn a_lag_that_a_clock_nearly_makes_up_for_is_named() {
+        let lag = ("S5_low_pass", 0.001);
+        let found = said_behind(NoiseColour::White, Rig::Contact, 527519681, &[lag], &[]);
+        assert_eq!(found, (Said::Named, vec![lag.0.to_owned()]));
+    }
+
+    #[test]
     fn what_explains_less_than_a_strained_clock_hides_is_not_named() {
         let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
         assert_eq!(said_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]), (Said::NotInLibrary, Vec::new()));

@@ -14,11 +14,13 @@ use crate::inference::noise::Noise;
 use crate::inference::spread::scatter;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use crate::soundness::{PULLED, drop_worthless, is_sound, is_strained_for_nothing, strain};
+use crate::soundness::{drop_worthless, is_sound, is_strained_for_nothing, strain};
 use nalgebra::{DMatrix, DVector};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
+/// A nuisance that the null hypothesis pulls further than this many tolerances may make up for an effect.
+const SUSPECT: f64 = 2.0;
 /// Starts of a hypothesis that are fitted.
 const STARTS: usize = 3;
 /// Hypotheses whose fits are carried on with all repeats.
@@ -344,14 +346,14 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
     starts
 }
 
-/// Where nuisances start beside an effect: where the null hypothesis has them, unless it is strained. What makes up for
+/// Where nuisances start beside an effect: where the null hypothesis has them, unless one is a suspect. What makes up for
 /// an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
 /// clock that is early sees the other neighbour of each stamp than one that is late.
 fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
-    let Some((strained, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > PULLED) else {
+    let Some((pulled, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > SUSPECT) else {
         return vec![carried(nuisances, null)];
     };
-    let beside = |side: f64| nuisances.iter().map(|own| if own.name == strained { side } else { 0.0 }).collect();
+    let beside = |side: f64| nuisances.iter().map(|own| if own.name == pulled { side } else { 0.0 }).collect();
     vec![beside(-1.0), beside(1.0)]
 }
 
