@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn a_lag_that_a_clock_nearly_makes_up_for_is_named() {
         let lag = ("S5_low_pass", 0.001);
-        let found = said_behind(NoiseColour::White, Rig::Contact, 527519681, &[lag], &[]);
+        let found = said_behind(NoiseColour::White, Rig::Contact, 527_519_681, &[lag], &[]);
         assert_eq!(found, (Said::Named, vec![lag.0.to_owned()]));
     }
 

@@ -346,8 +346,8 @@ fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &S
     starts
 }
 
-/// Where nuisances start beside an effect: where the null hypothesis has them, unless one is a suspect. What makes up for
-/// an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
+/// Where nuisances start beside an effect: where the null hypothesis has them, unless one is a suspect. What makes up
+/// for an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
 /// clock that is early sees the other neighbour of each stamp than one that is late.
 fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
     let Some((pulled, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > SUSPECT) else {

@@ -111,10 +111,10 @@ pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
     ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
 }
 
-/// Whether a combination explains more of the held-out motion than its parts and anything sound with fewer effects do: where those leave
-/// more than noise, one more effect must explain half of that, else it only bends with what is missing. What strains a
-/// nuisance explains by what is none, and does not count. Where nothing explains what is learnt from, what is left there
-/// is no noise that the evidence could weigh: then chance must not make what is held out look better either.
+/// Whether a combination explains more of the held-out motion than its parts and anything sound with fewer effects do:
+/// where those leave more than noise, one more effect must explain half of that, else it only bends with what is missing.
+/// What strains a nuisance explains by what is none, and does not count. Where nothing explains what is learnt from, what
+/// is left there is no noise that the evidence could weigh: then chance must not make what is held out look better either.
 fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>, dispersion: f64) -> bool {
     let Some(own) = candidate.adequacy else {
         return true;

@@ -69,10 +69,11 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
     let effect = EffectId::of("S7_noise").effect();
     let samples = 3.0 * memory.samples(&series);
+    let mean_power = |kind: usize| (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
+    let variances = [0, 1].map(|kind| memory.bias(&series) * mean_power(kind));
     let exceeded = |kind: usize, other: f64| {
-        let variance = memory.bias(&series) * (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
         let scale = effect.parameters[kind].scale;
-        Healthy { deviation: healthy[kind], share: rig.noise_share, scale }.exceeded(variance, other, samples)
+        Healthy { deviation: healthy[kind], share: rig.noise_share, scale }.exceeded(variances[kind], other, samples)
     };
     let log_odds = exceeded(0, 0.0).1 + exceeded(1, 0.0).1;
     // Steps are looked for only where there is something that they could explain.

@@ -11,6 +11,7 @@ use climb::Climb;
 use nalgebra::{DMatrix, DVector};
 use probe::probe;
 use rayon::prelude::*;
+use std::borrow::Borrow;
 
 /// Most rounds.
 const ROUNDS: usize = 25;
@@ -219,23 +220,23 @@ fn begun(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -
 /// One damped step of every fit under way, the best of several dampings, by forward differences where they are due.
 fn step(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) {
     let mut under_way: Vec<&mut Climb> = climbs.iter_mut().filter(|climb| !climb.done).collect();
-    let beside = under_way.iter().map(|climb| climb.beside()).collect();
+    let beside: Vec<_> = under_way.iter().map(|climb| climb.beside()).collect();
     let residuals = simulated(&under_way, &beside, base, simulate);
     under_way.par_iter_mut().zip(residuals).for_each(|(climb, own)| climb.differentiate(own));
-    let trials = under_way.par_iter().map(|climb| climb.trials()).collect();
+    let trials: Vec<_> = under_way.par_iter().map(|climb| climb.trials()).collect();
     let residuals = simulated(&under_way, &trials, base, simulate);
     under_way.par_iter_mut().zip(trials).zip(residuals).for_each(|((climb, trials), own)| climb.moved(trials, own));
 }
 
 /// Residuals of each fit at places of its own, simulated in one batch.
-fn simulated(
-    climbs: &[&mut Climb],
-    places: &Vec<Vec<Vec<f64>>>,
+fn simulated<C: Borrow<Climb>>(
+    climbs: &[C],
+    places: &[Vec<Vec<f64>>],
     base: &[f64],
     simulate: &Simulate,
 ) -> Vec<Vec<DVector<f64>>> {
-    let of = |(climb, own): (&&mut Climb, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
-        own.iter().map(|z| applied(base, &climb.at.unknowns, z)).collect()
+    let of = |(climb, own): (&C, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
+        own.iter().map(|z| applied(base, &climb.borrow().at.unknowns, z)).collect()
     };
     let mut residuals = simulate(&climbs.iter().zip(places).flat_map(of).collect::<Vec<_>>()).into_iter();
     places.iter().map(|own| residuals.by_ref().take(own.len()).collect()).collect()

@@ -28,7 +28,7 @@ impl Memory {
         Self { time: time as f64, independent, independent_for_mean }
     }
 
-    /// Factor by which a variance exceeds the mean square of series that their means, which follow the noise, were taken off.
+    /// Factor by which a variance exceeds the mean square of series whose means, which follow the noise, were taken off.
     pub(crate) fn bias(&self, series: &[DMatrix<f64>]) -> f64 {
         let samples = series[0].ncols() as f64 * self.independent_for_mean;
         samples / (samples - 1.0).max(1.0)

@@ -1,8 +1,8 @@
 //! Looks beside where fits ended, for what jumps from sample to sample has narrow minima.
 
 use super::climb::{Climb, GAIN, MUCH, cost};
-use super::{HOPELESS, Simulate};
-use crate::inference::unknown::{Role, applied};
+use super::{HOPELESS, Simulate, simulated};
+use crate::inference::unknown::Role;
 
 /// How far one looks to either side, in `z`.
 const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
@@ -26,13 +26,10 @@ pub(super) fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> 
         ways.filter(|_| leaves_much).map(moved).collect::<Vec<_>>()
     };
     let trials: Vec<Vec<Vec<f64>>> = climbs.iter().map(beside).collect();
-    let sets = climbs.iter().zip(&trials);
-    let sets = sets.flat_map(|(climb, own)| own.iter().map(|z| applied(base, &climb.at.unknowns, z)));
-    let mut residuals = simulate(&sets.collect::<Vec<_>>()).into_iter();
+    let residuals = simulated(climbs, &trials, base, simulate);
     let mut any = false;
-    for (climb, own) in climbs.iter_mut().zip(trials) {
-        let tried = own.into_iter().map(|z| (z, residuals.next().expect("one residual a set")));
-        let tried = tried.map(|(z, residual)| (cost(&residual, &z), z, residual));
+    for ((climb, own), residuals) in climbs.iter_mut().zip(trials).zip(residuals) {
+        let tried = own.into_iter().zip(residuals).map(|(z, residual)| (cost(&residual, &z), z, residual));
         let Some((least, z, residual)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if least < climb.at.cost() - GAIN {
             climb.resume(z, residual);
