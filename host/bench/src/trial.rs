@@ -361,6 +361,17 @@ mod tests {
     }
 
     #[test]
+    fn a_drift_is_named_behind_steps_of_the_reading() {
+        let named = (Said::Named, ["S2_drift", "S6_quantisation"].map(str::to_owned).to_vec());
+        let (white, pink) = (NoiseColour::White, NoiseColour::Pink);
+        let cases = [(white, 2_537_318_737, 0.061_688, 3.830_4), (pink, 1_379_738_469, 0.091_103, 4.0)];
+        for (colour, seed, drift, step) in cases {
+            let hidden = [("S2_drift", drift), ("S6_quantisation", step)];
+            assert_eq!(said_behind(colour, Rig::Sensor, seed, &hidden, &[]), named);
+        }
+    }
+
+    #[test]
     fn a_drift_that_scatters_about_nothing_is_none() {
         let found = said_behind(NoiseColour::Pink, Rig::Sensor, 2_634_078_062, &[], &[]);
         assert_eq!(found, (Said::NoEffect, Vec::new()));

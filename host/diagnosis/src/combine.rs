@@ -57,13 +57,16 @@ pub(crate) struct Combiner<'a> {
 }
 
 impl Combiner<'_> {
-    /// All single effects, and the combinations that explain the data better than any of their parts.
-    pub(crate) fn combine(&self, singles: Vec<Fitted>) -> Vec<Set> {
-        let price = price(self.library.len());
+    /// All single effects, pairs that are known from elsewhere, and the combinations that explain the data better than any
+    /// of their parts.
+    pub(crate) fn combine(&self, singles: Vec<Fitted>, pairs: Vec<Set>) -> Vec<Set> {
         let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
+        let pairs = self.paying(pairs, &all);
+        let begun = if pairs.is_empty() { 1 } else { 2 };
+        all.extend(pairs.into_iter().filter(|set| self.is_sound(set)));
         let mut beam = self.beam(all.clone());
         let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
-        for _ in 1..most {
+        for _ in begun..most {
             // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
             if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
                 beam.truncate(1);
@@ -82,24 +85,30 @@ impl Combiner<'_> {
             // Where noise is what the richest explanation leaves, a strain is no measure of what is missing.
             let relieved = beam.iter().filter(|_| self.repeated).flat_map(|set| self.relieved(set, &all));
             let larger = self.fitted(starts.chain(cleared).chain(relieved).collect());
-            // More than any of its parts, or it is none.
-            let pays = |set: &Set| {
-                let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
-                self.log(set) > price + parts.map(|part| self.log(part)).fold(f64::NEG_INFINITY, f64::max)
-            };
-            let paying: Vec<Set> = larger.into_iter().filter(pays).collect();
+            let paying = self.paying(larger, &all);
             if paying.is_empty() {
                 break;
             }
             beam = self.beam(paying.clone());
             all.extend(paying.into_iter().filter(|set| self.is_sound(set)));
         }
-        self.without_spare(all, price)
+        self.without_spare(all)
+    }
+
+    /// The sets that explain more than any of their parts does, or they are none.
+    fn paying(&self, sets: Vec<Set>, all: &[Set]) -> Vec<Set> {
+        let price = price(self.library.len());
+        let pays = |set: &Set| {
+            let parts = all.iter().filter(|part| part.0.iter().all(|own| set.0.contains(own)));
+            self.log(set) > price + parts.map(|part| self.log(part)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        sets.into_iter().filter(pays).collect()
     }
 
     /// The sets without combinations that a part of theirs makes up for, once it is fitted from where they have it: what
     /// was added first may have stood in for what was added last.
-    fn without_spare(&self, mut all: Vec<Set>, price: f64) -> Vec<Set> {
+    fn without_spare(&self, mut all: Vec<Set>) -> Vec<Set> {
+        let price = price(self.library.len());
         loop {
             all = self.ranked(all);
             let Some(best) = all.first().filter(|best| best.0.len() > 1) else { return all };

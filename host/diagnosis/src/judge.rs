@@ -1,6 +1,7 @@
 //! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
 
 mod held_out;
+mod in_steps;
 mod nested;
 mod uncertainty;
 
@@ -191,11 +192,12 @@ impl<'a> Bench<'a> {
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
+        let in_steps = in_steps::pairs(self, &singles, &null);
         let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
         let (repeated, simulate, fit) = (self.learn.has_repeats(), &quick, &fit_jointly);
         let combiner =
             Combiner { block, library, null: &near, bank: &bank, dispersion: alone, strictly, repeated, simulate, fit };
-        let sets = combiner.combine(singles);
+        let sets = combiner.combine(singles, in_steps);
         // A combination may leave less than any effect alone.
         let dispersion = self.dispersion(&null, sets.iter().map(|set| &set.1));
         Found { null, clamped, scores, bank, dispersion, sets }

@@ -27,6 +27,8 @@ const IN_STEP: f64 = 0.24;
 
 /// What they are called as an effect.
 pub(crate) const NAME: &str = "steps of the sensor's reading";
+/// The parameter that is their size.
+pub(crate) const SIZE: &str = "resolution";
 /// Channels of the forces, and of the moments.
 pub(crate) const FORCES: Range<usize> = 0..3;
 pub(crate) const MOMENTS: Range<usize> = 3..6;
@@ -60,6 +62,13 @@ pub(crate) fn rounding(block: &MeasuredBlock) -> Vec<f64> {
         channels.map(move |_| variance)
     };
     of(FORCES).chain(of(MOMENTS)).collect()
+}
+
+/// Half the step of each channel; `None` if no readings lie on steps.
+pub(crate) fn half_steps(block: &MeasuredBlock) -> Option<Vec<f64>> {
+    let steps = [FORCES, MOMENTS].map(|channels| on_steps(block, channels));
+    let half = |step: Option<Step>| [step.map_or(0.0, |step| 0.5 * step.size); 3];
+    steps.iter().any(Option::is_some).then(|| steps.into_iter().flat_map(half).collect())
 }
 
 /// Steps in which the raw force may be read, the largest first, down to some size.

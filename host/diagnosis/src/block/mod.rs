@@ -4,6 +4,7 @@ pub mod body;
 pub mod command;
 pub mod contact;
 pub mod controller;
+pub mod dead_zone;
 pub mod drive;
 pub mod facility;
 mod links;

@@ -151,7 +151,7 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
     let top = peak.min(shelf.base("range"));
     let blur = (3_f64.sqrt() * spans.noise).clamp(0.01 * scale, 0.25 * scale);
     let entries = [
-        ("resolution", Prior::Positive { scale }, Role::Size),
+        (steps::SIZE, Prior::Positive { scale }, Role::Size),
         ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
     ];
     let mut sizes: Vec<f64> =

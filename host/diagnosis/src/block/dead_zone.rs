@@ -1,0 +1,64 @@
+//! Residuals of readings in steps: what is beyond the step that was read.
+
+use super::MeasuredBlock;
+use crate::inference::noise::mean;
+use crate::steps::{FORCES, MOMENTS, half_steps};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use softdock_engine::decimator::Decimator;
+
+/// Parameter sets whose raw outputs are held at once.
+const MOST_SETS: usize = 16;
+
+/// Residuals that are nothing wherever the true value lies in the step that was read.
+///
+/// A model of the steps themselves fits worse in every place but the right one, with no slope towards it: a bias and a
+/// drift about the middle of a session fit as well a step off in most recordings. What lies in the right step at every
+/// instant is a convex set of parameters that the readings are linear in (set-membership estimation: Milanese and Vicino,
+/// Automatica 27, 1991).
+pub struct DeadZone {
+    /// The block, all samples of which are compared.
+    raw: MeasuredBlock,
+    decimator: Decimator,
+    /// Half a step of each channel, in its unit.
+    half: Vec<f64>,
+}
+
+impl DeadZone {
+    /// Of a block whose readings lie on steps; `None` if they do not.
+    pub fn of(block: &MeasuredBlock) -> Option<Self> {
+        let half = half_steps(block)?;
+        let raw = MeasuredBlock { decimator: Decimator::none(), ..block.clone() };
+        Some(Self { raw, decimator: block.decimator.clone(), half })
+    }
+
+    /// Step of the forces, in N; that of the moments over the sensor's lever where those alone lie on steps.
+    pub fn step(&self) -> f64 {
+        let (force, moment) = (self.half[FORCES.start], self.half[MOMENTS.start]);
+        2.0 * if force > 0.0 { force } else { moment / self.raw.base[self.raw.field("lever")] }
+    }
+
+    /// Residuals of all experiments, averaged over repeats, in standard deviations of the healthy noise, one after the
+    /// other, for every parameter set; within the step that was read such a share of them counts.
+    pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let part = self.raw.part(false);
+        let of_set = |trials: Vec<DMatrix<f64>>| {
+            let beyond: Vec<DMatrix<f64>> = trials.into_iter().map(|residual| self.beyond(within, &residual)).collect();
+            let means = part.experiments.iter().map(|(_, members)| mean(&super::cut(members, &beyond)));
+            super::bounded(means.flat_map(|own| own.as_slice().to_vec()).collect())
+        };
+        let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
+            part.of_trials(&part.all(), sets).into_par_iter().map(of_set).collect()
+        };
+        sets.chunks(MOST_SETS).flat_map(batch).collect()
+    }
+
+    /// What of a recording's residual is beyond half a step, low-passed, in standard deviations of the healthy noise.
+    fn beyond(&self, within: f64, residual: &DMatrix<f64>) -> DMatrix<f64> {
+        let of = |(channel, half): (usize, &f64)| {
+            let beyond = |r: &f64| (r - (1.0 - within) * r.clamp(-half, *half)) / self.raw.known_noise[channel];
+            self.decimator.pass(residual.row(channel).iter().map(beyond).collect(), 1)
+        };
+        super::table(self.half.iter().enumerate().map(of).collect())
+    }
+}
