@@ -63,8 +63,8 @@ impl Combiner<'_> {
         let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
         let pairs = self.paying(pairs, &all);
         let begun = if pairs.is_empty() { 1 } else { 2 };
+        let mut beam = self.beam(all.iter().chain(&pairs).cloned().collect());
         all.extend(pairs.into_iter().filter(|set| self.is_sound(set)));
-        let mut beam = self.beam(all.clone());
         let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
         for _ in begun..most {
             // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.

@@ -56,9 +56,32 @@ impl DeadZone {
     /// What of a recording's residual is beyond half a step, low-passed, in standard deviations of the healthy noise.
     fn beyond(&self, within: f64, residual: &DMatrix<f64>) -> DMatrix<f64> {
         let of = |(channel, half): (usize, &f64)| {
-            let beyond = |r: &f64| (r - (1.0 - within) * r.clamp(-half, *half)) / self.raw.known_noise[channel];
-            self.decimator.pass(residual.row(channel).iter().map(beyond).collect(), 1)
+            let scaled = |r: &f64| outside(*r, *half, within) / self.raw.known_noise[channel];
+            self.decimator.pass(residual.row(channel).iter().map(scaled).collect(), 1)
         };
         super::table(self.half.iter().enumerate().map(of).collect())
+    }
+}
+
+/// What of a residual is further from nothing than `half`, and such a share of the rest.
+fn outside(residual: f64, half: f64, within: f64) -> f64 {
+    residual - (1.0 - within) * residual.clamp(-half, half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_in_the_step_that_was_read_counts_for_little_or_nothing() {
+        for (residual, half, within, left) in [
+            (1.9, 2.0, 0.0, 0.0),
+            (-1.9, 2.0, 0.1, -0.19),
+            (2.5, 2.0, 0.0, 0.5),
+            (-2.5, 2.0, 0.1, -0.7),
+            (0.3, 0.0, 0.0, 0.3),
+        ] {
+            assert!((outside(residual, half, within) - left).abs() < 1e-12, "{residual} within {half}");
+        }
     }
 }
