@@ -14,8 +14,8 @@ const MOST_SETS: usize = 16;
 ///
 /// A model of the steps themselves fits worse in every place but the right one, with no slope towards it: a bias and a
 /// drift about the middle of a session fit as well a step off in most recordings. What lies in the right step at every
-/// instant is a convex set of parameters that the readings are linear in (set-membership estimation: Milanese and Vicino,
-/// Automatica 27, 1991).
+/// instant is, of readings that are linear in them, a convex set of parameters (set-membership estimation: Milanese and
+/// Vicino, Automatica 27, 1991).
 pub struct DeadZone {
     /// The block, all samples of which are compared.
     raw: MeasuredBlock,

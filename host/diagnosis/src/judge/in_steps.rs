@@ -9,14 +9,14 @@ use crate::steps;
 
 /// Share of what the best effect explains that another must explain.
 const SHARE: f64 = 0.5;
-/// Shares of what lies within the step that was read by which fits are led first, and last: nothing within it would tell
-/// where what lies beyond leads, and all of it is rounding.
+/// Shares of what lies within the step that was read by which fits are led first, and last: nothing within it would
+/// tell where what lies beyond leads, and all of it is rounding.
 const WITHIN: [f64; 2] = [0.1, 0.0];
 
 /// The steps of a reading with each effect that explains what they leave open; none where readings lie on no steps.
 ///
-/// A model of the steps has a minimum wherever readings are a step off, and finds none but the one that it starts in. It is
-/// fitted by all repeats: they are rounded each in its own way, so that one cannot stand for all.
+/// A model of the steps has a minimum wherever readings are a step off, and finds none but the one that it starts in.
+/// It is fitted by all repeats: they are rounded each in its own way, so that one cannot stand for all.
 pub(super) fn pairs(bench: &Bench, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
     let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == steps::NAME;
     let (Some(zone), Some(steps)) = (DeadZone::of(bench.block), singles.iter().find(is_steps)) else {
