@@ -48,27 +48,26 @@ pub(crate) fn raw_peak(block: &MeasuredBlock, channels: Range<usize>) -> f64 {
 
 /// Steps that all raw readings of some channels of one kind lie on: the largest such, sharper than the healthy noise of
 /// those channels lets any wrench be read that is not rounded. `None` if they lie on none, or that noise is not known.
-pub(crate) fn on_steps(block: &MeasuredBlock, channels: Range<usize>) -> Option<Step> {
+fn on_steps(block: &MeasuredBlock, channels: Range<usize>) -> Option<Step> {
     let healthy = *block.known_noise.get(channels.start)?;
     let phases = Phases::of(block, channels.clone());
     let seen = phases.seen(raw_peak(block, channels), healthy);
     seen.into_iter().find(|step| phases.blur(step.size) < f64::min(SHARP * healthy, IN_STEP * step.size))
 }
 
-/// Variance of the rounding of each channel, by the steps that its readings lie on.
-pub(crate) fn rounding(block: &MeasuredBlock) -> Vec<f64> {
-    let of = |channels: Range<usize>| {
-        let variance = on_steps(block, channels.clone()).map_or(0.0, Step::variance);
-        channels.map(move |_| variance)
-    };
-    of(FORCES).chain(of(MOMENTS)).collect()
+/// Steps that the raw forces lie on, and the raw moments.
+pub(crate) fn of_both(block: &MeasuredBlock) -> [Option<Step>; 2] {
+    [FORCES, MOMENTS].map(|channels| on_steps(block, channels))
 }
 
-/// Half the step of each channel; `None` if no readings lie on steps.
-pub(crate) fn half_steps(block: &MeasuredBlock) -> Option<Vec<f64>> {
-    let steps = [FORCES, MOMENTS].map(|channels| on_steps(block, channels));
-    let half = |step: Option<Step>| [step.map_or(0.0, |step| 0.5 * step.size); 3];
-    steps.iter().any(Option::is_some).then(|| steps.into_iter().flat_map(half).collect())
+/// What both steps are to their channels, each of three: nothing where there is no step.
+pub(crate) fn by_channel(steps: [Option<Step>; 2], of: fn(Step) -> f64) -> Vec<f64> {
+    steps.into_iter().flat_map(|step| [step.map_or(0.0, of); 3]).collect()
+}
+
+/// Variance of the rounding of each channel, by the steps that its readings lie on.
+pub(crate) fn rounding(block: &MeasuredBlock) -> Vec<f64> {
+    by_channel(of_both(block), Step::variance)
 }
 
 /// Steps in which the raw force may be read, the largest first, down to some size.

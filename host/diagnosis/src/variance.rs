@@ -7,7 +7,7 @@ use crate::inference::evidence::{Interval, log_sum};
 use crate::inference::memory::{Memory, power};
 use crate::inference::noise::deviations;
 use crate::recording::grid::Piece;
-use crate::steps::{self, FORCES, MOMENTS, Step, on_steps};
+use crate::steps::{self, Step, of_both};
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
 use softdock_kernels::effects::{Effect, EffectId};
@@ -77,7 +77,7 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     };
     let log_odds = exceeded(0, 0.0).1 + exceeded(1, 0.0).1;
     // Steps are looked for only where there is something that they could explain.
-    let steps = if log_odds > 0.0 { [FORCES, MOMENTS].map(|own| on_steps(block, own)) } else { [None; 2] };
+    let steps = if log_odds > 0.0 { of_both(block) } else { [None; 2] };
     let [force, moment] = [0, 1].map(|kind| exceeded(kind, steps[kind].map_or(0.0, Step::variance)));
     let (deviation, beyond_steps) = ([force.0, moment.0], force.1 + moment.1);
     let correlation_time = memory.time * step;

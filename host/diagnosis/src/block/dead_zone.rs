@@ -2,7 +2,7 @@
 
 use super::MeasuredBlock;
 use crate::inference::noise::mean;
-use crate::steps::{FORCES, MOMENTS, half_steps};
+use crate::steps::{by_channel, of_both};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::decimator::Decimator;
@@ -22,20 +22,19 @@ pub struct DeadZone {
     decimator: Decimator,
     /// Half a step of each channel, in its unit.
     half: Vec<f64>,
+    /// Step of the forces, in N; that of the moments over the sensor's lever where those alone lie on steps.
+    pub step: f64,
 }
 
 impl DeadZone {
     /// Of a block whose readings lie on steps; `None` if they do not.
     pub fn of(block: &MeasuredBlock) -> Option<Self> {
-        let half = half_steps(block)?;
+        let steps @ [force, moment] = of_both(block);
+        let by_moment = || Some(moment?.size / block.base[block.field("lever")]);
+        let step = force.map(|step| step.size).or_else(by_moment)?;
         let raw = MeasuredBlock { decimator: Decimator::none(), ..block.clone() };
-        Some(Self { raw, decimator: block.decimator.clone(), half })
-    }
-
-    /// Step of the forces, in N; that of the moments over the sensor's lever where those alone lie on steps.
-    pub fn step(&self) -> f64 {
-        let (force, moment) = (self.half[FORCES.start], self.half[MOMENTS.start]);
-        2.0 * if force > 0.0 { force } else { moment / self.raw.base[self.raw.field("lever")] }
+        let half = by_channel(steps, |step| 0.5 * step.size);
+        Some(Self { raw, decimator: block.decimator.clone(), half, step })
     }
 
     /// Residuals of all experiments, averaged over repeats, in standard deviations of the healthy noise, one after the

@@ -19,9 +19,8 @@ const WITHIN: [f64; 2] = [0.1, 0.0];
 /// It is fitted by all repeats: they are rounded each in its own way, so that one cannot stand for all.
 pub(super) fn pairs(bench: &Bench, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
     let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == steps::NAME;
-    let (Some(zone), Some(steps)) = (DeadZone::of(bench.block), singles.iter().find(is_steps)) else {
-        return Vec::new();
-    };
+    let Some(steps) = singles.iter().find(is_steps) else { return Vec::new() };
+    let Some(zone) = DeadZone::of(bench.block) else { return Vec::new() };
     let others = singles.iter().filter(|single| !is_steps(single));
     let found = explaining(bench, &zone, others, null);
     let starts = found.iter().map(|other| beside(bench, &zone, steps, other)).collect();
@@ -65,7 +64,7 @@ fn beside(bench: &Bench, zone: &DeadZone, steps: &Fitted, other: &Fitted) -> Sta
     let unknowns = unknowns(bench.block, &both);
     let mut z = taken(&unknowns, other);
     if let Some(size) = unknowns.iter().position(|unknown| unknown.name == steps::SIZE) {
-        z[size] = unknowns[size].prior.place(zone.step());
+        z[size] = unknowns[size].prior.place(zone.step);
     }
     Start::new(other.hypothesis, unknowns, z)
 }
