@@ -44,8 +44,8 @@ fn recorded(row: impl Fn(f64, [f64; 3]) -> Vec<f64>, late: impl Fn(f64, [f64; 3]
 
 fn drives() -> (Recorded, Vec<Vec<f64>>) {
     let recorded = recorded(
-        |t, [q, v, a]| vec![q, v, a, 60.0 * q.cos(), 15.0, 8.0, 0.6, t, q - swing(t - STEP)[0]],
-        |_, [q, v, a]| vec![25.0 * a + 30.0 * v + 20.0 * v.signum() + 60.0 * q.cos()],
+        |t, [q, v, a]| vec![q, v, a, 60.0 * q.cos(), 3.0 * a, 15.0, 8.0, 0.6, t, q - swing(t - STEP)[0]],
+        |_, [q, v, a]| vec![28.0 * a + 30.0 * v + 20.0 * v.signum() + 60.0 * q.cos()],
     );
     let set = |i: u64| {
         to_vec(&DriveValues {

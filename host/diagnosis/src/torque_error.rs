@@ -60,11 +60,8 @@ fn missing(block: &MeasuredBlock, held_out: bool, set: &[f64], cutoff: f64) -> O
 
 /// Inertia of the link at the judged samples of a recording.
 fn link_inertias<'a>(block: &MeasuredBlock, trial: &'a Trial) -> impl Iterator<Item = f64> + use<'a> {
-    let fields = block.section.inputs();
-    let place = fields.iter().position(|field| field.name == "inertia").expect("an input's name");
-    let (width, stride) = (fields.len(), trial.recorded.stride);
-    let first = block.decimator.margin() * stride * width + place;
-    trial.recorded.inputs.iter().skip(first).step_by(block.decimator.every() * stride * width).copied()
+    let (decimator, stride) = (&block.decimator, trial.recorded.stride);
+    block.input(trial, "inertia").skip(decimator.margin() * stride).step_by(decimator.every() * stride)
 }
 
 /// Root mean square of the measured torque.

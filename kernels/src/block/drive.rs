@@ -35,7 +35,7 @@ bundle! {
         presliding_travel: R, "rad", "travel in which Coulomb friction comes 1/e closer to sliding";
         bristle_damping: R, "N m s/rad", "friction per rate at which the bristles bend";
         load_coefficient: R, "1", "Coulomb friction per torque that loads the gear";
-        load_inertial: R, "1", "share of the torque for the link's acceleration that counts as load";
+        load_inertial: R, "1", "share of the torque for accelerations, its own and other axes', that counts as load";
         warm_loss: R, "1", "natural logarithm of the factor by which viscous friction falls until the drive is warm";
         warm_up: R, "s", "time constant of the warming up";
         compliance: R, "rad/(N m)", "compliance of the gear";
@@ -71,9 +71,10 @@ bundle! {
         angle: R, "rad", "motor angle";
         rate: R, "rad/s", "motor rate";
         acceleration: R, "rad/s^2", "motor acceleration";
-        load: R, "N m", "torque against the link by the model, its own inertia left out";
+        weight: R, "N m", "torque of gravity against the link by the model";
+        coupling: R, "N m", "torque of the other axes' motion against the link by the model";
         inertia: R, "kg m^2", "inertia of the link about the joint by the model";
-        payload_weight: R, "m^2/s^2", "torque of the weight of a kilogram at the payload's place, N m/kg";
+        payload_weight: R, "m^2/s^2", "torque of a kilogram at the payload's place, its inertia about the joint left out, N m/kg";
         payload_inertia: R, "m^2", "inertia of a kilogram at the payload's place, kg m^2/kg";
         time: R, "s", "time since the drive was switched on";
         travel: R, "rad", "motor angle gained since the instant before";
@@ -147,8 +148,9 @@ impl Block for Drive {
     fn start<R: Real>(&self, p: &DriveValues<R>, u: &DriveMotion<R>, late: &Torque<R>) -> DriveHidden<R> {
         let zero = R::lit(0.0);
         let inertia = Inertia::of(p, u);
-        let load = load(p, u, inertia.link, &Wave::of(p, u));
-        let pull = u.acceleration.mul_add(inertia.link, load);
+        let resting_load = resting_load(p, u);
+        let moving_load = moving_load(u, inertia.link, &Wave::of(p, u));
+        let pull = u.acceleration.mul_add(inertia.link, resting_load + moving_load);
         let given = limited(p, late.torque);
         let windup = pull.mul_add(p.compliance, flank(pull, p.half_backlash));
         DriveHidden {
@@ -160,7 +162,7 @@ impl Block for Drive {
             pull,
             told: given,
             given,
-            bristles: resting(p, u, given, load, inertia),
+            bristles: resting(p, u, given, pull, resting_load, inertia),
             cable: zero,
         }
     }
@@ -187,9 +189,8 @@ impl Block for Drive {
 
         let wave = Wave::of(p, u);
         let gear = gear_torque(p, s, inertia.reduced());
-        let load = load(p, u, inertia.link, &wave);
-        let static_load = s.cable.mul_add(p.cable_hysteresis, load);
-        let bearing = (gear - static_load).mul_add(p.load_inertial, static_load);
+        let resting_load = resting_load(p, u);
+        let bearing = bearing(p, gear, s.cable.mul_add(p.cable_hysteresis, resting_load));
         let sliding = Sliding::of(p, u, direction(moved), motor_rate, bearing);
         let bristles = sliding.approached(s.bristles, moved);
         let bending = sliding.bent(bristles - s.bristles) * R::lit(1.0 / step);
@@ -199,7 +200,7 @@ impl Block for Drive {
         let observer = behind.mul_add(R::lit(OBSERVER * OBSERVER), slower * R::lit(2.0 * OBSERVER)) * inertia.whole();
         // What the gear passes on comes back by its ratio, which waves with the transmission error.
         let driving = applied(p, u, given) - bristles - drag + observer - wave.slope * s.pull;
-        let load = cable.mul_add(p.cable_hysteresis, load);
+        let load = cable.mul_add(p.cable_hysteresis, resting_load + moving_load(u, inertia.link, &wave));
         let pull = (driving / inertia.motor + load / inertia.link) * inertia.reduced();
         let (windup, windup_rate) = wind(step, p, s, inertia.reduced(), pull);
         let centre_acceleration = (driving - load) / inertia.whole();
@@ -295,12 +296,25 @@ fn ripple<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
     sin.mul_add(p.ripple_sin, cos * p.ripple_cos)
 }
 
+/// Torque that presses on bearings and teeth: the load at rest, and a share of the rest of what the gear transmits.
+#[inline(always)]
+fn bearing<R: Real>(p: &DriveValues<R>, gear: R, resting_load: R) -> R {
+    (gear - resting_load).mul_add(p.load_inertial, resting_load)
+}
+
 /// Dry friction where a recording starts: what holds the torques in balance, within what friction can hold.
 #[inline(always)]
-fn resting<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, given: R, load: R, inertia: Inertia<R>) -> R {
-    let bearing = (u.acceleration * inertia.link).mul_add(p.load_inertial, load);
+fn resting<R: Real>(
+    p: &DriveValues<R>,
+    u: &DriveMotion<R>,
+    given: R,
+    pull: R,
+    resting_load: R,
+    inertia: Inertia<R>,
+) -> R {
+    let bearing = bearing(p, pull, resting_load);
     let most = |way: f64| Sliding::of(p, u, R::lit(way), u.rate, bearing).level;
-    let rest = applied(p, u, given) - load - drag(p, u, u.rate) - u.acceleration * inertia.whole();
+    let rest = applied(p, u, given) - pull - drag(p, u, u.rate) - u.acceleration * inertia.motor;
     rest.min(most(1.0)).max(most(-1.0))
 }
 
@@ -343,13 +357,18 @@ impl<R: Real> Wave<R> {
     }
 }
 
-/// Torque against the link, its own inertia and the cables' hysteresis left out: what the model says, and the effects
+/// Torque that it takes to hold the link where it is, the cables' hysteresis left out: what the model says, and the effects
 /// behind the gear.
 #[inline(always)]
-fn load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>, inertia: R, wave: &Wave<R>) -> R {
+fn resting_load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
     let spring = (u.angle - p.cable_centre) * p.cable_stiffness;
-    let loads = u.payload_weight.mul_add(p.payload, gravity(p, u.angle) + spring);
-    u.load + wave.acceleration.mul_add(inertia, loads)
+    u.weight + u.payload_weight.mul_add(p.payload, gravity(p, u.angle) + spring)
+}
+
+/// Torque against the link by the motion of other axes and by the transmission error.
+#[inline(always)]
+fn moving_load<R: Real>(u: &DriveMotion<R>, inertia: R, wave: &Wave<R>) -> R {
+    wave.acceleration.mul_add(inertia, u.coupling)
 }
 
 /// Gravity torque beyond the model's.

@@ -26,11 +26,13 @@ const BRISTLE_DAMPING: f64 = 0.03;
 /// What the model says that a drive moves at an instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
-    /// Torque against the link, its own inertia left out \[N m\].
-    pub(crate) load: f64,
+    /// Torque of gravity against the link \[N m\].
+    pub(crate) weight: f64,
+    /// Torque of the other axes' motion against it \[N m\].
+    pub(crate) coupling: f64,
     /// Inertia of the link about the joint \[kg m^2\].
     pub(crate) inertia: f64,
-    /// Torque of the weight of a kilogram at the payload's place \[N m/kg\].
+    /// Torque of a kilogram at the payload's place, its inertia about the joint left out \[N m/kg\].
     pub(crate) payload_weight: f64,
     /// Inertia of that kilogram \[kg m^2/kg\].
     pub(crate) payload_inertia: f64,
@@ -43,7 +45,8 @@ impl Carried {
         let arm = if rig.prismatic { 1.0 } else { rig.payload_radius };
         let weighted = if rig.gravity_torque == 0.0 { 0.0 } else { rig.gravity_torque.signum() };
         Self {
-            load: rig.gravity_torque * place,
+            weight: rig.gravity_torque * place,
+            coupling: 0.0,
             inertia: rig.link_inertia,
             payload_weight: GRAVITY * arm * place * weighted,
             payload_inertia: arm * arm,
@@ -155,13 +158,13 @@ fn trial(
         None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
     };
     let step = piece.step / each as f64;
-    let mut inputs = Vec::with_capacity(q.value.len() * 9);
+    let mut inputs = Vec::with_capacity(q.value.len() * Kind::Drive.inputs().len());
     for (i, carried) in carrying(&q).into_iter().enumerate() {
-        let Carried { load, inertia, payload_weight, payload_inertia } = carried;
+        let Carried { weight, coupling, inertia, payload_weight, payload_inertia } = carried;
         let time = piece.start + i as f64 * step;
         inputs.extend([q.value[i], q.rate[i], q.acceleration[i]]);
         let travel = q.value[i] - q.value[i.saturating_sub(1)];
-        inputs.extend([load, inertia, payload_weight, payload_inertia, time, travel]);
+        inputs.extend([weight, coupling, inertia, payload_weight, payload_inertia, time, travel]);
     }
     // What the motion that the drive is held to leaves of the encoder's reading.
     let rest = piece.signals["q"].iter().zip(q.value.iter().step_by(each)).map(|(q, held)| q - held).collect();

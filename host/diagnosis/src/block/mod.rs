@@ -206,6 +206,13 @@ impl MeasuredBlock {
     pub fn field(&self, name: &str) -> usize {
         self.section.parameters().iter().position(|field| field.name == name).expect("the name of a block's parameter")
     }
+
+    /// What a recording has of an input at every instant of the simulation.
+    pub(crate) fn input<'a>(&self, trial: &'a Trial, name: &str) -> impl Iterator<Item = f64> + use<'a> {
+        let fields = self.section.inputs();
+        let place = fields.iter().position(|field| field.name == name).expect("the name of a block's input");
+        trial.recorded.inputs.iter().skip(place).step_by(fields.len()).copied()
+    }
 }
 
 impl<'a> Part<'a> {

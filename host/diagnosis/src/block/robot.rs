@@ -68,6 +68,7 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
         let [angle, rate, acceleration] = [now(|m| &m.value), now(|m| &m.rate), now(|m| &m.acceleration)];
         let torques = |robot: &Manipulator| rigid_torques(robot, angle, rate, acceleration);
         let (whole, laden_whole) = (torques(robot), torques(&laden));
+        let held = rigid_torques(robot, angle, [0.0; N], [0.0; N]);
         for (axis, all) in all.iter_mut().enumerate() {
             let unit = std::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
             let inertia = |robot: &Manipulator| rigid_torques(robot, angle, [0.0; N], unit)[axis];
@@ -75,7 +76,8 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
             let payload_inertia = inertia(&laden_weightless) - own;
             let without = |torque: f64, inertia: f64| torque - inertia * acceleration[axis];
             all.push(Carried {
-                load: without(whole[axis], own) - helped(robot, axis, angle[axis]),
+                weight: held[axis] - helped(robot, axis, angle[axis]),
+                coupling: without(whole[axis] - held[axis], own),
                 inertia: own,
                 payload_weight: without(laden_whole[axis] - whole[axis], payload_inertia),
                 payload_inertia,
@@ -103,7 +105,8 @@ fn laden(robot: &Manipulator) -> Manipulator {
 fn between(from: &Carried, to: &Carried, share: f64) -> Carried {
     let mixed = |of: fn(&Carried) -> f64| of(from) + share * (of(to) - of(from));
     Carried {
-        load: mixed(|c| c.load),
+        weight: mixed(|c| c.weight),
+        coupling: mixed(|c| c.coupling),
         inertia: mixed(|c| c.inertia),
         payload_weight: mixed(|c| c.payload_weight),
         payload_inertia: mixed(|c| c.payload_inertia),
@@ -157,7 +160,7 @@ mod tests {
                 for (axis, whole) in whole.iter().enumerate() {
                     let (own, values) = (&carried[axis][k], &rig.drives[axis].values);
                     let inertia = values.motor_inertia + own.inertia + kilograms * own.payload_inertia;
-                    let load = own.load + kilograms * own.payload_weight + values.offset;
+                    let load = own.weight + own.coupling + kilograms * own.payload_weight + values.offset;
                     let torque = inertia * acceleration[axis] + load;
                     assert!(
                         (torque - whole).abs() < 1e-8 * whole.abs().max(1e3),
@@ -167,6 +170,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_holds_an_axis_where_it_is_is_told_apart_from_what_moves_the_others() {
+        let (rig, piece) = (robot(), swings(0.004));
+        let rigid = drives(&rig, 0.0, 0.0);
+        let motions = links::<6>(&rig, &piece, &rigid);
+        let carried = carried::<6>(&rig, &piece, &rigid);
+        for k in (300..1200).step_by(50) {
+            let held = inverse_dynamics(&rig.model, at(&motions, k, |m| &m.value), [0.0; 6], [0.0; 6], [0.0; 6]);
+            for (axis, held) in held.iter().enumerate() {
+                let weight = carried[axis][k].weight + rig.drives[axis].values.offset;
+                assert!((weight - held).abs() < 1e-8 * held.abs().max(1e3), "axis {}: {weight} {held}", axis + 1);
+            }
+        }
+        let most = |of: fn(&Carried) -> f64| carried[1].iter().map(of).fold(0.0_f64, |most, x| most.max(x.abs()));
+        assert!(most(|c| c.coupling) > 0.05 * most(|c| c.weight), "{}", most(|c| c.coupling));
     }
 
     #[test]

@@ -38,29 +38,26 @@ pub(super) struct Spans {
 
 impl Spans {
     pub(super) fn of(block: &MeasuredBlock) -> Self {
-        let width = block.section.inputs().len();
-        let column = |k: usize| {
-            block.trials.iter().flat_map(move |trial| trial.recorded.inputs.iter().skip(k).step_by(width).copied())
-        };
-        let range = |k: usize| {
-            column(k).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)))
+        let all = |name: &'static str| block.trials.iter().flat_map(move |trial| block.input(trial, name));
+        let range = |name: &'static str| {
+            all(name).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)))
         };
         let torque = || block.trials.iter().flat_map(|trial| trial.recorded.late.iter().copied());
         let motor = block.base[block.field("motor_inertia")];
-        let link = column(4).next().unwrap_or(0.0);
-        let (lo, hi) = range(0);
-        let (start, end) = range(7);
+        let link = all("inertia").next().unwrap_or(0.0);
+        let (lo, hi) = range("angle");
+        let (start, end) = range("time");
         Self {
             torque: (torque().map(|t| t * t).sum::<f64>() / torque().count() as f64).sqrt(),
             peak: torque().fold(0.0, |peak, t| peak.max(t.abs())),
-            rate: column(1).fold(0.0, |peak, v| peak.max(v.abs())),
+            rate: all("rate").fold(0.0, |peak, v| peak.max(v.abs())),
             range: hi - lo,
             farthest: hi.max(-lo),
             middle: 0.5 * (lo + hi),
             time: end - start,
             inertia: motor + link,
             slides: block.channels[0].unit == "m",
-            weight: column(5).any(|weight| weight != 0.0),
+            weight: all("payload_weight").any(|weight| weight != 0.0),
             link: if link > 0.0 { link } else { 0.1 * motor },
         }
     }
