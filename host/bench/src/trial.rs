@@ -293,14 +293,25 @@ mod tests {
         hidden: &[(&'static str, f64)],
         without: &[&str],
     ) -> (Said, Vec<String>) {
+        let answer = answer_behind(colour, rig, seed, hidden, without);
+        let mut ids: Vec<String> = answer.effects.into_iter().map(|effect| effect.id).collect();
+        ids.sort();
+        (answer.said, ids)
+    }
+
+    /// The whole of what is said.
+    fn answer_behind(
+        colour: NoiseColour,
+        rig: Rig,
+        seed: u64,
+        hidden: &[(&'static str, f64)],
+        without: &[&str],
+    ) -> Answer {
         let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
         let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
         let exhibit = Exhibit::of(&set).expect("room");
         let without = without.iter().map(|id| (*id).to_owned()).collect();
-        let answer = answer(exhibit.path(), &Options { without, ..Options::default() }).answer;
-        let mut ids: Vec<String> = answer.effects.into_iter().map(|effect| effect.id).collect();
-        ids.sort();
-        (answer.said, ids)
+        answer(exhibit.path(), &Options { without, ..Options::default() }).answer
     }
 
     #[test]
@@ -343,6 +354,20 @@ mod tests {
         // A boom on either side of its body looks nearly alike.
         let hidden = [("P1_mass", 12.188), ("P3_appendage", 0.078_834)];
         assert_eq!(said_of(Rig::Body, 889_584_576, &hidden, &[]), named(["P1_mass", "P3_appendage"]));
+    }
+
+    #[test]
+    fn a_mount_that_gives_way_as_much_as_the_contact_is_found_where_it_rings() {
+        let compliance = 6.832_731_8e-6;
+        let mount = [("K10_fixture", compliance)];
+        let answer = answer_behind(NoiseColour::FirstOrder, Rig::Contact, 3_583_276_528, &mount, &[]);
+        assert_eq!(answer.said, Said::Named);
+        let [found] = &answer.effects[..] else { panic!("one effect: {:?}", answer.effects) };
+        let off = |name: &str, truth: f64| (found.parameters[name].value / truth - 1.0).abs();
+        // The bench's plate has 1.5 kg.
+        let frequency = 1.0 / (std::f64::consts::TAU * (1.5 * compliance).sqrt());
+        assert!(off("fixture_frequency", frequency) < 0.01, "{:?}", found.parameters);
+        assert!(off("fixture_compliance", compliance) < 0.05, "{:?}", found.parameters);
     }
 
     #[test]
