@@ -115,8 +115,8 @@ impl Block for Contact {
         ContactHidden { position: late.position, bristle: none, plate, plate_rate: zero, force, filtered: force }
     }
 
-    /// The plate by kick and drift, its mount's damper by the midpoint rule, and the rate that the contact feels carried on
-    /// to the instant's: exact to second order.
+    /// The plate by kick and drift, its mount's damper by the midpoint rule, and the rate that the contact feels carried
+    /// on to the instant's: exact to second order.
     #[inline(always)]
     fn advance<R: Real>(
         &self,

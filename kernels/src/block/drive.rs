@@ -74,7 +74,7 @@ bundle! {
         weight: R, "N m", "torque of gravity against the link by the model";
         coupling: R, "N m", "torque of the other axes' motion against the link by the model";
         inertia: R, "kg m^2", "inertia of the link about the joint by the model";
-        payload_weight: R, "m^2/s^2", "torque of a kilogram at the payload's place, its inertia about the joint left out, N m/kg";
+        payload_weight: R, "m^2/s^2", "torque of a kilogram at the payload's place but for its inertia, N m/kg";
         payload_inertia: R, "m^2", "inertia of a kilogram at the payload's place, kg m^2/kg";
         time: R, "s", "time since the drive was switched on";
         travel: R, "rad", "motor angle gained since the instant before";
@@ -357,8 +357,8 @@ impl<R: Real> Wave<R> {
     }
 }
 
-/// Torque that it takes to hold the link where it is, the cables' hysteresis left out: what the model says, and the effects
-/// behind the gear.
+/// Torque that it takes to hold the link where it is, the cables' hysteresis left out: what the model says, and the
+/// effects behind the gear.
 #[inline(always)]
 fn resting_load<R: Real>(p: &DriveValues<R>, u: &DriveMotion<R>) -> R {
     let spring = (u.angle - p.cable_centre) * p.cable_stiffness;
