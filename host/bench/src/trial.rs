@@ -462,6 +462,29 @@ mod tests {
         assert!(judgement.ranking[0].fitted.mean_square() < 1.3, "{}", judgement.ranking[0].fitted.mean_square());
     }
 
+    /// What is said of a robot's axes by a library without what takes longest, and is like nothing that is hidden.
+    fn axes(seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Vec<Said>, Answer) {
+        let costly = ["J9_torque_ripple", "J10_transmission_error"];
+        let answer = answer_behind(NoiseColour::FirstOrder, Rig::Robot, seed, hidden, &[&costly, without].concat());
+        (answer.blocks.iter().map(|block| block.1).collect(), answer)
+    }
+
+    #[test]
+    fn what_is_less_probable_than_nothing_is_not_named() {
+        // How the gear of axis 2 winds up tells a little wrong what axis 3 carries.
+        let hidden = [("J2_viscous", 22.627416997969522), ("J8_elasticity", 2.7262693316631445e-6)];
+        let (said, answer) = axes(2_753_534_839, &hidden, &[]);
+        assert_eq!(said, [Said::NoEffect, Said::Named, Said::NoEffect]);
+        assert!(answer.effects.iter().all(|effect| effect.p > 0.5), "{answer:?}");
+    }
+
+    #[test]
+    fn an_axis_is_not_blamed_for_the_gear_of_another() {
+        let id = "J8_elasticity";
+        let (said, _) = axes(11, &[(id, 8.4e-6)], &[id]);
+        assert_eq!(said, [Said::NoEffect, Said::NotInLibrary, Said::NoEffect]);
+    }
+
     #[test]
     fn noise_of_the_measured_place_is_no_lag_of_the_force() {
         let set = generate(Rig::Contact, &[], NoiseColour::FirstOrder, 3_584_678_196).expect("nothing hidden");

@@ -35,7 +35,8 @@ pub(crate) fn decide(
     let context = Context { block, library, judgement, prismatic };
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
-    let is_there = |best: &&Candidate| best.is_present(judgement.threshold) && !is_nothing(best);
+    let finds_any = judgement.finds_any(library.len());
+    let is_there = |best: &&Candidate| finds_any && best.is_present(judgement.threshold) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));

@@ -102,6 +102,12 @@ impl Judgement {
     pub fn misfit(&self) -> f64 {
         self.clamped.mean_square()
     }
+
+    /// Whether some explanation, whichever it is, is more probable than none, of a library of so many effects.
+    pub(crate) fn finds_any(&self, effects: usize) -> bool {
+        let sound = self.ranking.iter().filter(|candidate| candidate.sound);
+        sound.map(|candidate| candidate.score(effects).exp()).sum::<f64>() >= 1.0
+    }
 }
 
 /// Judges a block by its library; `finer` is the same block in steps half as long, which tells what the step changes.
