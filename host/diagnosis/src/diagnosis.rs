@@ -311,6 +311,7 @@ impl Prepared {
             }
             all = self.judged(prismatic)?;
         }
+        self.withhold_loaded(&mut all);
         let Blocks { answers, judged, errors } = all;
         let proposed = answers
             .iter()

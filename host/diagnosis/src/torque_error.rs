@@ -41,6 +41,21 @@ impl TorqueError {
     }
 }
 
+/// Torque that a model of an axis lacks on held-out motion or on what was fitted, over the root of what its link resists
+/// turning with \[N/kg^(1/2)\]; `None` as for [`TorqueError::of`].
+///
+/// An axis whose link moves by `a` otherwise than was told lacks `M_ii a` itself, and puts `M_ij a` on another: as
+/// `M_ij^2 < M_ii M_jj`, its own is the larger of the two by this measure, however light its link is.
+pub(crate) fn lacking(block: &MeasuredBlock, held_out: bool, fitted: &Fitted) -> Option<f64> {
+    let firsts = block.firsts(held_out);
+    let torque = missing(block, held_out, &fitted.values(&block.base), CUTOFFS[1])?;
+    let (mut inertia, mut count) = (0.0, 0.0);
+    for own in firsts.iter().flat_map(|trial| link_inertias(block, trial)) {
+        (inertia, count) = (inertia + own, count + 1.0);
+    }
+    (inertia > 0.0).then(|| torque / f64::sqrt(inertia / count))
+}
+
 /// Root mean square of the torque that a model lacks.
 ///
 /// A missing torque T moves the simulated angle off by `e`, held by the observer of the block:

@@ -1,8 +1,10 @@
 //! What the axes of a robot carry: told by the model's gears first, and again by those that were found.
 
-use super::{Judged, Prepared};
+use super::torque::is_explained;
+use super::{Blocks, Judged, Prepared};
 use crate::block::robot::{Loads, loads};
 use crate::inference::unknown::Role;
+use crate::torque_error::lacking;
 use softdock_campaign::rig::{Plant, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::fields::from_slice;
@@ -45,6 +47,27 @@ impl Prepared {
         self.axes = self.carrying(rig, found).into();
         true
     }
+
+    /// Nothing is said of axes that nothing explains beside one that lacks more: if its gear winds up otherwise than anybody
+    /// knows, its link moves otherwise than was told, which loads the others.
+    pub(super) fn withhold_loaded(&mut self, all: &mut Blocks) {
+        let Some(Plant::Robot(_)) = self.plant() else { return };
+        let lacks = |place: usize| {
+            let (own, answer) = (&all.judged[place], &all.answers[place]);
+            let lacks = lacking(&own.block, answer.held_out, &own.judgement.clamped);
+            lacks.filter(|_| !is_explained(answer)).map(|torque| (place, torque))
+        };
+        let unexplained: Vec<(usize, f64)> = (0..all.answers.len()).filter_map(lacks).collect();
+        let Some((worst, _)) = unexplained.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return };
+        let culprit = all.answers[worst].block;
+        for (place, _) in unexplained.into_iter().filter(|(place, _)| *place != worst) {
+            let what = format!(
+                "no cause explains the motion, but what `{culprit}` puts on it may, for no cause explains that either: \
+                 nothing is said of this axis; understand that one first"
+            );
+            self.findings.push(all.withhold(place, what));
+        }
+    }
 }
 
 impl Judged {
@@ -54,8 +77,9 @@ impl Judged {
             let mut own = self.library[*number].unknowns.iter();
             own.any(|unknown| unknown.name == "compliance" && unknown.role != Role::Nuisance)
         };
-        let best = self.judgement.ranking.iter().find(|candidate| candidate.sound)?;
-        let present = best.is_present(self.judgement.threshold) && best.hypotheses.iter().any(of_gear);
-        present.then(|| from_slice(&best.fitted.values(&self.block.base)))
+        let judgement = &self.judgement;
+        let best = judgement.ranking.iter().find(|candidate| candidate.sound)?;
+        let present = judgement.finds_any(self.library.len()) && best.is_present(judgement.threshold);
+        (present && best.hypotheses.iter().any(of_gear)).then(|| from_slice(&best.fitted.values(&self.block.base)))
     }
 }

@@ -38,15 +38,11 @@ impl Prepared {
         if is_known || is_explained(&all.answers[moved]) {
             return;
         }
-        let own = &mut all.judged[moved];
-        own.outside = None;
         let what = format!(
             "no cause explains the motion, but torque that jumps between the log's samples may, for the controller is not \
              understood and the log has one in {periods} of its periods: nothing is said of the drive; log every period"
         );
-        self.findings.push(Finding { recording: own.block.name.to_owned(), what });
-        all.answers[moved] = all.answers[moved].clone().withheld(&own.library);
-        all.answers[moved].torque_error = own.torque_error(&all.answers[moved]);
+        self.findings.push(all.withhold(moved, what));
         let answer = &mut all.answers[asked];
         if answer.answer.names() {
             *answer = all.judged[asked].looked_outside(answer.clone().denied(), prismatic);
@@ -54,7 +50,18 @@ impl Prepared {
     }
 }
 
+impl Blocks {
+    /// Says nothing of a block, and why.
+    pub(super) fn withhold(&mut self, place: usize, what: String) -> Finding {
+        let (own, answer) = (&mut self.judged[place], &mut self.answers[place]);
+        own.outside = None;
+        *answer = answer.clone().withheld(&own.library);
+        answer.torque_error = own.torque_error(answer);
+        Finding { recording: own.block.name.to_owned(), what }
+    }
+}
+
 /// Whether a block's motion needs nothing that nobody knows.
-fn is_explained(answer: &BlockAnswer) -> bool {
+pub(super) fn is_explained(answer: &BlockAnswer) -> bool {
     answer.answer != Verdict::NotInLibrary || answer.form.as_ref().is_some_and(|form| form.holds)
 }
