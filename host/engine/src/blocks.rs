@@ -13,6 +13,7 @@ use softdock_kernels::block::toss::Toss;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
 use softdock_kernels::lanes::{Lane, WIDTH};
+use softdock_kernels::real::Real;
 
 /// A block that can be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,17 +124,57 @@ pub fn simulate(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outp
 pub fn simulate_decimated(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
     let instructions = InstructionSet::detect();
     with_block!(kind, block => by_tiles(recordings, sets, &|recorded, sets| {
-        instructions.run(Tile { block, recorded, sets, decimator })
+        instructions.run(Tile { block, recorded, sets, decimator, compared: None })
+    }))
+}
+
+/// A recording of a block with what was read of its outputs.
+pub struct Reading<'a> {
+    /// The inputs.
+    pub recorded: &'a Recorded,
+    /// What was read, sample by sample in the order of the field table of the outputs.
+    pub outputs: Vec<f64>,
+}
+
+/// How far readings may be from the truth and tell nothing, output by output.
+pub struct Tolerance {
+    /// The distance, in the output's unit.
+    pub half: Vec<f64>,
+    /// Share of what lies within it that counts.
+    pub within: f64,
+}
+
+impl Tolerance {
+    /// What counts of a residual of an output.
+    #[inline(always)]
+    pub fn beyond<R: Real>(&self, output: usize, residual: R) -> R {
+        let half = R::lit(self.half[output]);
+        residual - residual.max(-half).min(half) * R::lit(1.0 - self.within)
+    }
+}
+
+/// Simulates a block for every reading and every parameter set, in f64 on all cores: what a decimator keeps of what was
+/// read less what was simulated, as far as it is beyond a tolerance.
+pub fn beyond(
+    kind: Kind,
+    readings: &[Reading],
+    sets: &[Vec<f64>],
+    decimator: &Decimator,
+    tolerance: &Tolerance,
+) -> Outputs {
+    let instructions = InstructionSet::detect();
+    with_block!(kind, block => by_tiles(readings, sets, &|Reading { recorded, outputs }, sets| {
+        instructions.run(Tile { block, recorded, sets, decimator, compared: Some((outputs, tolerance)) })
     }))
 }
 
 /// Carries tiles of as many parameter sets as there are lanes out on all cores.
-pub(crate) fn by_tiles(
-    recordings: &[&Recorded],
+pub(crate) fn by_tiles<R: Sync>(
+    recordings: &[R],
     sets: &[Vec<f64>],
-    tile: &(impl Fn(&Recorded, &[Vec<f64>]) -> Vec<Vec<f64>> + Sync),
+    tile: &(impl Fn(&R, &[Vec<f64>]) -> Vec<Vec<f64>> + Sync),
 ) -> Outputs {
-    let each = |recorded: &&Recorded| -> Vec<Vec<f64>> {
+    let each = |recorded: &R| -> Vec<Vec<f64>> {
         sets.par_chunks(WIDTH).flat_map_iter(|chunk| tile(recorded, chunk)).collect()
     };
     recordings.par_iter().map(each).collect()
@@ -145,6 +186,8 @@ struct Tile<'a, B> {
     recorded: &'a Recorded,
     sets: &'a [Vec<f64>],
     decimator: &'a Decimator,
+    /// What was read, where the outputs are compared with it.
+    compared: Option<(&'a [f64], &'a Tolerance)>,
 }
 
 impl<B: Block> OnLanes for Tile<'_, B> {
@@ -160,10 +203,26 @@ impl<B: Block> OnLanes for Tile<'_, B> {
                 // Lanes without a set of their own repeat the first.
                 L::gather(|lane| group.get(lane).unwrap_or(&group[0])[field - 1] + offset)
             });
-            let lanes = replay::<L, B>(self.block, self.recorded, &p);
+            let mut lanes = replay::<L, B>(self.block, self.recorded, &p);
+            if let Some((read, tolerance)) = self.compared {
+                compare(&mut lanes, read, tolerance);
+            }
             out.extend(kept_by_lane(lanes, self.recorded.samples(), self.decimator, group.len()));
         }
         out
+    }
+}
+
+/// Puts what is beyond a tolerance of what was read in the place of what was simulated.
+///
+/// Loops, no closures: as in [`lane_by_lane`].
+#[inline(always)]
+fn compare<L: Lane>(lanes: &mut [L], read: &[f64], tolerance: &Tolerance) {
+    let channels = tolerance.half.len();
+    for (sample, read) in lanes.chunks_exact_mut(channels).zip(read.chunks_exact(channels)) {
+        for (output, (value, read)) in sample.iter_mut().zip(read).enumerate() {
+            *value = tolerance.beyond(output, L::lit(*read) - *value);
+        }
     }
 }
 
@@ -191,4 +250,39 @@ fn lane_by_lane<L: Lane>(lanes: &[L], count: usize) -> Vec<Vec<f64>> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_beyond_a_tolerance_is_that_of_the_whole_outputs_low_passed() {
+        let (inputs, outputs) = (Kind::Sensor.inputs().len(), Kind::Sensor.outputs().len());
+        let wave = |i: usize| (0.37 * i as f64).sin() + (0.011 * i as f64).cos();
+        let instants = 300;
+        let recorded = Recorded {
+            step: 1e-3,
+            instants,
+            stride: 1,
+            inputs: (0..instants * inputs).map(wave).collect(),
+            late: (0..instants * Kind::Sensor.late_inputs().len()).map(wave).collect(),
+            offsets: Vec::new(),
+        };
+        // More sets than lanes.
+        let sets: Vec<Vec<f64>> =
+            (0..11).map(|set| vec![1.0 + 0.1 * f64::from(set); Kind::Sensor.parameters().len()]).collect();
+        let reading = Reading { recorded: &recorded, outputs: (0..instants * outputs).map(|i| wave(3 * i)).collect() };
+        let tolerance = Tolerance { half: (0..outputs).map(|output| 0.2 * output as f64).collect(), within: 0.1 };
+        let decimator = Decimator::new(4);
+        let simulated = simulate(Kind::Sensor, &[&recorded], &sets).remove(0);
+        let found = beyond(Kind::Sensor, std::slice::from_ref(&reading), &sets, &decimator, &tolerance).remove(0);
+        assert_eq!(found.len(), sets.len());
+        for (own, simulated) in found.iter().zip(simulated) {
+            let residuals = reading.outputs.iter().zip(simulated).enumerate();
+            let left = residuals.map(|(i, (read, own))| tolerance.beyond(i % outputs, read - own)).collect();
+            assert_eq!(*own, decimator.pass::<f64>(left, outputs));
+            assert!(own.iter().all(|value| value.is_finite()) && own.iter().any(|value| *value != 0.0));
+        }
+    }
 }

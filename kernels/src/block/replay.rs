@@ -35,7 +35,7 @@ impl Recorded {
 #[inline(always)]
 pub fn replay<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L>) -> Vec<L> {
     let row = recorded.inputs.len() / recorded.instants;
-    let mut out = Vec::with_capacity(recorded.samples() * 2);
+    let mut out = Vec::new();
     let mut state = None;
     for i in 0..recorded.instants {
         let u = B::Input::read(&mut Row::new(&recorded.inputs[i * row..(i + 1) * row]));
@@ -46,6 +46,10 @@ pub fn replay<L: Lane, B: Block>(block: &B, recorded: &Recorded, p: &B::Params<L
         };
         if i % recorded.stride == 0 {
             block.output(p, &s, &u, &v).write(&mut Samples(&mut out));
+            if i == 0 {
+                // As many numbers as the first sample has.
+                out.reserve_exact(out.len() * (recorded.samples() - 1));
+            }
         }
         state = Some(s);
     }

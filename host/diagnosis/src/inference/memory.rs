@@ -1,6 +1,7 @@
 //! How much noise there is in a channel of repeats, and how long it remembers.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Longest lag at which the noise's memory is looked for, as a share of a recording.
 const LONGEST_LAG: f64 = 0.1;
@@ -19,7 +20,7 @@ impl Memory {
     /// Of all channels alike, by their mean correlation.
     pub(crate) fn of(series: &[DMatrix<f64>]) -> Self {
         let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
-        let correlation: Vec<f64> = (0..=most).map(|lag| correlation(series, lag)).collect();
+        let correlation: Vec<f64> = (0..=most).into_par_iter().map(|lag| correlation(series, lag)).collect();
         let squares: f64 = correlation[1..].iter().map(|r| r * r).sum();
         let time = correlation.iter().position(|r| *r < (-1.0_f64).exp()).unwrap_or(most);
         // Beyond where it is lost the correlation is chance, and that a mean was taken off.

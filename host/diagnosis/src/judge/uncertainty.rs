@@ -7,6 +7,7 @@ use crate::inference::fit::{Fitted, Simulate};
 use crate::inference::spread::{Seen, deviations};
 use crate::soundness::is_sound;
 use nalgebra::DVector;
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 impl Bench<'_> {
@@ -32,24 +33,27 @@ impl Bench<'_> {
     /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
     /// inputs pulls; their ranking stays, but for combinations that are not sound then.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
+        let mut best: Vec<&mut Candidate> =
+            ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
+        best.par_iter_mut().for_each(|candidate| self.compensate_one(dispersion, candidate));
+    }
+
+    fn compensate_one(&self, dispersion: f64, candidate: &mut Candidate) {
         let (mean, deviation) = (
             |sets: &[Vec<f64>]| self.simulated(sets),
             |sets: &[Vec<f64>]| self.learn.whitened_deviations(&self.noise, sets),
         );
         let deviation: Option<&Simulate> = if self.learn.has_repeats() { Some(&deviation) } else { None };
-        for candidate in ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED) {
-            let freed = candidate.fitted.clone().with_freed_sizes();
-            let compensated = compensated(&freed, &self.block.base, &mean, deviation);
-            let compensated = self.with_carried(compensated.into_iter().collect()).pop();
-            // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
-            if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
-                candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
-                candidate.fitted = compensated;
-                let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
-                let one = hypotheses.len() == 1;
-                candidate.sound =
-                    one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
-            }
+        let freed = candidate.fitted.clone().with_freed_sizes();
+        let compensated = compensated(&freed, &self.block.base, &mean, deviation);
+        let compensated = self.with_carried(compensated.into_iter().collect()).pop();
+        // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
+        if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
+            candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
+            candidate.fitted = compensated;
+            let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
+            let one = hypotheses.len() == 1;
+            candidate.sound = one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
         }
     }
 
