@@ -479,6 +479,12 @@ mod tests {
     }
 
     #[test]
+    fn what_spares_a_nuisance_the_impossible_is_named() {
+        let said = said_of(Rig::Sensor, 709_456_285, &[("S3_gain", 0.0154)], &[]);
+        assert_eq!(said, (Said::Named, vec!["S3_gain".to_owned()]));
+    }
+
+    #[test]
     fn an_axis_is_not_blamed_for_the_gear_of_another() {
         let id = "J8_elasticity";
         let (said, _) = axes(11, &[(id, 8.4e-6)], &[id]);

@@ -35,8 +35,7 @@ pub(crate) fn decide(
     let context = Context { block, library, judgement, prismatic };
     let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
     let best = ranking.first().copied();
-    let finds_any = judgement.finds_any(library.len());
-    let is_there = |best: &&Candidate| finds_any && best.is_present(judgement.threshold) && !is_nothing(best);
+    let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
@@ -159,7 +158,8 @@ impl Context<'_> {
     fn effects(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<EffectFound> {
         let scores: Vec<f64> = ranking.iter().map(|candidate| self.score(candidate) / TEMPERATURE).collect();
         let top = scores.iter().copied().fold(0.0, f64::max);
-        let all: f64 = (-top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
+        let all: f64 =
+            (self.judgement.of_nothing() - top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
         let mut found: Vec<EffectFound> = Vec::new();
         for candidate in shown {
             let known = found.len();

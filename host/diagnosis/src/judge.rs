@@ -15,7 +15,7 @@ use crate::inference::noise::Noise;
 use crate::inference::spread::scatter;
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use crate::soundness::{drop_worthless, is_sound, is_strained_for_nothing, strain};
+use crate::soundness::{drop_worthless, is_sound, is_strained, is_strained_for_nothing, strain};
 use nalgebra::{DMatrix, DVector};
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
@@ -103,10 +103,18 @@ impl Judgement {
         self.clamped.mean_square()
     }
 
-    /// Whether some explanation, whichever it is, is more probable than none, of a library of so many effects.
-    pub(crate) fn finds_any(&self, effects: usize) -> bool {
+    /// Log-odds of no effect: none is left where it asks the impossible of a nuisance.
+    pub(crate) fn of_nothing(&self) -> f64 {
+        if is_strained(&self.null) { f64::NEG_INFINITY } else { 0.0 }
+    }
+
+    /// Whether a sound candidate is there by the statistics, and some explanation, whichever it is, more probable than
+    /// none, of a library of so many effects.
+    pub(crate) fn finds(&self, best: &Candidate, effects: usize) -> bool {
         let sound = self.ranking.iter().filter(|candidate| candidate.sound);
-        sound.map(|candidate| candidate.score(effects).exp()).sum::<f64>() >= 1.0
+        let all: f64 = sound.map(|candidate| candidate.score(effects).exp()).sum();
+        let spares_the_impossible = is_strained(&self.null) && !is_strained(&best.fitted) && best.log_odds > 0.0;
+        all >= self.of_nothing().exp() && (spares_the_impossible || best.is_present(self.threshold))
     }
 }
 

@@ -79,7 +79,7 @@ impl Judged {
         };
         let judgement = &self.judgement;
         let best = judgement.ranking.iter().find(|candidate| candidate.sound)?;
-        let present = judgement.finds_any(self.library.len()) && best.is_present(judgement.threshold);
+        let present = judgement.finds(best, self.library.len());
         (present && best.hypotheses.iter().any(of_gear)).then(|| from_slice(&best.fitted.values(&self.block.base)))
     }
 }
