@@ -47,7 +47,7 @@ impl<'a> DeadZone<'a> {
     }
 
     /// Residuals of all experiments, low-passed, averaged over repeats, in standard deviations of the healthy noise, one
-    /// after the other, for every parameter set; within the step that was read such a share of them counts.
+    /// after the other, for every parameter set, by CPU lanes; within the step that was read such a share of them counts.
     pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let tolerance = Tolerance { half: self.half.clone(), within };
         let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {

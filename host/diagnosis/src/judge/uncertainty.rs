@@ -38,6 +38,7 @@ impl Bench<'_> {
         best.par_iter_mut().for_each(|candidate| self.compensate_one(dispersion, candidate));
     }
 
+    /// The same of one candidate.
     fn compensate_one(&self, dispersion: f64, candidate: &mut Candidate) {
         let (mean, deviation) = (
             |sets: &[Vec<f64>]| self.simulated(sets),
