@@ -21,8 +21,6 @@ const STRAINED: f64 = 3.5;
 const PRACTICAL: f64 = 0.01;
 /// Correlation of signatures from which on two effects look alike.
 const ALIKE: f64 = 0.95;
-/// Logarithms of odds are divided by this before they become probabilities.
-const TEMPERATURE: f64 = 1.0;
 
 /// Decides what may be said of a block; `missing` are effects that the block's library could have had.
 pub(crate) fn decide(
@@ -33,7 +31,7 @@ pub(crate) fn decide(
     prismatic: bool,
 ) -> BlockAnswer {
     let context = Context { block, library, judgement, prismatic };
-    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
+    let ranking: Vec<&Candidate> = judgement.sound().collect();
     let best = ranking.first().copied();
     let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
@@ -156,10 +154,7 @@ impl Context<'_> {
 
     /// The effects of some candidates, each with its probability over all that were fitted.
     fn effects(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<EffectFound> {
-        let scores: Vec<f64> = ranking.iter().map(|candidate| self.score(candidate) / TEMPERATURE).collect();
-        let top = scores.iter().copied().fold(0.0, f64::max);
-        let all: f64 =
-            (self.judgement.of_nothing() - top).exp() + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
+        let probabilities = self.judgement.probabilities(self.library.len());
         let mut found: Vec<EffectFound> = Vec::new();
         for candidate in shown {
             let known = found.len();
@@ -176,8 +171,8 @@ impl Context<'_> {
                     }
                     Some(_) => {}
                     None => {
-                        let with = ranking.iter().zip(&scores).filter(|(other, _)| self.has(other, id));
-                        let p = with.map(|(_, score)| (score - top).exp()).sum::<f64>() / all;
+                        let with = ranking.iter().zip(&probabilities).filter(|(other, _)| self.has(other, id));
+                        let p = with.map(|(_, probability)| probability).sum();
                         found.push(EffectFound { id, name, block: self.block.name, p, parameters, covariance });
                     }
                 }
@@ -237,7 +232,7 @@ pub(crate) fn rivals<'c>(
     library: &[Hypothesis],
     judgement: &'c Judgement,
 ) -> Vec<&'c Candidate> {
-    let ranking: Vec<&Candidate> = judgement.ranking.iter().filter(|candidate| candidate.sound).collect();
+    let ranking: Vec<&Candidate> = judgement.sound().collect();
     let context = Context { block, library, judgement, prismatic: false };
     ranking.first().map_or_else(Vec::new, |best| context.rivals(best, &ranking))
 }

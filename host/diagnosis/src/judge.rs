@@ -103,18 +103,27 @@ impl Judgement {
         self.clamped.mean_square()
     }
 
-    /// Log-odds of no effect: none is left where it asks the impossible of a nuisance.
-    pub(crate) fn of_nothing(&self) -> f64 {
-        if is_strained(&self.null) { f64::NEG_INFINITY } else { 0.0 }
+    /// The candidates that are sound, the best first.
+    pub(crate) fn sound(&self) -> impl Iterator<Item = &Candidate> {
+        self.ranking.iter().filter(|candidate| candidate.sound)
+    }
+
+    /// Probabilities of the sound candidates of a library of so many effects, in their order; what they leave is that of no
+    /// effect, and nothing where that asks the impossible of a nuisance.
+    pub(crate) fn probabilities(&self, effects: usize) -> Vec<f64> {
+        let scores: Vec<f64> = self.sound().map(|candidate| candidate.score(effects)).collect();
+        let top = scores.iter().copied().fold(0.0, f64::max);
+        let nothing = if is_strained(&self.null) { 0.0 } else { (-top).exp() };
+        let all: f64 = nothing + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
+        scores.iter().map(|score| (score - top).exp() / all).collect()
     }
 
     /// Whether a sound candidate is there by the statistics, and some explanation, whichever it is, more probable than
     /// none, of a library of so many effects.
     pub(crate) fn finds(&self, best: &Candidate, effects: usize) -> bool {
-        let sound = self.ranking.iter().filter(|candidate| candidate.sound);
-        let all: f64 = sound.map(|candidate| candidate.score(effects).exp()).sum();
         let spares_the_impossible = is_strained(&self.null) && !is_strained(&best.fitted) && best.log_odds > 0.0;
-        all >= self.of_nothing().exp() && (spares_the_impossible || best.is_present(self.threshold))
+        let any = self.probabilities(effects).iter().sum::<f64>() >= 0.5;
+        any && (spares_the_impossible || best.is_present(self.threshold))
     }
 }
 

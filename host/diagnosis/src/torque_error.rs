@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_engine::blocks::Kind;
 use softdock_kernels::block::drive::OBSERVER;
+use statrs::statistics::Statistics;
 
 /// Cut-off of the zero-phase low-pass for a drive alone, and for an axis of a robot \[Hz\].
 const CUTOFFS: [f64; 2] = [20.0, 10.0];
@@ -29,12 +30,7 @@ impl TorqueError {
     /// Of a drive's block with two fits, on held-out motion or on what was fitted; `None` for other blocks and
     /// for recordings too slow for the low-pass.
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
-        let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
-        let step = block.judged_step(first);
-        let cutoff = CUTOFFS[usize::from(robot::axis(block.name).is_some())];
-        if !block.section.is(Kind::Drive) || cutoff > 0.5 / step {
-            return None;
-        }
+        let cutoff = cutoff(block, held_out)?;
         let told = told(block, held_out, cutoff)?;
         let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / told);
         Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: cutoff })
@@ -47,13 +43,16 @@ impl TorqueError {
 /// An axis whose link moves by `a` otherwise than was told lacks `M_ii a` itself, and puts `M_ij a` on another: as
 /// `M_ij^2 < M_ii M_jj`, its own is the larger of the two by this measure, however light its link is.
 pub(crate) fn lacking(block: &MeasuredBlock, held_out: bool, fitted: &Fitted) -> Option<f64> {
-    let firsts = block.firsts(held_out);
-    let torque = missing(block, held_out, &fitted.values(&block.base), CUTOFFS[1])?;
-    let (mut inertia, mut count) = (0.0, 0.0);
-    for own in firsts.iter().flat_map(|trial| link_inertias(block, trial)) {
-        (inertia, count) = (inertia + own, count + 1.0);
-    }
-    (inertia > 0.0).then(|| torque / f64::sqrt(inertia / count))
+    let torque = missing(block, held_out, &fitted.values(&block.base), cutoff(block, held_out)?)?;
+    let inertia = block.firsts(held_out).into_iter().flat_map(|trial| link_inertias(block, trial)).mean();
+    (inertia > 0.0).then(|| torque / inertia.sqrt())
+}
+
+/// Cut-off for a drive's block \[Hz\]; `None` for other blocks and for recordings too slow for it.
+fn cutoff(block: &MeasuredBlock, held_out: bool) -> Option<f64> {
+    let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
+    let cutoff = CUTOFFS[usize::from(robot::axis(block.name).is_some())];
+    (block.section.is(Kind::Drive) && cutoff <= 0.5 / block.judged_step(first)).then_some(cutoff)
 }
 
 /// Root mean square of the torque that a model lacks.

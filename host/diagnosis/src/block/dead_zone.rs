@@ -1,7 +1,6 @@
 //! Residuals of readings in steps: what is beyond the step that was read.
 
-use super::{MOST_SETS, MeasuredBlock, Trial, bounded, cut};
-use crate::inference::noise::mean;
+use super::{MOST_SETS, Part, Trial, bounded};
 use crate::steps::{by_channel, of_both};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,10 +13,9 @@ use softdock_engine::blocks::{Kind, Reading, Tolerance, beyond};
 /// instant is, of readings that are linear in them, a convex set of parameters (set-membership estimation: Milanese and
 /// Vicino, Automatica 27, 1991).
 pub struct DeadZone<'a> {
-    block: &'a MeasuredBlock,
+    /// The recordings that are learnt from.
+    learn: &'a Part<'a>,
     readings: Vec<Reading<'a>>,
-    /// Readings of each experiment, by their places.
-    experiments: Vec<Vec<usize>>,
     /// Half a step of each channel, in its unit.
     half: Vec<f64>,
     /// Step of the forces, in N; that of the moments over the sensor's lever where those alone lie on steps.
@@ -25,25 +23,20 @@ pub struct DeadZone<'a> {
 }
 
 impl<'a> DeadZone<'a> {
-    /// Of a sensor whose readings lie on steps; `None` if they do not.
-    pub fn of(block: &'a MeasuredBlock) -> Option<Self> {
+    /// Of a sensor's recordings to learn from, whose readings lie on steps; `None` if they do not.
+    pub fn of(learn: &'a Part<'a>) -> Option<Self> {
+        let block = learn.block;
         let steps @ [force, moment] = of_both(block);
         let by_moment = || Some(moment?.size / block.base[block.field("lever")]);
         let step = force.map(|step| step.size).or_else(by_moment)?;
-        let part = block.part(false);
         let learnt = block.trials.iter().filter(|trial| !trial.held_out);
         let reading = |trial: &'a Trial| {
             let samples = 0..trial.measured[0].len();
             let outputs = samples.flat_map(|k| trial.measured.iter().map(move |row| row[k])).collect();
             Reading { recorded: &trial.recorded, outputs }
         };
-        Some(Self {
-            block,
-            readings: learnt.map(reading).collect(),
-            experiments: part.experiments.into_iter().map(|(_, members)| members).collect(),
-            half: by_channel(steps, |step| 0.5 * step.size),
-            step,
-        })
+        let half = by_channel(steps, |step| 0.5 * step.size);
+        Some(Self { learn, readings: learnt.map(reading).collect(), half, step })
     }
 
     /// Residuals of all experiments, low-passed, averaged over repeats, in standard deviations of the healthy noise, one
@@ -51,7 +44,7 @@ impl<'a> DeadZone<'a> {
     pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let tolerance = Tolerance { half: self.half.clone(), within };
         let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
-            let left = beyond(Kind::Sensor, &self.readings, sets, &self.block.decimator, &tolerance);
+            let left = beyond(Kind::Sensor, &self.readings, sets, &self.learn.block.decimator, &tolerance);
             let of_set = |set: usize| self.averaged(left.iter().map(|own| own[set].as_slice()));
             (0..sets.len()).into_par_iter().map(of_set).collect()
         };
@@ -60,13 +53,13 @@ impl<'a> DeadZone<'a> {
 
     /// Means of the repeats, in standard deviations of the healthy noise, of what is left of each reading.
     fn averaged<'r>(&self, left: impl Iterator<Item = &'r [f64]>) -> DVector<f64> {
-        let noise = &self.block.known_noise;
+        let noise = &self.learn.block.known_noise;
         let scaled = |own: &[f64]| {
             DMatrix::from_fn(noise.len(), own.len() / noise.len(), |c, k| own[k * noise.len() + c] / noise[c])
         };
         let trials: Vec<DMatrix<f64>> = left.map(scaled).collect();
-        let means = self.experiments.iter().map(|members| mean(&cut(members, &trials)));
-        bounded(means.flat_map(|own| own.as_slice().to_vec()).collect())
+        let means = self.learn.averaged(&trials).into_iter();
+        bounded(means.flat_map(|own| Vec::from(own.data)).collect())
     }
 }
 

@@ -342,8 +342,12 @@ impl<'a> Part<'a> {
 
     /// Residuals of each experiment, averaged over its repeats, for one parameter set.
     pub fn means(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
-        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
-        self.experiments.iter().map(|(_, members)| mean(&cut(members, &trials))).collect()
+        self.averaged(&self.of_trials(&self.all(), &[set.to_vec()]).remove(0))
+    }
+
+    /// Residuals of all trials as those of each experiment, averaged over its repeats.
+    fn averaged(&self, trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+        self.experiments.iter().map(|(_, members)| mean(&cut(members, trials))).collect()
     }
 
     /// The noise for one parameter set before any hypothesis: by the repeats, or of no colour without any; `None` if it

@@ -52,15 +52,16 @@ impl Prepared {
     /// knows, its link moves otherwise than was told, which loads the others.
     pub(super) fn withhold_loaded(&mut self, all: &mut Blocks) {
         let Some(Plant::Robot(_)) = self.plant() else { return };
+        let unexplained = (0..all.answers.len()).filter(|place| !is_explained(&all.answers[*place]));
         let lacks = |place: usize| {
-            let (own, answer) = (&all.judged[place], &all.answers[place]);
-            let lacks = lacking(&own.block, answer.held_out, &own.judgement.clamped);
-            lacks.filter(|_| !is_explained(answer)).map(|torque| (place, torque))
+            let own = &all.judged[place];
+            let torque = lacking(&own.block, all.answers[place].held_out, &own.judgement.clamped)?;
+            Some((place, torque))
         };
-        let unexplained: Vec<(usize, f64)> = (0..all.answers.len()).filter_map(lacks).collect();
-        let Some((worst, _)) = unexplained.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return };
+        let lacks: Vec<(usize, f64)> = unexplained.filter_map(lacks).collect();
+        let Some((worst, _)) = lacks.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return };
         let culprit = all.answers[worst].block;
-        for (place, _) in unexplained.into_iter().filter(|(place, _)| *place != worst) {
+        for (place, _) in lacks.into_iter().filter(|(place, _)| *place != worst) {
             let what = format!(
                 "no cause explains the motion, but what `{culprit}` puts on it may, for no cause explains that either: \
                  nothing is said of this axis; understand that one first"
@@ -78,7 +79,7 @@ impl Judged {
             own.any(|unknown| unknown.name == "compliance" && unknown.role != Role::Nuisance)
         };
         let judgement = &self.judgement;
-        let best = judgement.ranking.iter().find(|candidate| candidate.sound)?;
+        let best = judgement.sound().next()?;
         let present = judgement.finds(best, self.library.len());
         (present && best.hypotheses.iter().any(of_gear)).then(|| from_slice(&best.fitted.values(&self.block.base)))
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 
 /// Longest lag at which the noise's memory is looked for, as a share of a recording.
 const LONGEST_LAG: f64 = 0.1;
@@ -20,7 +21,7 @@ impl Memory {
     /// Of all channels alike, by their mean correlation.
     pub(crate) fn of(series: &[DMatrix<f64>]) -> Self {
         let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
-        let correlation: Vec<f64> = (0..=most).into_par_iter().map(|lag| correlation(series, lag)).collect();
+        let correlation = correlations(series, 0..=most);
         let squares: f64 = correlation[1..].iter().map(|r| r * r).sum();
         let time = correlation.iter().position(|r| *r < (-1.0_f64).exp()).unwrap_or(most);
         // Beyond where it is lost the correlation is chance, and that a mean was taken off.
@@ -45,15 +46,19 @@ impl Memory {
 
 /// Mean correlation of all channels at a lag.
 pub(crate) fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
+    correlations(series, lag..=lag)[0]
+}
+
+/// The same at each of some lags.
+fn correlations(series: &[DMatrix<f64>], lags: RangeInclusive<usize>) -> Vec<f64> {
     let channels = series[0].nrows();
-    let of = |c: usize| {
-        let at = |lag: usize| -> f64 {
-            let pairs = |x: &DMatrix<f64>| (lag..x.ncols()).map(|t| x[(c, t)] * x[(c, t - lag)]).sum::<f64>();
-            series.iter().map(pairs).sum()
-        };
-        at(lag) / at(0)
+    let product = |c: usize, lag: usize| -> f64 {
+        let pairs = |x: &DMatrix<f64>| (lag..x.ncols()).map(|t| x[(c, t)] * x[(c, t - lag)]).sum::<f64>();
+        series.iter().map(pairs).sum()
     };
-    (0..channels).map(of).sum::<f64>() / channels as f64
+    let squares: Vec<f64> = (0..channels).map(|c| product(c, 0)).collect();
+    let at = |lag: usize| (0..channels).map(|c| product(c, lag) / squares[c]).sum::<f64>() / channels as f64;
+    lags.into_par_iter().map(at).collect()
 }
 
 /// Mean square of a channel.

@@ -20,7 +20,7 @@ const WITHIN: [f64; 2] = [0.1, 0.0];
 pub(super) fn pairs(bench: &Bench, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
     let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == steps::NAME;
     let Some(steps) = singles.iter().find(is_steps) else { return Vec::new() };
-    let Some(zone) = DeadZone::of(bench.block) else { return Vec::new() };
+    let Some(zone) = DeadZone::of(&bench.learn) else { return Vec::new() };
     let others = singles.iter().filter(|single| !is_steps(single));
     let found = explaining(bench, &zone, others, null);
     let starts = found.iter().map(|other| beside(bench, &zone, steps, other)).collect();
