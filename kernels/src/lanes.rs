@@ -3,7 +3,7 @@
 //! All three give the same bits as f64 itself: every operation is exactly rounded and `mul_add` is fused on all.
 //! Explicit types, since loops over arrays do not vectorise reliably.
 
-use crate::real::Real;
+use crate::real::{ONES, Real};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// A stage call that waits to be carried out; its method is always inlined.
@@ -144,17 +144,18 @@ macro_rules! operators {
     };
 }
 
-/// The scalar's bit tricks, lane by lane (rare: noise and general exponents only).
+/// The scalar's bit tricks, by the inherent functions of a lane type.
 macro_rules! bitwise {
     () => {
         #[inline(always)]
         fn frexp(self) -> (Self, Self) {
-            let parts = self.to_array().map(Real::frexp);
-            (Self::from_array(parts.map(|p| p.0)), Self::from_array(parts.map(|p| p.1)))
+            let bits = |bits| Self::lit(f64::from_bits(bits));
+            let exponent = self.exponent_to_ones().and(bits(0x7ff)).or(Self::lit(ONES)) - Self::lit(ONES + 1022.0);
+            (self.and(bits(!(0x7ff << 52))).or(bits(1022 << 52)), exponent)
         }
         #[inline(always)]
         fn exp2_whole(self) -> Self {
-            Self::from_array(self.to_array().map(Real::exp2_whole))
+            (self + Self::lit(ONES + 1023.0)).ones_to_exponent()
         }
     };
 }

@@ -62,17 +62,25 @@ pub trait Real:
         !Self::any(!self.abs().le(Self::lit(0.0)))
     }
 
-    /// Polynomial with the given coefficients, lowest power first, by Horner's rule.
+    /// Polynomial with the given coefficients, at least two, lowest power first: even and odd powers by Horner's rule, for
+    /// two chains of additions that do not wait for each other take half the time of one.
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {
-        let (last, rest) = coefficients.split_last().expect("at least one coefficient");
-        let mut sum = Self::lit(*last);
-        for c in rest.iter().rev() {
-            sum = sum.mul_add(self, Self::lit(*c));
+        let square = self * self;
+        let mut k = coefficients.len() - 2;
+        let (mut odd, mut even) = (Self::lit(coefficients[k + 1]), Self::lit(coefficients[k]));
+        // No iterator: what it calls might be compiled for any processor.
+        while k > 0 {
+            k -= 1;
+            (odd, even) = (even, odd.mul_add(square, Self::lit(coefficients[k])));
         }
-        sum
+        odd.mul_add(self, even)
     }
 }
+
+/// From here to its double the last bit of a number counts ones: added to it, a small whole number stands in the last
+/// bits. Conversions to integers would be made lane by lane.
+pub(crate) const ONES: f64 = (1_u64 << 52) as f64;
 
 crate::scalar_bundle!(f64);
 
@@ -118,11 +126,11 @@ impl Real for f64 {
     #[inline(always)]
     fn frexp(self) -> (Self, Self) {
         let bits = self.to_bits();
-        let exponent = ((bits >> 52) & 0x7ff) as i64 - 1022;
-        (f64::from_bits((bits & !(0x7ff << 52)) | (1022 << 52)), exponent as f64)
+        let exponent = f64::from_bits(ONES.to_bits() | (bits >> 52) & 0x7ff) - (ONES + 1022.0);
+        (f64::from_bits((bits & !(0x7ff << 52)) | (1022 << 52)), exponent)
     }
     #[inline(always)]
     fn exp2_whole(self) -> Self {
-        f64::from_bits(((self as i64 + 1023) as u64) << 52)
+        f64::from_bits((self + (ONES + 1023.0)).to_bits() << 52)
     }
 }

@@ -81,7 +81,7 @@ impl Decimator {
         for (group, taps) in beside.enumerate() {
             for (place, sum) in sums.iter_mut().enumerate() {
                 let away = (group * SUMS + place + 1) * stride;
-                *sum = *sum + (samples[middle - away] + samples[middle + away]) * L::lit(taps[place]);
+                *sum = (samples[middle - away] + samples[middle + away]).mul_add(L::lit(taps[place]), *sum);
             }
         }
         let mut whole = samples[middle] * L::lit(self.taps[0]);

@@ -87,3 +87,36 @@ entry_points! {
     on_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
     on_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::lanes::plain::Lanes;
+    use softdock_kernels::math::{exp, log};
+
+    /// What is made of a number's bits, and the smaller and the greater of it and another.
+    struct Bits(f64, f64);
+
+    impl OnLanes for Bits {
+        type Output = [u64; 6];
+        #[inline(always)]
+        fn carry_out<L: Lane>(self) -> [u64; 6] {
+            let (a, b) = (L::lit(self.0), L::lit(self.1));
+            let (mantissa, exponent) = a.abs().frexp();
+            let whole = exponent.max(L::lit(-1022.0)).min(L::lit(1023.0)).exp2_whole();
+            let results = [mantissa, exponent, whole, a.min(b), a.max(b), exp(a) + log(a.abs())];
+            results.map(|lanes| lanes.lane(L::WIDTH - 1).to_bits())
+        }
+    }
+
+    #[test]
+    fn bits_and_order_are_the_same_on_every_instruction_set() {
+        let numbers = [0.0, -0.0, 1.0, -0.37, 3e-300, -86.9, 1.7e308, f64::MIN_POSITIVE, f64::INFINITY, f64::NAN];
+        for (a, b) in numbers.into_iter().flat_map(|a| numbers.map(|b| (a, b))) {
+            let one = InstructionSet::OneLane.run(Bits(a, b));
+            let sets = [InstructionSet::Avx512, InstructionSet::Avx2].into_iter().filter(|set| set.supported());
+            sets.for_each(|set| assert_eq!(set.run(Bits(a, b)), one, "{set:?}: {a} and {b}"));
+            assert_eq!(Bits(a, b).carry_out::<Lanes>(), one, "in arrays: {a} and {b}");
+        }
+    }
+}

@@ -55,6 +55,26 @@ impl Lanes {
     fn negated(self) -> Self {
         halves!(Lanes, _mm256_xor_pd(self, Self::lit(-0.0)))
     }
+    #[inline(always)]
+    fn and(self, o: Self) -> Self {
+        halves!(Lanes, _mm256_and_pd(self, o))
+    }
+    #[inline(always)]
+    fn or(self, o: Self) -> Self {
+        halves!(Lanes, _mm256_or_pd(self, o))
+    }
+    #[inline(always)]
+    fn exponent_to_ones(self) -> Self {
+        // SAFETY: as in `halves!`.
+        let half = |x| unsafe { _mm256_castsi256_pd(_mm256_srli_epi64::<52>(_mm256_castpd_si256(x))) };
+        Self(half(self.0), half(self.1))
+    }
+    #[inline(always)]
+    fn ones_to_exponent(self) -> Self {
+        // SAFETY: as in `halves!`.
+        let half = |x| unsafe { _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(x))) };
+        Self(half(self.0), half(self.1))
+    }
 }
 
 impl Mask {
@@ -127,6 +147,14 @@ impl Real for Lanes {
     #[inline(always)]
     fn any(mask: Mask) -> bool {
         mask.any()
+    }
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        halves!(Lanes, _mm256_min_pd(self, o))
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        halves!(Lanes, _mm256_max_pd(self, o))
     }
     bitwise!();
 }

@@ -50,6 +50,22 @@ impl Lanes {
     fn negated(self) -> Self {
         Self(simd!(_mm512_xor_pd(self.0, _mm512_set1_pd(-0.0))))
     }
+    #[inline(always)]
+    fn and(self, o: Self) -> Self {
+        Self(simd!(_mm512_and_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn or(self, o: Self) -> Self {
+        Self(simd!(_mm512_or_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn exponent_to_ones(self) -> Self {
+        Self(simd!(_mm512_castsi512_pd(_mm512_srli_epi64::<52>(_mm512_castpd_si512(self.0)))))
+    }
+    #[inline(always)]
+    fn ones_to_exponent(self) -> Self {
+        Self(simd!(_mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(self.0)))))
+    }
 }
 
 impl Mask {
@@ -114,6 +130,14 @@ impl Real for Lanes {
     #[inline(always)]
     fn any(mask: Mask) -> bool {
         mask.any()
+    }
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        Self(simd!(_mm512_min_pd(self.0, o.0)))
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        Self(simd!(_mm512_max_pd(self.0, o.0)))
     }
     bitwise!();
 }

@@ -44,6 +44,22 @@ impl Lanes {
     fn negated(self) -> Self {
         Self(each!(i => -self.0[i]))
     }
+    #[inline(always)]
+    fn and(self, o: Self) -> Self {
+        Self(each!(i => f64::from_bits(self.0[i].to_bits() & o.0[i].to_bits())))
+    }
+    #[inline(always)]
+    fn or(self, o: Self) -> Self {
+        Self(each!(i => f64::from_bits(self.0[i].to_bits() | o.0[i].to_bits())))
+    }
+    #[inline(always)]
+    fn exponent_to_ones(self) -> Self {
+        Self(each!(i => f64::from_bits(self.0[i].to_bits() >> 52)))
+    }
+    #[inline(always)]
+    fn ones_to_exponent(self) -> Self {
+        Self(each!(i => f64::from_bits(self.0[i].to_bits() << 52)))
+    }
 }
 
 impl Mask {

@@ -234,11 +234,15 @@ impl<'a> Part<'a> {
 
     /// The same, for the inputs of some recordings and what was measured in trials.
     fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let channels = &self.block.channels;
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
             let outputs = self.block.simulate(recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
-                residual -= self.of_channels(&outputs[place][set]);
+                let samples = outputs[place][set].chunks_exact(self.outputs);
+                for (mut residual, sample) in residual.column_iter_mut().zip(samples) {
+                    channels.iter().enumerate().for_each(|(row, channel)| residual[row] -= sample[channel.output]);
+                }
                 residual
             };
             let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();

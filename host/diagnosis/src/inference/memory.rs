@@ -52,8 +52,13 @@ pub(crate) fn correlation(series: &[DMatrix<f64>], lag: usize) -> f64 {
 /// The same at each of some lags.
 fn correlations(series: &[DMatrix<f64>], lags: RangeInclusive<usize>) -> Vec<f64> {
     let channels = series[0].nrows();
+    // A channel's samples one after the other.
+    let series: Vec<DMatrix<f64>> = series.iter().map(DMatrix::transpose).collect();
     let product = |c: usize, lag: usize| -> f64 {
-        let pairs = |x: &DMatrix<f64>| (lag..x.ncols()).map(|t| x[(c, t)] * x[(c, t - lag)]).sum::<f64>();
+        let pairs = |x: &DMatrix<f64>| {
+            let (x, rest) = (x.column(c), x.nrows().saturating_sub(lag));
+            x.rows(x.nrows() - rest, rest).dot(&x.rows(0, rest))
+        };
         series.iter().map(pairs).sum()
     };
     let squares: Vec<f64> = (0..channels).map(|c| product(c, 0)).collect();

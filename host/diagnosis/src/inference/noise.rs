@@ -4,7 +4,7 @@
 //! residual would swallow the effect that is looked for. The vector form matters: in a feedback loop the noise of one
 //! channel comes back in another.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVectorView};
 
 /// Highest order that is tried.
 const MOST_LAGS: usize = 20;
@@ -86,16 +86,28 @@ impl Noise {
     /// The innovations of a residual in units of their standard deviation, channel after channel at each instant;
     /// `repeats` residuals were averaged. The first instants, which lack a past, are left out.
     pub fn whiten(&self, residual: &DMatrix<f64>, repeats: usize) -> Vec<f64> {
-        let (order, count) = (self.order(), residual.ncols().saturating_sub(self.order()));
-        if count == 0 {
-            return Vec::new();
+        let (channels, order) = (residual.nrows(), self.order());
+        let taps = self.taps() * (repeats as f64).sqrt();
+        let count = residual.ncols().saturating_sub(order);
+        let mut innovations = Vec::with_capacity(channels * count);
+        for window in residual.as_slice().windows(taps.nrows()).step_by(channels) {
+            let window = DVectorView::from_slice(window, taps.nrows());
+            innovations.extend(taps.column_iter().map(|taps| taps.dot(&window)));
         }
-        let mut innovations = residual.columns(order, count).into_owned();
+        innovations
+    }
+
+    /// Weights of an instant's channels and of those of the instants before it, the oldest first, in each innovation: a
+    /// column an innovation.
+    fn taps(&self) -> DMatrix<f64> {
+        let channels = self.whitener.nrows();
+        let mut taps = DMatrix::zeros(channels * (self.order() + 1), channels);
+        let own = self.order() * channels;
+        taps.rows_mut(own, channels).copy_from(&self.whitener.transpose());
         for (k, lag) in self.lags.iter().enumerate() {
-            innovations.gemm(-1.0, lag, &residual.columns(order - 1 - k, count), 1.0);
+            taps.rows_mut(own - (k + 1) * channels, channels).copy_from(&-(&self.whitener * lag).transpose());
         }
-        let scale = (repeats as f64).sqrt();
-        (&self.whitener * innovations * scale).data.into()
+        taps
     }
 }
 

@@ -139,8 +139,10 @@ impl Lacking {
         let count = (until / (self.period * self.stride as f64)).min(self.torque.len() as f64) as usize;
         let at = |sample: usize| {
             let tick = (sample * self.stride) as f64;
-            let held = (tick / periods + 1e-6).floor() * periods;
-            let (before, share) = (held as usize, held.fract());
+            // Conversions cut off what is not whole, without a call, as `floor` would be.
+            let held = f64::from((tick / periods + 1e-6) as u32) * periods;
+            let before = held as usize;
+            let share = held - before as f64;
             let next = self.asked[(before + 1).min(self.asked.len() - 1)];
             let asked = self.asked[before] + share * (next - self.asked[before]);
             (self.torque[sample] - (asked - self.asked[sample * self.stride])).powi(2)
