@@ -209,36 +209,56 @@ struct Response<R> {
     zero: R,
 }
 
-/// The response on each axis, semi-implicit, within the limits of speed; rotations by the small error angle. Gives 1
-/// where a limit was met.
+/// A robot after a substep: with a response late, without one where it is told to be. Gives 1 where a limit was met.
 #[inline(always)]
 fn follow<R: Real>(m: &Plant, p: &Params<R>, response: Response<R>, at: Motion<R>, told: Motion<R>) -> (Motion<R>, R) {
-    let (zero, one, two) = (R::lit(0.0), R::lit(1.0), R::lit(2.0));
-    let dt = R::lit(m.timing.substep);
+    let zero = R::lit(0.0);
     let ideal = response.lag.le(zero);
+    let turn = turn_between(at.attitude, told.attitude);
+    // Most often all lanes are of one kind, and one of the two is enough.
+    let (late, cut) = if R::any(!ideal) { lagging(m, p, response, at, told, turn) } else { (told, zero) };
+    let (prompt, held_back) = if R::any(ideal) { at_once(m, p, at, told, turn) } else { (late, cut) };
+    let motion = Motion {
+        position: Vec3::select(ideal, prompt.position, late.position),
+        attitude: Quat::select(ideal, prompt.attitude, late.attitude),
+        velocity: Vec3::select(ideal, prompt.velocity, late.velocity),
+        omega: Vec3::select(ideal, prompt.omega, late.omega),
+    };
+    (motion, R::select(ideal, held_back, cut))
+}
+
+/// The response on each axis, semi-implicit, within the limits of speed; rotations by the small error angle.
+#[inline(always)]
+fn lagging<R: Real>(
+    m: &Plant,
+    p: &Params<R>,
+    response: Response<R>,
+    at: Motion<R>,
+    told: Motion<R>,
+    turn: Vec3<R>,
+) -> (Motion<R>, R) {
+    let (one, two, dt) = (R::lit(1.0), R::lit(2.0), R::lit(m.timing.substep));
     let w = one / response.lag.max(R::lit(1e-9));
     let (pull, brake, lead) = (w * w, -(two * response.damping * w), w * w * response.zero);
-    let turn = turn_between(at.attitude, told.attitude);
     let velocity = told
         .velocity
         .scale_add(lead, at.velocity.scale_add(brake, (told.position - at.position) * pull))
         .scale_add(dt, at.velocity);
     let omega = told.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
     let (velocity, omega, cut) = within_limits(m, p, velocity, omega);
-    let lagging = Motion {
+    (moved(m, at, velocity, omega), cut)
+}
+
+/// A motion after a substep at a velocity and an angular velocity.
+#[inline(always)]
+fn moved<R: Real>(m: &Plant, at: Motion<R>, velocity: Vec3<R>, omega: Vec3<R>) -> Motion<R> {
+    let dt = R::lit(m.timing.substep);
+    Motion {
         position: velocity.scale_add(dt, at.position),
         attitude: Quat::from_rotation_vector(omega * dt).compose(at.attitude).normalized(),
         velocity,
         omega,
-    };
-    let (at_once, held_back) = at_once(m, p, at, told, turn);
-    let motion = Motion {
-        position: Vec3::select(ideal, at_once.position, lagging.position),
-        attitude: Quat::select(ideal, at_once.attitude, lagging.attitude),
-        velocity: Vec3::select(ideal, at_once.velocity, lagging.velocity),
-        omega: Vec3::select(ideal, at_once.omega, lagging.omega),
-    };
-    (motion, R::select(ideal, held_back, cut))
+    }
 }
 
 /// Rotation vector from one attitude to another that is near.
@@ -267,15 +287,10 @@ fn at_once<R: Real>(m: &Plant, p: &Params<R>, at: Motion<R>, told: Motion<R>, tu
     if !m.effects.has(RATE_LIMIT) {
         return (told, zero);
     }
-    let (dt, per_second) = (R::lit(m.timing.substep), R::lit(1.0 / m.timing.substep));
+    let per_second = R::lit(1.0 / m.timing.substep);
     let way = told.position - at.position;
     let (velocity, omega, cut) = within_limits(m, p, way * per_second, turn * per_second);
-    let late = Motion {
-        position: velocity.scale_add(dt, at.position),
-        attitude: Quat::from_rotation_vector(omega * dt).compose(at.attitude).normalized(),
-        velocity,
-        omega,
-    };
+    let late = moved(m, at, velocity, omega);
     let held_back = zero.lt(cut);
     let motion = Motion {
         position: Vec3::select(held_back, late.position, told.position),

@@ -27,13 +27,11 @@ bundle! {
     }
 }
 
-/// What is read of parts and wrench; turns by twice the sine of half the angle, which is the angle where it is small.
+/// What is read of parts and wrench.
+///
+/// Here and in [`follow`] no closures: they would be functions of their own, without the instruction set of the lanes.
 #[inline(always)]
 pub fn readings<R: Real>(start: &Parts<f64>, parts: &Parts<R>, wrench: Wrench<R>) -> Readings<R> {
-    let turn = |from: Quat<f64>, to: Quat<R>| -> Vec3<R> {
-        let way = Quat { w: R::lit(from.w), v: Vec3::lit(from.v * -1.0) }.compose(to);
-        way.v * R::select(way.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
-    };
     Readings {
         place_a: parts.a.position,
         turn_a: turn(start.a.attitude, parts.a.attitude),
@@ -42,6 +40,13 @@ pub fn readings<R: Real>(start: &Parts<f64>, parts: &Parts<R>, wrench: Wrench<R>
         force: wrench.force,
         moment: wrench.moment,
     }
+}
+
+/// Rotation by twice the sine of half the angle, which is the angle where it is small.
+#[inline(always)]
+fn turn<R: Real>(from: Quat<f64>, to: Quat<R>) -> Vec3<R> {
+    let way = Quat { w: R::lit(from.w), v: Vec3::lit(from.v * -1.0) }.compose(to);
+    way.v * R::select(way.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
 }
 
 /// Readings of the facility, tick by tick in the order of [`Readings`], each for all lanes.
@@ -53,15 +58,13 @@ pub fn follow<L: Lane, const N: usize>(m: &Plant, recorded: &Recorded, sets: &[P
     let mut tile = Tile::<L, N>::new(m, Batch { key: [0; 2], noisy: false, loops: Loops::Both });
     let entering: Vec<_> = (0..L::WIDTH).map(|lane| (lane, 0, *sets.get(lane).unwrap_or(&sets[0]))).collect();
     tile.load(m, &entering);
-    let width = fields::<f64, Parts<f64>>().len();
-    let told = |row: usize| Parts::<L>::read(&mut Row::new(&recorded.inputs[row * width..(row + 1) * width]));
     let start = m.start();
-    tile.begin(m, &told(0), &told(1));
+    tile.begin(m, &told(recorded, 0), &told(recorded, 1));
     let mut out = Vec::with_capacity(recorded.samples() * fields::<f64, Readings<f64>>().len());
     let mut wrench = zero_wrench();
     for row in 0..recorded.instants {
         if row > 0 {
-            wrench = tile.follow(m, &told(row));
+            wrench = tile.follow(m, &told(recorded, row));
         }
         if row % recorded.stride == 0 {
             let parts = mounted_parts(m, &tile.params, &tile.robots);
@@ -69,6 +72,13 @@ pub fn follow<L: Lane, const N: usize>(m: &Plant, recorded: &Recorded, sets: &[P
         }
     }
     out
+}
+
+/// The motions that the parts were told in a row of a recording.
+#[inline(always)]
+fn told<R: Real>(recorded: &Recorded, row: usize) -> Parts<R> {
+    let width = recorded.inputs.len() / recorded.instants;
+    Parts::read(&mut Row::new(&recorded.inputs[row * width..(row + 1) * width]))
 }
 
 impl<L: Lane, const N: usize> Tile<L, N> {
