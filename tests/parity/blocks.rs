@@ -273,3 +273,21 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
         }
     }
 }
+
+/// One thread may fetch the answer that another one waits for: that device is not lost.
+#[test]
+fn a_device_answers_threads_that_ask_at_once() {
+    let (whole, sets) = bodies();
+    let beginning = |all: &[f64]| all[..all.len() / INSTANTS * 20].to_vec();
+    let (inputs, late) = (beginning(&whole.inputs), beginning(&whole.late));
+    let recorded = Recorded { instants: 20, inputs, late, ..whole };
+    for gpu in adapters() {
+        let ask = || gpu.simulate(Kind::Body, &[&recorded], &sets[..4]);
+        let expected = ask().expect("the device runs it");
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| (0..1000).for_each(|_| assert!(ask().is_ok_and(|answer| answer == expected))));
+            }
+        });
+    }
+}

@@ -2,8 +2,11 @@
 
 use super::{GpuEngine, one_line};
 use crate::EngineError;
-use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+/// Longest time in which another thread hands over what the device has answered.
+const HAND_OVER: Duration = Duration::from_secs(60);
 
 impl GpuEngine {
     /// Runs one entry point of a WGSL module once and gives back its buffers, as words.
@@ -162,16 +165,15 @@ impl GpuEngine {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, landing, 0, bytes);
         self.queue.submit([encoder.finish()]);
-        let mapped = Arc::new(Mutex::new(None));
-        let answer = Arc::clone(&mapped);
-        landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
-            *answer.lock().expect("no holder panics") = Some(result);
-        });
+        let (tell, told) = mpsc::channel();
+        // Who waits no more needs no answer.
+        landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| drop(tell.send(result)));
         self.wait()?;
-        match mapped.lock().expect("no holder panics").take() {
-            Some(Ok(())) => {}
-            Some(Err(error)) => return Err(lost(&error)),
-            None => return Err(EngineError::DeviceLost("the device did not answer".to_owned())),
+        // Another thread that waits for the device may have fetched the answer, and be about to hand it over.
+        match told.recv_timeout(HAND_OVER) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(lost(&error)),
+            Err(_) => return Err(EngineError::DeviceLost("the device did not answer".to_owned())),
         }
         let view = landing.get_mapped_range(0..bytes).map_err(|e| lost(&e))?;
         let values = bytemuck::pod_collect_to_vec(&view[..]);
