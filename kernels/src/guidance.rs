@@ -67,7 +67,7 @@ fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) 
         -(spring.mul_add(gap.z, damper * slide.z)),
     );
     let relative = a.attitude.compose(b.attitude.conjugate());
-    let twist = relative.v * R::select(relative.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
+    let twist = relative.small_rotation_vector();
     let torque = (a.omega - b.omega).scale_add(R::lit(-attitude_damping), twist * R::lit(-attitude_stiffness));
     let on = R::lit(1.0) - touched;
     (b.attitude.rotate(force.clamp(R::lit(max_force))) * on, torque.clamp(R::lit(max_torque)) * on)
@@ -118,7 +118,7 @@ fn cartesian_impedance<R: Real, const N: usize>(
     let reach = &k.reach;
     let error = base.rotate(Vec3::lit(m.tool_start.position)) - k.axes.times(reach.position);
     let turn = base.compose(Quat::lit(m.tool_start.attitude)).compose(k.parts.a.attitude.conjugate());
-    let twist = turn.v * R::select(turn.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0));
+    let twist = turn.small_rotation_vector();
     let force = k.axes.times(reach.velocity).scale_add(R::lit(-damping), error * R::lit(stiffness));
     let moment = k.axes.times(reach.omega).scale_add(R::lit(-rotation_damping), twist * R::lit(rotation_stiffness));
     let tip = on_last_link(m, &k.parts.a, Wrench { force, moment });

@@ -264,8 +264,7 @@ fn moved<R: Real>(m: &Plant, at: Motion<R>, velocity: Vec3<R>, omega: Vec3<R>) -
 /// Rotation vector from one attitude to another that is near.
 #[inline(always)]
 fn turn_between<R: Real>(from: Quat<R>, to: Quat<R>) -> Vec3<R> {
-    let error = to.compose(from.conjugate());
-    error.v * R::select(error.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
+    to.compose(from.conjugate()).small_rotation_vector()
 }
 
 /// A twist cut to the limits, and 1 where it was cut.

@@ -162,7 +162,7 @@ pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> 
 
     // Relative attitude as a rotation vector, exact to third order: a closed latch turns by a few degrees.
     let relative = a.attitude.compose(b.attitude.conjugate());
-    let twist = relative.v * R::select(relative.w.lt(zero), R::lit(-2.0), R::lit(2.0));
+    let twist = relative.small_rotation_vector();
     let force = velocity.scale_add(-p.latch_damping, gap * -p.latch_stiffness) * closed;
     let moment = (a.omega - b.omega).scale_add(-p.latch_rotation_damping, twist * -p.latch_rotation_stiffness) * closed;
     LatchState { closed, wrench: Wrench { force, moment: moment + lever.cross(force) }, offset }

@@ -42,11 +42,10 @@ pub fn readings<R: Real>(start: &Parts<f64>, parts: &Parts<R>, wrench: Wrench<R>
     }
 }
 
-/// Rotation by twice the sine of half the angle, which is the angle where it is small.
+/// How far a part has turned, by its own axes.
 #[inline(always)]
 fn turn<R: Real>(from: Quat<f64>, to: Quat<R>) -> Vec3<R> {
-    let way = Quat { w: R::lit(from.w), v: Vec3::lit(from.v * -1.0) }.compose(to);
-    way.v * R::select(way.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
+    Quat { w: R::lit(from.w), v: Vec3::lit(from.v * -1.0) }.compose(to).small_rotation_vector()
 }
 
 /// Readings of the facility, tick by tick in the order of [`Readings`], each for all lanes.

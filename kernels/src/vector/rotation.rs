@@ -103,6 +103,12 @@ impl<R: Real> Quat<R> {
         Self { w: cos, v: h * sinc }.normalized()
     }
 
+    /// Rotation vector of a small rotation, the short way: twice the vector part, short by a 24th of its cube.
+    #[inline(always)]
+    pub fn small_rotation_vector(self) -> Vec3<R> {
+        self.v * R::select(self.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
+    }
+
     /// This rotation and then the one by the rotation vector `r`, of unit length; exact to rounding for |r| < 0.5 rad.
     ///
     /// Of the half angle h only `h cot h` is needed, since the length is made 1 in any case.

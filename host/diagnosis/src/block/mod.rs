@@ -234,15 +234,11 @@ impl<'a> Part<'a> {
 
     /// The same, for the inputs of some recordings and what was measured in trials.
     fn of_recordings(&self, recordings: &[&Recorded], trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
-        let channels = &self.block.channels;
         let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
             let outputs = self.block.simulate(recordings, sets);
             let residual = |set: usize, place: usize| {
                 let mut residual = self.measured[trials[place]].clone();
-                let samples = outputs[place][set].chunks_exact(self.outputs);
-                for (mut residual, sample) in residual.column_iter_mut().zip(samples) {
-                    channels.iter().enumerate().for_each(|(row, channel)| residual[row] -= sample[channel.output]);
-                }
+                residual -= self.of_channels(&outputs[place][set]);
                 residual
             };
             let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
@@ -254,10 +250,8 @@ impl<'a> Part<'a> {
     /// Outputs as the channels have them: one row a channel.
     fn of_channels(&self, outputs: &[f64]) -> DMatrix<f64> {
         let channels = &self.block.channels;
-        let samples = outputs.chunks_exact(self.outputs);
-        let count = samples.len();
-        let judged = samples.flat_map(|sample| channels.iter().map(move |channel| sample[channel.output]));
-        DMatrix::from_iterator(channels.len(), count, judged)
+        let of = |row: usize, sample: usize| outputs[sample * self.outputs + channels[row].output];
+        DMatrix::from_fn(channels.len(), outputs.len() / self.outputs, of)
     }
 
     fn all(&self) -> Vec<usize> {

@@ -99,7 +99,7 @@ pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R
     let reach = Reach::at(cell, angle);
     let at = tool_pose(cell, angle);
     let error = told.attitude.compose(at.attitude.conjugate());
-    let turn = error.v * R::select(error.w.lt(zero), R::lit(-2.0), R::lit(2.0));
+    let turn = error.small_rotation_vector();
     let to_chain = Quat::lit(cell.to_chain);
     let step = reach.rates(to_chain.rotate(told.position - at.position), to_chain.rotate(turn));
     for i in 0..JOINTS {
