@@ -199,8 +199,8 @@ fn after(
 ) -> Result<Vec<Answer>> {
     let mut answers = Vec::new();
     for number in 1..=EXPERIMENTS {
-        let Some(Experiment { step, path, .. }) = proposed.take() else { break };
-        let told = Told { step_s: step, path };
+        let Some(Experiment { step, path, repeats, .. }) = proposed.take() else { break };
+        let told = Told { step_s: step, path, repeats: repeats as u64 };
         let Some(recordings) = follow(case.plant.rig, hidden, case.noise, case.seed(), &told, number)? else { break };
         exhibit.add(&recordings)?;
         let found = answer(exhibit.path(), options);

@@ -12,16 +12,18 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-/// Repeats of the experiment.
-pub const REPEATS: usize = 3;
+/// Fewest repeats of the experiment, and most: of three minutes.
+const FEWEST: usize = 3;
+const MOST: usize = 30;
 /// How long a motion lasts \[s\].
 const LASTS: f64 = 6.0;
 /// Time over which a motion sets in and dies away \[s\].
 const FADE: f64 = 0.5;
-/// Log-odds after which rivals count as told apart.
-const ENOUGH: f64 = 5.0;
+/// Expected log-odds that are enough, and as many repeats are asked for: by noise they come with a standard deviation of
+/// `sqrt(2 E)`, so that nine of ten times what tells rivals apart is there.
+const ENOUGH: f64 = 8.0;
 /// Expected log-odds below which no experiment of the bank is worth its time.
-const WORTH: f64 = 0.5;
+const WORTH: f64 = 3.0;
 /// Difference quotients are taken over this share of a standard deviation.
 const STEP: f64 = 2e-3;
 
@@ -30,12 +32,10 @@ const STEP: f64 = 2e-3;
 pub struct Experiment {
     /// What it is, in a few words.
     pub motion: String,
-    /// Repeats that one run has.
+    /// How often to record it.
     pub repeats: usize,
-    /// Log-odds that a run is expected to bring between the two rivals that it tells apart least.
+    /// Log-odds that all repeats are expected to bring between the two rivals that it tells apart least.
     pub expected_log_odds: f64,
-    /// How many runs it takes.
-    pub runs: usize,
     /// Sampling period \[s\].
     #[serde(skip)]
     pub step: f64,
@@ -78,17 +78,22 @@ pub fn best(
     noise: &Noise,
     block_of: &dyn Fn(&[f64]) -> MeasuredBlock,
 ) -> Option<Experiment> {
-    let told = |(name, path): (String, Vec<f64>)| {
+    let seen = |(motion, path): (String, Vec<f64>)| {
         let block = block_of(&path);
         let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, &block, noise)).collect();
-        let pairs = (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))).filter(|(a, b)| a != b);
-        let expected = pairs.map(|(a, b)| views[a].missed_by(&views[b])).fold(f64::INFINITY, f64::min);
-        (expected, name, path)
+        (apart(&views, FEWEST), views, motion, path)
     };
-    let all = bank(envelope).into_iter().map(told);
-    let (expected, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let runs = (ENOUGH / expected).ceil().max(1.0) as usize;
-    Some(Experiment { motion, repeats: REPEATS, expected_log_odds: expected, runs, step: envelope.step, path })
+    let all = bank(envelope).into_iter().map(seen);
+    let (_, views, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let enough = (FEWEST..MOST).find(|repeats| apart(&views, *repeats) >= ENOUGH);
+    let repeats = enough.unwrap_or(MOST);
+    Some(Experiment { motion, repeats, expected_log_odds: apart(&views, repeats), step: envelope.step, path })
+}
+
+/// Log-odds that so many repeats are expected to bring between the two rivals that they tell apart least.
+fn apart(views: &[View], repeats: usize) -> f64 {
+    let pairs = (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))).filter(|(a, b)| a != b);
+    pairs.map(|(a, b)| views[a].missed_by(&views[b], repeats as f64)).fold(f64::INFINITY, f64::min)
 }
 
 /// What a rival says of a recording, whitened, with what its numbers change in it and how well they are known.
@@ -116,9 +121,9 @@ impl View {
         Self { says, jacobian, known }
     }
 
-    /// Log-odds by which another rival misses this one's prediction, refitted within what is known of its numbers.
-    fn missed_by(&self, other: &Self) -> f64 {
-        let repeats = REPEATS as f64;
+    /// Log-odds by which another rival misses this one's prediction of so many repeats, refitted within what is known of
+    /// its numbers.
+    fn missed_by(&self, other: &Self, repeats: f64) -> f64 {
         let apart = &self.says - &other.says;
         let whole = 0.5 * repeats * apart.norm_squared();
         if other.jacobian.ncols() == 0 {
@@ -161,7 +166,7 @@ fn bank(envelope: &Envelope) -> Vec<(String, Vec<f64>)> {
 fn scaled(envelope: &Envelope, about: f64, shape: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let step = envelope.step;
     let count = (LASTS / step) as usize;
-    let fade = |t: f64| 0.5 - 0.5 * (PI * (t.min(LASTS - t) / FADE).clamp(0.0, 1.0)).cos();
+    let fade = |t: f64| smooth(t.min(LASTS - t) / FADE);
     let unit: Vec<f64> = (0..=count).map(|i| fade(i as f64 * step) * shape(i as f64 * step)).collect();
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs()));
     let size = most(&mut unit.iter().copied());
@@ -186,14 +191,23 @@ fn triangle_with_chirp(t: f64) -> f64 {
     triangle(t / LASTS) + 0.05 * (TAU * (t + 0.5 * t * t)).sin()
 }
 
+/// Share of a step's time in which it moves.
+const MOVING: f64 = 0.6;
+
 /// Up, up, down, down, with rests.
 fn steps(t: f64) -> f64 {
     let levels = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
     let place = t / LASTS * 8.0;
     let (from, share) = (place.floor().clamp(0.0, 7.0), place - place.floor().clamp(0.0, 7.0));
-    let smooth = 0.5 - 0.5 * (PI * (share * 2.0).clamp(0.0, 1.0)).cos();
     let [a, b] = [levels[from as usize], levels[from as usize + 1]];
-    a + smooth * (b - a)
+    a + smooth(share / MOVING) * (b - a)
+}
+
+/// From 0 to 1 with rate, acceleration and jerk of zero at both ends: a torque that jumps between two samples reads as
+/// whatever interpolates them.
+fn smooth(share: f64) -> f64 {
+    let s = share.clamp(0.0, 1.0);
+    s.powi(4) * (35.0 - s * (84.0 - s * (70.0 - 20.0 * s)))
 }
 
 #[cfg(test)]
@@ -211,6 +225,18 @@ mod tests {
             let bend = path.windows(3).map(|w| ((w[2] - 2.0 * w[1] + w[0]) / 1.6e-5).abs()).fold(0.0, f64::max);
             assert!(!outside && rate < 1.1 + 1e-9 && bend < 15.0 + 1e-6, "{name}: {rate} {bend}");
             assert!((path[0] - path[path.len() - 1]).abs() < 1e-9, "{name} ends where it began");
+        }
+    }
+
+    #[test]
+    fn no_motion_of_the_bank_jumps_in_acceleration() {
+        let envelope = Envelope { range: (0.1, 1.2), rate: 1.1, acceleration: 15.0, step: 0.004 };
+        for (name, path) in bank(&envelope) {
+            let bends: Vec<f64> = path.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect();
+            let most = bends.iter().fold(0.0_f64, |most, bend| most.max(bend.abs()));
+            let jump = bends.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+            // A sine of 8 Hz changes by a fifth of its peak from one sample to the next.
+            assert!(bends[0].abs() < 0.01 * most && jump < 0.25 * most, "{name}: {}", jump / most);
         }
     }
 }

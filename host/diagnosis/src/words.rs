@@ -79,14 +79,12 @@ pub fn text(diagnosis: &Diagnosis) -> String {
 /// A motion to record.
 pub fn proposed(experiment: &Experiment) -> String {
     let odds = significant(experiment.expected_log_odds, 2);
-    let runs = if experiment.runs == 1 { "one run is".to_owned() } else { format!("{} runs are", experiment.runs) };
-    let motion = &experiment.motion;
+    let Experiment { motion, repeats, .. } = experiment;
     match experiment.separates() {
-        true => format!(
-            "{motion}, {} repeats (experiment.csv): log-odds of {odds} a run, {runs} enough",
-            experiment.repeats
+        true => format!("{motion}, {repeats} repeats (experiment.csv), which should bring log-odds of {odds}"),
+        false => format!(
+            "none of the motions tried, with these sensors; {repeats} repeats of {motion} would bring log-odds of {odds}"
         ),
-        false => format!("none of the motions tried, with these sensors; {motion} would bring log-odds of {odds}"),
     }
 }
 

@@ -9,6 +9,8 @@ pub struct Told {
     pub step_s: f64,
     /// Angles \[rad\], sample by sample; it begins and ends at rest.
     pub path: Vec<f64>,
+    /// How often.
+    pub repeats: u64,
 }
 
 impl Told {
@@ -61,7 +63,8 @@ mod tests {
     #[test]
     fn a_sampled_sine_is_followed_with_its_rate_and_acceleration() {
         let (step_s, omega) = (0.004, TAU * 2.0);
-        let told = Told { step_s, path: (0..=500).map(|i| 0.3 * (omega * f64::from(i) * step_s).sin()).collect() };
+        let path = (0..=500).map(|i| 0.3 * (omega * f64::from(i) * step_s).sin()).collect();
+        let told = Told { step_s, path, repeats: 1 };
         assert!((told.duration_s() - 2.0).abs() < 1e-12);
         for time in [0.0501, 0.333, 0.9999, 1.25, 1.7] {
             let [value, rate, acceleration] = told.at(time);

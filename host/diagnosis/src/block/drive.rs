@@ -100,6 +100,7 @@ pub(crate) fn loaded_block(
     let mut block = MeasuredBlock {
         trials: pieces.iter().enumerate().map(trial).collect(),
         decimator,
+        clock: Some("time"),
         ..MeasuredBlock::of(section, name, base, &tolerance, channels)
     };
     block.nuisances.extend(damping);
@@ -116,8 +117,8 @@ fn bristle_damping(rig: &DriveRig, section: &Section) -> Option<Unknown> {
     (critical > 0.0).then(|| Unknown::of(section, "bristle_damping", prior, Role::Nuisance))
 }
 
-/// A recording of a path that the model's drive followed without error: the torque is what that takes.
-pub fn followed(rig: &DriveRig, step: f64, path: &[f64]) -> Piece {
+/// A recording from a time \[s\] on of a path that the model's drive followed without error: the torque is what that takes.
+pub fn followed(rig: &DriveRig, start: f64, step: f64, path: &[f64]) -> Piece {
     let motion = motion(path, step, BAND * 0.5 / step, 1);
     let torque = |i: usize| {
         let [q, v, a] = [motion.value[i], motion.rate[i], motion.acceleration[i]];
@@ -128,7 +129,7 @@ pub fn followed(rig: &DriveRig, step: f64, path: &[f64]) -> Piece {
     let torque = (0..path.len()).map(torque).collect();
     let places = ["q", "ref", "q_link"].map(|name| (name.to_owned(), path.to_vec()));
     let signals = places.into_iter().chain([("tau".to_owned(), torque)]).collect();
-    Piece { experiment: "proposed".to_owned(), repeat: 1, start: 0.0, step, signals }
+    Piece { experiment: "proposed".to_owned(), repeat: 1, start, step, signals }
 }
 
 /// Values at equal steps along the same time: `straight` from one given to the next, at a share of the way.

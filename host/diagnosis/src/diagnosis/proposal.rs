@@ -6,6 +6,7 @@ use crate::block::controller::controller_block;
 use crate::block::drive::{drive_block, followed};
 use crate::decide::rivals;
 use crate::experiment::{self, Envelope, Experiment};
+use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
 use softdock_campaign::rig::Plant;
 use softdock_engine::blocks::Kind;
@@ -22,8 +23,10 @@ impl Prepared {
         let Judged { block, library, judgement, .. } = judged;
         let rivals = rivals(block, library, judgement);
         let first = self.pieces().first().filter(|_| rivals.len() > 1)?;
+        // It will be recorded after all others, by a drive as warm as these have left it.
+        let end = self.pieces().iter().map(Piece::end).fold(first.start, f64::max);
         let block_of = |path: &[f64]| {
-            let mut piece = followed(rig, first.step, path);
+            let mut piece = followed(rig, end, first.step, path);
             piece.signals.retain(|name, _| first.signals.contains_key(name));
             let own = match &rig.controller {
                 Some(controller) if block.section.is(Kind::Controller) => {

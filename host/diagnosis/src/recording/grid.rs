@@ -32,6 +32,12 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// Clock when its last sample's period is over \[s\].
+    pub fn end(&self) -> f64 {
+        let samples = self.signals.values().map(Vec::len).max().unwrap_or(0);
+        self.start + samples as f64 * self.step
+    }
+
     /// The samples from one number up to another; `None` if they are too few to be judged.
     pub fn between(&self, from: usize, to: usize) -> Option<Self> {
         let cut = |(name, values): (&String, &Vec<f64>)| (name.clone(), values[from..to].to_vec());

@@ -223,7 +223,7 @@ fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
     let rig = Rig::Drive { link_encoder: false };
     let own = super::motions::motion("creep");
     let path = (0..=1500).map(|i| own.at(f64::from(i) * 0.004)[0]).collect();
-    let told = Told { step_s: 0.004, path };
+    let told = Told { step_s: 0.004, path, repeats: 3 };
     let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &told, 1).expect("a legal bench");
     let asked = followed(rig).expect("a drive follows paths");
     let names: Vec<&str> = asked.iter().map(|(name, _)| name.as_str()).collect();
