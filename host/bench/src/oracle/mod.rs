@@ -5,8 +5,8 @@
 //! where it acts on what that is fed to. Behind what the
 //! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
 //! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
-//! the forms of the bank: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than too
-//! little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither a rival
+//! the forms of the bank, those that look alike at the size that does: a fit may bring them a little nearer, so the size
+//! asks rather too much of a diagnosis than too little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither a rival
 //! nor a gain counts.
 
 mod healthy;
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::diagnosis::Options;
 use softdock_diagnosis::inference::adequacy::gain_interval;
-use softdock_diagnosis::inference::bank::Bank;
+use softdock_diagnosis::inference::bank::{Bank, Entry};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
 use softdock_diagnosis::threshold;
@@ -40,6 +40,8 @@ const STRIDE: f64 = 2.0;
 const CLOSE: f64 = 1.08;
 /// The same where the size is a limit, whose effect sets in all at once.
 const CLOSE_LIMIT: f64 = 1.01;
+/// Times that a rival is taken at the size that imitates best.
+const BENDS: usize = 2;
 /// Sizes of the first search, at most. What shows at all of them (a yielding gear without any gap) gets the least.
 const MOST: usize = 14;
 
@@ -247,12 +249,35 @@ impl Oracle {
         let share = (left / self.healthy.unexplained(change).max(f64::MIN_POSITIVE)).sqrt();
         let moved = Fitted { residual: change * share.min(1.0), ..self.healthy.null.clone() };
         let odds = self.bank.log_odds(&self.bank.scores(&moved), self.library.len());
-        let rivals = self.library.iter().zip(odds);
-        let rivals = rivals.filter(|(hypothesis, _)| !self.plant.is_right(self.case.id, hypothesis.effect.id));
-        let named = rivals.map(|(hypothesis, odds)| (odds, hypothesis.effect.id));
+        let rivals = self.library.iter().zip(odds).enumerate();
+        let rivals = rivals.filter(|(_, (hypothesis, _))| !self.plant.is_right(self.case.id, hypothesis.effect.id));
+        let named = rivals.map(|(number, (hypothesis, odds))| {
+            (odds.max(self.imitated(number, &moved).unwrap_or(0.0)), hypothesis.effect.id)
+        });
         let (odds, rival) = named.fold((0.0, "nuisances"), |best, other| if other.0 > best.0 { other } else { best });
         (own - odds, rival.to_owned())
     }
+
+    /// Log-odds of a rival that changes the residuals nearly alike, at the size at which it does: a lag is the more like a
+    /// delay the shorter both are. `None` for one that does not.
+    fn imitated(&self, rival: usize, moved: &Fitted) -> Option<f64> {
+        // Measured less simulated: what moves the one as a rival moves the other.
+        let moved_by = -&moved.residual;
+        let mut own = self.library[rival].clone();
+        own.forms = vec![resized(&own, self.bank.imitation(rival, &moved_by)?)];
+        for _ in 0..BENDS {
+            own.forms = vec![resized(&own, self.healthy.bank(std::slice::from_ref(&own)).imitation(0, &moved_by)?)];
+        }
+        let bank = self.healthy.bank(&[own]);
+        Some(bank.log_odds(&bank.scores(moved), 1)[0])
+    }
+}
+
+/// The form of an entry with its sizes so many times as large.
+fn resized(hypothesis: &Hypothesis, (entry, multiples): (&Entry, Vec<f64>)) -> Vec<f64> {
+    let mut form = entry.form.clone();
+    hypothesis.sizes.iter().zip(multiples).for_each(|(size, multiple)| form[*size] *= multiple);
+    form
 }
 
 /// A size, if the bench can show it.
@@ -283,6 +308,22 @@ mod tests {
         let null = &oracle.healthy.null;
         let place = null.unknowns.iter().position(|own| own.name == nuisance).expect("one of its nuisances");
         [null.z[place] + size / tolerance, null.z[place]]
+    }
+
+    #[test]
+    fn a_delay_must_be_long_to_be_told_from_a_lag() {
+        let plant = crate::plant::plant("drive").expect("a plant");
+        let size = |id: &str| {
+            let case = effects(plant.rig).iter().find(|case| case.id == id).expect("one of its effects");
+            let oracle = Oracle::of(plant, case, &[], NoiseColour::FirstOrder, 3).expect("recordings of use");
+            let scale = oracle.scale().expect("recordings of use").expect("a size that shows");
+            (scale.size, oracle.expected(scale.size).expect("recordings of use").rival)
+        };
+        for (id, other) in [("C1_transport_delay", "C2_lag"), ("C2_lag", "C1_transport_delay")] {
+            let (size, rival) = size(id);
+            // They differ by half the square of a phase: at a few hertz by a thousandth for a lag of a millisecond.
+            assert!((5e-4..4e-3).contains(&size) && rival == other, "{id}: {size} s, {rival}");
+        }
     }
 
     #[test]
