@@ -76,7 +76,7 @@ impl Context<'_> {
             // What hardly speaks for a cause, for a nuisance may explain it as well without a strain, is explained.
             let explains =
                 |best: &Candidate| !is_strained(&best.fitted) && best.adequacy.is_some_and(|a| is_adequate(&a, best));
-            let unexplained = self.without() >= ADEQUATE && !best.is_some_and(explains);
+            let unexplained = self.is_misfit() && !best.is_some_and(explains);
             return if unexplained { Verdict::NotInLibrary } else { Verdict::NoEffect };
         };
         match best.adequacy {
@@ -104,8 +104,17 @@ impl Context<'_> {
 
     /// Mean square that the model leaves as it is, on held-out motion if there is any.
     fn without(&self) -> f64 {
-        let held_out = self.judgement.ranking.iter().find_map(|candidate| candidate.adequacy);
-        held_out.map_or(self.judgement.misfit(), |adequacy| adequacy.without)
+        self.held_out().map_or(self.judgement.misfit(), |adequacy| adequacy.without)
+    }
+
+    /// Whether that is more than noise.
+    fn is_misfit(&self) -> bool {
+        self.without() >= self.held_out().map_or(ADEQUATE, |adequacy| adequacy.tolerated)
+    }
+
+    /// What held-out motion says, of any candidate.
+    fn held_out(&self) -> Option<Adequacy> {
+        self.judgement.ranking.iter().find_map(|candidate| candidate.adequacy)
     }
 
     fn residual(&self, present: Option<&Candidate>, best: Option<&Candidate>) -> Residual {
@@ -114,7 +123,7 @@ impl Context<'_> {
             Some(adequacy) => adequacy.with,
             None => candidate.fitted.mean_square(),
         };
-        let after = present.or(best.filter(|_| before >= ADEQUATE)).map_or(before, of);
+        let after = present.or(best.filter(|_| self.is_misfit())).map_or(before, of);
         Residual { before: before.sqrt(), after: after.sqrt() }
     }
 
@@ -252,5 +261,5 @@ fn is_nothing(candidate: &Candidate) -> bool {
 /// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.
 fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
     let pull = candidate.greatest_pull().map_or(0.0, |pull| pull.1.abs());
-    adequacy.own <= ADEQUATE || (adequacy.explained >= EXPLAINED && pull <= PULLED)
+    adequacy.own <= adequacy.tolerated || (adequacy.explained >= EXPLAINED && pull <= PULLED)
 }

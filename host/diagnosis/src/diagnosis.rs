@@ -344,7 +344,8 @@ impl Prepared {
             if let Some(Plant::Toss(rig)) = self.plant() {
                 answer.free_run = self.free_run(rig, &own, &answer);
             }
-            answer = match own.block.grew() {
+            let explained = own.found(&answer).map(|found| found.fitted.values(&own.block.base));
+            answer = match own.block.grew(explained.as_ref().unwrap_or(&own.block.base)) {
                 true => self.changing(&own.block, answer),
                 false => self.with_random(&own.block, answer),
             };

@@ -17,6 +17,7 @@ use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
 use crate::soundness::{drop_worthless, is_sound, is_strained, is_strained_for_nothing, strain};
 use nalgebra::{DMatrix, DVector};
+use softdock_engine::blocks::Kind;
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -130,17 +131,16 @@ impl Judgement {
 /// Judges a block by its library; `finer` is the same block in steps half as long, which tells what the step changes.
 /// `None` if its noise cannot be told.
 pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
-    let (learn, test, finer) = (block.part(false), block.part(true), Some(finer.part(false)));
-    let from = if learn.has_repeats() { NoiseFrom::Repeats } else { NoiseFrom::Quiet };
+    let from = if block.part(false).has_repeats() { NoiseFrom::Repeats } else { NoiseFrom::Quiet };
     if let Some(noise) = Noise::above(&block.noise_alone(), &block.floor) {
-        return Some(Bench { block, library, learn, test, finer, noise }.judged(from));
+        return Some(Bench::of(block, library, noise).beside(finer).judged(from));
     }
     if from == NoiseFrom::Repeats {
         return None;
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
-    let rough = Noise::rough(&learn.means(&block.base), &block.floor)?;
-    let bench = Bench { block, library, learn, test, finer, noise: rough };
+    let rough = Noise::rough(&block.part(false).means(&block.base), &block.floor)?;
+    let bench = Bench::of(block, library, rough).beside(finer);
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
@@ -172,6 +172,8 @@ pub(crate) struct Bench<'a> {
     library: &'a [Hypothesis],
     /// What is learnt from.
     pub(crate) learn: Part<'a>,
+    /// The same, where `learn` takes each repeat by itself.
+    together: Option<Part<'a>>,
     test: Part<'a>,
     /// What is learnt from in steps half as long, if that was simulated.
     finer: Option<Part<'a>>,
@@ -191,7 +193,23 @@ struct Found {
 impl<'a> Bench<'a> {
     /// A bench whose noise is known.
     pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
-        Self { block, library, learn: block.part(false), test: block.part(true), finer: None, noise }
+        let (learn, test) = (block.part(false), block.part(true));
+        // A drive that warms up shows it from repeat to repeat, which a mean of them may not.
+        let changes = block.section.is(Kind::Drive) && block.grew(&block.base);
+        let (learn, together) = if changes { (learn.repeats_apart(), Some(learn)) } else { (learn, None) };
+        Self { block, library, learn, together, test, finer: None, noise }
+    }
+
+    /// With the same block in steps half as long beside it.
+    fn beside(self, finer: &'a MeasuredBlock) -> Self {
+        let finer = finer.part(false);
+        let finer = if self.together.is_some() { finer.repeats_apart() } else { finer };
+        Self { finer: Some(finer), ..self }
+    }
+
+    /// What is learnt from, motion by motion.
+    fn motions(&self) -> &Part<'a> {
+        self.together.as_ref().unwrap_or(&self.learn)
     }
 
     /// Fits the null hypothesis, every effect, and the combinations that pay, `strictly` none but those that are sound.

@@ -15,6 +15,7 @@ mod shortcut;
 pub mod toss;
 mod trend;
 
+use crate::inference::adequacy::Level;
 use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::spread::Experiment;
 use crate::inference::unknown::{Prior, Role, Unknown};
@@ -192,9 +193,9 @@ impl MeasuredBlock {
         series
     }
 
-    /// Whether what repeats differ by at the model's own parameters grew with the session, otherwise than all alike.
-    pub fn grew(&self) -> bool {
-        self.clock.is_some() && self.part_of(|_| true).detrended(&self.base).grew
+    /// Whether what repeats differ by at such parameters grew with the session, otherwise than all alike.
+    pub fn grew(&self, set: &[f64]) -> bool {
+        self.clock.is_some() && self.part_of(|_| true).detrended(set).grew
     }
 
     /// From one judged sample of a trial to the next \[s\].
@@ -216,6 +217,16 @@ impl MeasuredBlock {
 }
 
 impl<'a> Part<'a> {
+    /// The same recordings, each an experiment by itself.
+    pub fn repeats_apart(&self) -> Self {
+        let alone = |(name, members): &(&'a str, Vec<usize>)| {
+            let name = *name;
+            members.iter().map(move |member| (name, vec![*member])).collect::<Vec<_>>()
+        };
+        let experiments = self.experiments.iter().flat_map(alone).collect();
+        Self { recordings: self.recordings.clone(), measured: self.measured.clone(), experiments, ..*self }
+    }
+
     /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.recordings.is_empty()
@@ -297,16 +308,18 @@ impl<'a> Part<'a> {
         powers[1..].iter().map(|power| power - powers[0]).collect()
     }
 
-    /// Power of the noise of these recordings for one parameter set, by what repeats differ by, in units of the noise that
-    /// all are whitened by: some motions are noisier than others, as those through many steps of a reading are. 1 without
-    /// repeats.
-    pub fn noise_power(&self, noise: &Noise, set: &[f64]) -> f64 {
+    /// The noise of these recordings for one parameter set, by what repeats differ by, in units of the noise that all are
+    /// whitened by: some motions are noisier than others, as those through many steps of a reading are.
+    pub fn level(&self, noise: &Noise, set: &[f64]) -> Level {
         if !self.has_repeats() {
-            return 1.0;
+            return Level::LEARNT;
         }
         let whitened: Vec<f64> = self.deviations(set).iter().flat_map(|x| noise.whiten(x, 1)).collect();
         let own = bounded(whitened);
-        own.norm_squared() / own.len() as f64
+        // Of R deviations from a mean R - 1 are independent.
+        let repeated = self.experiments.iter().map(|(_, members)| members.len()).filter(|count| *count > 1);
+        let independent = 1.0 - repeated.clone().count() as f64 / repeated.sum::<usize>() as f64;
+        Level { power: own.norm_squared() / own.len() as f64, samples: independent * own.len() as f64 }
     }
 
     /// What the residuals of the repeats of each experiment differ by, whitened, one after the other, for every parameter

@@ -1,11 +1,8 @@
 //! What repeats differ by because the session goes on: trends, not noise.
 
-use crate::inference::adequacy::ADEQUATE;
+use crate::inference::adequacy::tolerated;
 use crate::inference::memory::{Memory, power};
 use nalgebra::{DMatrix, DVector};
-
-/// Standard deviations of chance by which what grows must exceed the noise.
-const CERTAIN: f64 = 4.0;
 
 /// Repeats of one command on a session's clock.
 pub(super) struct Aged {
@@ -91,8 +88,7 @@ fn grew(apart: &[Apart], rounding: &[f64]) -> bool {
     let ratio = (0..channels).map(|c| beyond(c) / power(&rest, c)).sum::<f64>() / channels as f64;
     let samples: usize = grown.iter().map(DMatrix::ncols).sum();
     let independent = channels as f64 * Memory::of(&rest).independent;
-    let chance = (2.0 / (independent * samples as f64) + 2.0 / (independent * spare as f64)).sqrt();
-    ratio.ln() > ADEQUATE.ln().max(CERTAIN * chance)
+    ratio > tolerated([samples, spare].map(|count| independent * count as f64))
 }
 
 #[cfg(test)]

@@ -2,8 +2,10 @@
 
 use super::bootstrap::{Pair, interval, interval_elsewhere};
 
-/// Mean square of whitened residuals up to which a fit is adequate.
+/// Mean square of whitened residuals up to which a fit is adequate, however many they are.
 pub(crate) const ADEQUATE: f64 = 1.3;
+/// Standard deviations of chance by which a ratio of powers must exceed 1 to be no chance.
+const CERTAIN: f64 = 4.0;
 
 /// Share of what is left that a hypothesis explains of a motion which shows next to nothing of it.
 const FAINT: f64 = 0.01;
@@ -19,6 +21,8 @@ pub struct Adequacy {
     pub without: f64,
     /// Share of what is not noise that the hypothesis explains.
     pub explained: f64,
+    /// Mean square up to which a fit is adequate: what so few samples may show by chance is no misfit.
+    pub tolerated: f64,
     /// By how much the residual's root mean square falls.
     pub gain: f64,
     /// Its 95 % interval.
@@ -29,15 +33,37 @@ pub struct Adequacy {
     pub gain_elsewhere: Option<[f64; 2]>,
 }
 
+/// The noise of some motions in units of that which their residuals are whitened by.
+#[derive(Clone, Copy, Debug)]
+pub struct Level {
+    /// Its power.
+    pub power: f64,
+    /// By how many independent samples it is known.
+    pub samples: f64,
+}
+
+impl Level {
+    /// The noise that was learnt from, for want of its own.
+    pub const LEARNT: Self = Self { power: 1.0, samples: f64::INFINITY };
+}
+
+/// Greatest ratio of two powers of the same noise, each by so many independent samples, that counts as chance, and no
+/// less than [`ADEQUATE`].
+pub(crate) fn tolerated(samples: [f64; 2]) -> f64 {
+    let chance = samples.iter().map(|count| 2.0 / count).sum::<f64>().sqrt();
+    ADEQUATE.max((CERTAIN * chance).exp())
+}
+
 /// Compares whitened residuals of the same held-out samples with and without a hypothesis, `carried` the power in either
-/// of noise that the simulation lets through beyond what the model's own lets through, `level` the power of the noise of
-/// these motions in units of that which they were whitened by; `own` as in [`Adequacy`].
-pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], level: f64) -> Adequacy {
-    let (x, x0) = (less(power(with), carried[0]) / level, less(power(without), carried[1]) / level);
+/// of noise that the simulation lets through beyond what the model's own lets through, `level` the noise of these
+/// motions; `own` as in [`Adequacy`].
+pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], level: Level) -> Adequacy {
+    let (x, x0) = (less(power(with), carried[0]) / level.power, less(power(without), carried[1]) / level.power);
+    let tolerated = tolerated([with.len() as f64, level.samples]);
     let [gain_lo, gain_hi] = gain_interval([with, without], carried);
     let explained = if x0 > 1.0 { 1.0 - (own - 1.0).max(0.0) / (x0 - 1.0) } else { 0.0 };
     let gain = gain(cleared([power(with), power(without)], carried));
-    Adequacy { with: x, own, without: x0, explained, gain, gain_lo, gain_hi, gain_elsewhere: None }
+    Adequacy { with: x, own, without: x0, explained, tolerated, gain, gain_lo, gain_hi, gain_elsewhere: None }
 }
 
 /// 95 % interval of the gain on the motion of whitened residuals with and without a hypothesis; see [`adequacy`].
@@ -88,7 +114,7 @@ mod tests {
     fn a_hypothesis_that_halves_the_residual_gains_a_half() {
         let without: Vec<f64> = (0..2000).map(|i| 10.0 * (0.1 * f64::from(i)).sin()).collect();
         let with: Vec<f64> = without.iter().map(|w| 0.5 * w).collect();
-        let found = adequacy(&with, power(&with), &without, [0.0; 2], 1.0);
+        let found = adequacy(&with, power(&with), &without, [0.0; 2], Level::LEARNT);
         assert!((found.gain - 0.5).abs() < 1e-12 && found.gain_lo > 0.49 && found.gain_hi < 0.51, "{found:?}");
         assert!((found.without - 50.0).abs() < 0.5 && (found.explained - 0.765).abs() < 0.01, "{found:?}");
     }
@@ -98,7 +124,7 @@ mod tests {
         let noise = |i: i32, k: f64| (f64::from(i) * k).sin() * 2_f64.sqrt();
         let without: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 0.01)).collect();
         let with: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 1.37)).collect();
-        let found = adequacy(&with, power(&with), &without, [1.0, 0.0], 1.0);
+        let found = adequacy(&with, power(&with), &without, [1.0, 0.0], Level::LEARNT);
         assert!((found.gain - (1.0 - 0.5_f64.sqrt())).abs() < 0.02, "{found:?}");
         assert!(found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
     }
@@ -117,14 +143,21 @@ mod tests {
     }
 
     #[test]
+    fn what_few_samples_show_by_chance_is_no_misfit() {
+        assert!((tolerated([467.0, 934.0]) - 1.378).abs() < 1e-3, "a few seconds of motion");
+        assert!((tolerated([467.0, f64::INFINITY]) - 1.299).abs() < 2e-3, "whose noise is known");
+        assert_eq!(tolerated([4000.0, 8000.0]), ADEQUATE, "a minute");
+    }
+
+    #[test]
     fn a_touch_in_a_long_recording_gains_what_it_gains() {
         let noise = |i: i32| (f64::from(i) * 12.9898).sin() * 1.4;
         let touch = |i: i32| if (5000..5100).contains(&i) { 20.0 } else { 0.0 };
         let without: Vec<f64> = (0..10_000).map(|i| noise(i) + touch(i)).collect();
         let with: Vec<f64> = (0..10_000).map(|i| noise(i) + 0.1 * touch(i)).collect();
-        let found = adequacy(&with, power(&with), &without, [0.0; 2], 1.0);
+        let found = adequacy(&with, power(&with), &without, [0.0; 2], Level::LEARNT);
         assert!(found.gain_lo > 0.5 && found.gain_lo < found.gain && found.gain < found.gain_hi, "{found:?}");
-        let same = adequacy(&with, power(&with), &with, [0.0; 2], 1.0);
+        let same = adequacy(&with, power(&with), &with, [0.0; 2], Level::LEARNT);
         assert_eq!((same.gain_lo, same.gain_hi), (0.0, 0.0), "nothing changed");
     }
 }

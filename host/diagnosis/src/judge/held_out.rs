@@ -24,14 +24,16 @@ impl Bench<'_> {
         let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(base)).collect();
         let residuals = self.test.whitened(&self.noise, &sets);
         let ([pulled, without], with) = residuals.split_first_chunk().expect("the null hypothesis is first");
-        let level = self.test.noise_power(&self.noise, base);
-        let (learnt, tested) = (self.learn.experiments(&self.noise), self.test.experiments(&self.noise));
+        let level = self.test.level(&self.noise, base);
+        let (learnt, tested) = (self.motions().experiments(&self.noise), self.test.experiments(&self.noise));
+        let together = self.together.as_ref().map(|together| together.whitened(&self.noise, &sets));
         for (place, candidate) in ranking.iter_mut().enumerate() {
             let with = &with[place];
             let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 2]) } else { None };
-            let own = own.unwrap_or_else(|| mean_square(with) / level);
+            let own = own.unwrap_or_else(|| mean_square(with) / level.power);
             let carried = [candidate.fitted.carried, clamped.carried];
-            let learnt = each_of(&learnt, [&candidate.fitted.residual, &clamped.residual]);
+            let own_learnt = [&candidate.fitted.residual, &clamped.residual];
+            let learnt = each_of(&learnt, together.as_ref().map_or(own_learnt, |all| [&all[place + 2], &all[1]]));
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
@@ -45,11 +47,11 @@ impl Bench<'_> {
     /// Mean square of the held-out residuals under these parameters in units of the noise that repeats have under them;
     /// `None` without repeats.
     fn by_own_noise(&self, set: &[f64]) -> Option<f64> {
-        let mut deviations = self.learn.deviations(set);
+        let mut deviations = self.motions().deviations(set);
         deviations.extend(self.test.deviations(set));
         let noise = Noise::above(&deviations, &self.block.floor)?;
         let residual = self.test.whitened(&noise, &[set.to_vec()]).remove(0);
-        Some(mean_square(&residual) / self.test.noise_power(&noise, set))
+        Some(mean_square(&residual) / self.test.level(&noise, set).power)
     }
 }
 

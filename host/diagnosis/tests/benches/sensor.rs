@@ -37,7 +37,10 @@ fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
 
 #[test]
 fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
-    let grew = |id, size| Recorded::of(Bench::Sensor, &[Hidden { id, size }], 4).block().grew();
+    let grew = |id, size| {
+        let block = Recorded::of(Bench::Sensor, &[Hidden { id, size }], 4).block();
+        block.grew(&block.base)
+    };
     assert!(grew("temperature_gain", 0.02), "half of what one would look for");
     assert!(!grew("S2_drift", 0.02) && !grew("S7_noise", 1.0) && !grew("S3_gain", 0.1));
 }
