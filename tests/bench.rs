@@ -55,6 +55,16 @@ fn what_is_there_is_scored_and_what_is_missing_is_said() {
 }
 
 #[test]
+fn of_the_missing_cases_only_those_that_are_named_are_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    begun(&folder.path().join("score"));
+    let output = softdock(folder.path(), "--out score --only drive.null.0");
+    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(3), "{beside}");
+    assert!(said.starts_with("Cases diagnosed: 1") && !beside.contains("s left"), "{beside}");
+}
+
+#[test]
 fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     begun(&folder.path().join("score"));
@@ -64,6 +74,7 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
     for (words, expected) in [
         ("--out score --score", "not the answer that was sealed"),
         ("--plants wheel", "no plant `wheel`; there are drive, robot, sensor, contact"),
+        ("--out score --only wheel", "no case of this size and these plants has `wheel` in its name"),
         ("--out nowhere --score", "nowhere"),
     ] {
         let output = softdock(folder.path(), words);

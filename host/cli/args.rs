@@ -199,6 +199,7 @@ Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 case
 Examples:
   softdock bench diagnosis
   softdock bench diagnosis --size full --plants drive --shard 2/8 --out /data/score    (the second of eight workers)
+  softdock bench diagnosis --size full --only null --out /data/score                   (what is said of nothing hidden)
   softdock bench diagnosis --size full --out /data/score --score
   softdock bench diagnosis --size full --lay-out drive.pair.J6_warm_up+C6_hold.x4.0 --out case    (to look at one)")]
 pub(crate) struct BenchDiagnosisArgs {
@@ -214,11 +215,14 @@ pub(crate) struct BenchDiagnosisArgs {
     /// Run only the I-th of N parts of the cases.
     #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
+    /// Run only cases whose name has this in it: `null`, `drive.pair`, `C1_transport_delay.x2`.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) only: Option<String>,
     /// Run nothing: score what is there.
     #[arg(long)]
     pub(crate) score: bool,
     /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
-    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "json"])]
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "json"])]
     pub(crate) lay_out: Option<String>,
     /// Results folder; `results/bench_diagnosis_SIZE` if not given.
     #[arg(long, value_name = "DIR")]

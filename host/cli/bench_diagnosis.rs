@@ -24,7 +24,8 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
     }
     if !args.score {
         let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
-        run_missing(shard(all.clone(), number, of), &Ledger::open(&folder, number, of).map_err(told)?)?;
+        let own = shard(only(&all, args.only.as_deref())?, number, of);
+        run_missing(own, &Ledger::open(&folder, number, of).map_err(told)?)?;
     }
     let score = score(&scored(&folder).map_err(told)?);
     leave(args, &folder, &score)?;
@@ -35,6 +36,17 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
         return Ok(Exit::Incomplete);
     }
     Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
+}
+
+/// The cases whose name has a text in it.
+fn only(all: &[Case], text: Option<&str>) -> miette::Result<Vec<Case>> {
+    let Some(text) = text else { return Ok(all.to_vec()) };
+    let own: Vec<Case> = all.iter().filter(|case| case.id().contains(text)).copied().collect();
+    if own.is_empty() {
+        let what = format!("no case of this size and these plants has `{text}` in its name; one is `{}`", all[0].id());
+        return Err(told(Error::Unknown { what }));
+    }
+    Ok(own)
 }
 
 /// Leaves a case's model and recordings in a folder, and says how they are diagnosed.
