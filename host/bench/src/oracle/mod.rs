@@ -1,13 +1,13 @@
 //! How large an effect must be before anybody could tell it: the smallest size at which one who knows what is hidden
 //! reaches the evidence, the lead and the gain that an answer needs, on the same data with the same noise.
 //!
-//! What an effect changes in the whitened residuals is the difference of two recordings without noise, of the same motion
-//! where it acts on what that is fed to. Behind what the
-//! nuisances explain of it, half its square is the log-odds to expect (Cowan et al. 2011 call such data the Asimov data
-//! set). Nothing of this needs the effect to be in a library, so that forms outside have a size too. Rivals are taken at
-//! the forms of the bank, those that look alike at the size that does: a fit may bring them a little nearer, so the size
-//! asks rather too much of a diagnosis than too little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither a rival
-//! nor a gain counts.
+//! What an effect changes in the whitened residuals is the difference of two recordings without noise, of the same
+//! motion where it acts on what that is fed to. Behind what the nuisances explain of it, half its square is the
+//! log-odds to expect (Cowan et al. 2011 call such data the Asimov data set). Nothing of this needs the effect to be in
+//! a library, so that forms outside have a size too. Rivals are taken at the forms of the bank, those that look alike
+//! at the size that does: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than
+//! too little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither
+//! a rival nor a gain counts.
 
 mod healthy;
 
@@ -41,7 +41,7 @@ const CLOSE: f64 = 1.08;
 /// The same where the size is a limit, whose effect sets in all at once.
 const CLOSE_LIMIT: f64 = 1.01;
 /// Times that a rival is taken at the size that imitates best.
-const BENDS: usize = 2;
+const IMITATIONS: usize = 2;
 /// Sizes of the first search, at most. What shows at all of them (a yielding gear without any gap) gets the least.
 const MOST: usize = 14;
 
@@ -265,7 +265,7 @@ impl Oracle {
         let moved_by = -&moved.residual;
         let mut own = self.library[rival].clone();
         own.forms = vec![resized(&own, self.bank.imitation(rival, &moved_by)?)];
-        for _ in 0..BENDS {
+        for _ in 0..IMITATIONS {
             own.forms = vec![resized(&own, self.healthy.bank(std::slice::from_ref(&own)).imitation(0, &moved_by)?)];
         }
         let bank = self.healthy.bank(&[own]);

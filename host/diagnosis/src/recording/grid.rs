@@ -34,8 +34,7 @@ pub struct Piece {
 impl Piece {
     /// Clock when its last sample's period is over \[s\].
     pub fn end(&self) -> f64 {
-        let samples = self.signals.values().map(Vec::len).max().unwrap_or(0);
-        self.start + samples as f64 * self.step
+        self.start + self.samples() as f64 * self.step
     }
 
     /// The samples from one number up to another; `None` if they are too few to be judged.
