@@ -75,6 +75,7 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
         ("--out score --score", "not the answer that was sealed"),
         ("--plants wheel", "no plant `wheel`; there are drive, robot, sensor, contact"),
         ("--out score --only wheel", "no case of this size and these plants has `wheel` in its name"),
+        ("--out score --only effect --multiples 3", "has `effect` in its name and such a multiple"),
         ("--out nowhere --score", "nowhere"),
     ] {
         let output = softdock(folder.path(), words);

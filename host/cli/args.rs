@@ -200,6 +200,7 @@ Examples:
   softdock bench diagnosis
   softdock bench diagnosis --size full --plants drive --shard 2/8 --out /data/score    (the second of eight workers)
   softdock bench diagnosis --size full --only null --out /data/score                   (what is said of nothing hidden)
+  softdock bench diagnosis --size full --only effect --multiples 2,4 --out /data/score (what must be named)
   softdock bench diagnosis --size full --out /data/score --score
   softdock bench diagnosis --size full --lay-out drive.pair.J6_warm_up+C6_hold.x4.0 --out case    (to look at one)")]
 pub(crate) struct BenchDiagnosisArgs {
@@ -218,11 +219,14 @@ pub(crate) struct BenchDiagnosisArgs {
     /// Run only cases whose name has this in it: `null`, `drive.pair`, `C1_transport_delay.x2`.
     #[arg(long, value_name = "TEXT")]
     pub(crate) only: Option<String>,
+    /// Run only cases of these sizes, in multiples of s*, by commas.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    pub(crate) multiples: Vec<f64>,
     /// Run nothing: score what is there.
     #[arg(long)]
     pub(crate) score: bool,
     /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
-    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "json"])]
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples", "json"])]
     pub(crate) lay_out: Option<String>,
     /// Results folder; `results/bench_diagnosis_SIZE` if not given.
     #[arg(long, value_name = "DIR")]

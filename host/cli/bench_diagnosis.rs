@@ -24,7 +24,7 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
     }
     if !args.score {
         let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
-        let own = shard(only(&all, args.only.as_deref())?, number, of);
+        let own = shard(only(&all, args)?, number, of);
         run_missing(own, &Ledger::open(&folder, number, of).map_err(told)?)?;
     }
     let score = score(&scored(&folder).map_err(told)?);
@@ -38,12 +38,16 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> miette::Result<Exit>
     Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
 }
 
-/// The cases whose name has a text in it.
-fn only(all: &[Case], text: Option<&str>) -> miette::Result<Vec<Case>> {
-    let Some(text) = text else { return Ok(all.to_vec()) };
-    let own: Vec<Case> = all.iter().filter(|case| case.id().contains(text)).copied().collect();
+/// The cases whose name and size are asked for.
+fn only(all: &[Case], args: &BenchDiagnosisArgs) -> miette::Result<Vec<Case>> {
+    let (text, multiples) = (args.only.as_deref().unwrap_or(""), &args.multiples);
+    let is_wanted =
+        |case: &&Case| case.id().contains(text) && (multiples.is_empty() || multiples.contains(&case.multiple));
+    let own: Vec<Case> = all.iter().filter(is_wanted).copied().collect();
     if own.is_empty() {
-        let what = format!("no case of this size and these plants has `{text}` in its name; one is `{}`", all[0].id());
+        let sized = if multiples.is_empty() { "" } else { " and such a multiple" };
+        let (all, one) = ("no case of this size and these plants", all[0].id());
+        let what = format!("{all} has `{text}` in its name{sized}; one is `{one}`");
         return Err(told(Error::Unknown { what }));
     }
     Ok(own)
