@@ -90,6 +90,11 @@ impl Combiner<'_> {
                 break;
             }
             beam = self.beam(paying.clone());
+            // What is no combination may still have found where one of its members has its valley.
+            if let Some(best) = beam.first().filter(|best| !self.is_sound(best)) {
+                let parts = self.fitted(self.parts(best));
+                self.take_better(&mut all, parts);
+            }
             all.extend(paying.into_iter().filter(|set| self.is_sound(set)));
         }
         self.without_spare(all)
@@ -117,15 +122,20 @@ impl Combiner<'_> {
             if is_spare {
                 all.remove(0);
             }
-            for part in parts.into_iter().filter(|part| self.is_sound(part)) {
-                match all.iter_mut().find(|other| other.0 == part.0) {
-                    Some(other) if part.1.cost() < other.1.cost() => *other = part,
-                    Some(_) => {}
-                    None => all.push(part),
-                }
-            }
+            self.take_better(&mut all, parts);
             if !is_spare {
                 return all;
+            }
+        }
+    }
+
+    /// Takes the sound ones of sets that are new or better than those known.
+    fn take_better(&self, all: &mut Vec<Set>, sets: Vec<Set>) {
+        for set in sets.into_iter().filter(|set| self.is_sound(set)) {
+            match all.iter_mut().find(|other| other.0 == set.0) {
+                Some(other) if set.1.cost() < other.1.cost() => *other = set,
+                Some(_) => {}
+                None => all.push(set),
             }
         }
     }

@@ -3,12 +3,18 @@
 use super::{Bench, Candidate, RARITY, REFINED};
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::evidence;
-use crate::inference::fit::{Fitted, Simulate};
+use crate::inference::fit::{Fitted, InputNoise, Simulate};
 use crate::inference::spread::{Seen, deviations};
+use crate::inference::unknown::{Role, applied};
 use crate::soundness::is_sound;
 use nalgebra::DVector;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Rise of the sum of squares at two deviations to either side, of the four or more that a parabola has, below which a
+/// deviation is too small; and times that it is doubled.
+const RISE: f64 = 2.0;
+const WIDENINGS: usize = 8;
 
 impl Bench<'_> {
     /// Tells of the best candidates what the noise of measured inputs alone may give them. Where a candidate carries it
@@ -76,10 +82,50 @@ impl Bench<'_> {
             let shifts = place.into_iter().flat_map(changed).collect();
             let seen = Seen { experiments: &experiments, shifts, repeats: place.and_then(|place| repeats.get(place)) };
             candidate.deviations = deviations(fitted, evidence, dispersion, &seen);
+            if place.is_some() {
+                self.widen(&candidate.fitted, dispersion, &mut candidate.deviations);
+            }
             let (base, members) = (&self.block.base, &candidate.hypotheses);
             candidate.sure = is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
             candidate.sound &= candidate.sure || members.len() == 1;
         }
+    }
+
+    /// Widens the deviations of sizes and forms over which the data say nothing: what jumps from sample to sample, as a hold
+    /// does, has no derivative to tell that by.
+    fn widen(&self, fitted: &Fitted, dispersion: f64, deviations: &mut [f64]) {
+        let places = (0..deviations.len()).filter(|place| fitted.unknowns[*place].role != Role::Nuisance);
+        for place in places {
+            for _ in 0..WIDENINGS {
+                let ways = [-2.0 * deviations[place], 2.0 * deviations[place]];
+                let rise = self.rise(fitted, place, ways).into_iter().fold(f64::INFINITY, f64::min) / dispersion;
+                // A place that leaves much less belongs to another valley.
+                if rise.abs() >= RISE {
+                    break;
+                }
+                deviations[place] *= 2.0;
+            }
+        }
+    }
+
+    /// What a fit leaves more of where one of its numbers has gone such ways, all others staying: at least what it would
+    /// leave more of with the others fitted anew.
+    fn rise(&self, fitted: &Fitted, place: usize, ways: [f64; 2]) -> [f64; 2] {
+        let moved = ways.map(|way| {
+            let mut z = fitted.z.clone();
+            z[place] = fitted.unknowns[place].prior.allowed(z[place] + way);
+            z
+        });
+        let sets: Vec<Vec<f64>> = moved.iter().map(|z| applied(&self.block.base, &fitted.unknowns, z)).collect();
+        let residuals = self.simulated(&sets);
+        let of = |(z, residual): (&Vec<f64>, &DVector<f64>)| {
+            let way = z[place] - fitted.z[place];
+            let pull =
+                |noise: &InputNoise| 2.0 * noise.pull[place] * way + noise.information[(place, place)] * way * way;
+            let there = Fitted { z: z.clone(), residual: residual.clone(), ..fitted.clone() };
+            there.cost() - fitted.cost() - fitted.input_noise.as_ref().map_or(0.0, pull)
+        };
+        [of((&moved[0], &residuals[0])), of((&moved[1], &residuals[1]))]
     }
 
     /// Whitened residuals where what is not fitted is otherwise, for every set: in finer steps, and with each considered

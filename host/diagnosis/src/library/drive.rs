@@ -159,7 +159,9 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
 
 fn gear(shelf: &mut Shelf, spans: &Spans) {
     let compliance = shelf.base("compliance");
-    let stiff = Prior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread: 1.0 };
+    // Teeth may be as stiff as a model without a gear has them.
+    let spread = if compliance > 0.0 { 1.0 } else { 1.5 };
+    let stiff = Prior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread };
     shelf.add(
         "J7_backlash",
         "backlash of the gear",

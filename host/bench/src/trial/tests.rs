@@ -1,0 +1,242 @@
+//! Cases that were said wrongly once.
+
+use super::*;
+use softdock_diagnosis::judge;
+use softdock_gauntlet::{NoiseColour, Rig};
+
+/// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
+fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+    said_of(Rig::Command, 11, hidden, without)
+}
+
+/// The same of the data set of a rig and a seed.
+fn said_of(rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
+    said_behind(NoiseColour::FirstOrder, rig, seed, hidden, without)
+}
+
+/// The same behind noise of a colour.
+fn said_behind(
+    colour: NoiseColour,
+    rig: Rig,
+    seed: u64,
+    hidden: &[(&'static str, f64)],
+    without: &[&str],
+) -> (Said, Vec<String>) {
+    let answer = answer_behind(colour, rig, seed, hidden, without);
+    let mut ids: Vec<String> = answer.effects.into_iter().map(|effect| effect.id).collect();
+    ids.sort();
+    (answer.said, ids)
+}
+
+/// The whole of what is said.
+fn answer_behind(colour: NoiseColour, rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> Answer {
+    let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
+    let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
+    let exhibit = Exhibit::of(&set).expect("room");
+    let without = without.iter().map(|id| (*id).to_owned()).collect();
+    answer(exhibit.path(), &Options { without, ..Options::default() }).answer
+}
+
+#[test]
+fn what_has_no_mean_is_named_behind_a_lag_a_limit_and_a_hold() {
+    let (lag, limit, hold) = (("C2_lag", 0.003), ("C7_rate_limit", 1.2), ("C6_hold", 0.004_177));
+    let (jitter, drops) = (("C3_jitter", 1.2e-4), ("C4_drops", 1.5e-3));
+    for pair in [[lag, jitter], [lag, drops], [jitter, limit], [drops, limit], [jitter, hold], [drops, hold]] {
+        let mut ids = pair.map(|(id, _)| id.to_owned()).to_vec();
+        ids.sort();
+        assert_eq!(said(&pair, &[]), (Said::Named, ids));
+    }
+}
+
+#[test]
+fn a_lag_that_seems_there_and_is_of_no_use_hides_neither_losses_nor_jitter() {
+    for (seed, id, size) in [(1_888_172_402, "C4_drops", 7.761_6e-4), (4_210_823_708, "C3_jitter", 4.390_6e-4)] {
+        assert_eq!(said_of(Rig::Command, seed, &[(id, size)], &[]), (Said::Named, vec![id.to_owned()]));
+    }
+}
+
+#[test]
+fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
+    let cases = [
+        (11, "C6_hold", 0.0041, 1.1),
+        (11, "C1_transport_delay", 0.0041, 1.1),
+        (4_009_981_770, "C1_transport_delay", 0.008_861, 1.0),
+    ];
+    for (seed, id, late, limit) in cases {
+        let found = (Said::Named, vec![id.to_owned(), "C7_rate_limit".to_owned()]);
+        assert_eq!(said_of(Rig::Command, seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
+    }
+}
+
+#[test]
+fn an_effect_is_named_beside_another_that_is_lost_from_anywhere_but_where_it_is() {
+    let named = |ids: [&str; 2]| (Said::Named, ids.map(str::to_owned).to_vec());
+    // Steps of a reading are in phase with its gain.
+    let hidden = [("S3_gain", 0.04), ("S6_quantisation", 4.0)];
+    assert_eq!(said_of(Rig::Sensor, 1_759_870_806, &hidden, &[]), named(["S3_gain", "S6_quantisation"]));
+    // A boom on either side of its body looks nearly alike.
+    let hidden = [("P1_mass", 12.188), ("P3_appendage", 0.078_834)];
+    assert_eq!(said_of(Rig::Body, 889_584_576, &hidden, &[]), named(["P1_mass", "P3_appendage"]));
+}
+
+#[test]
+fn a_mount_that_gives_way_as_much_as_the_contact_is_found_where_it_rings() {
+    let compliance = 6.832_731_8e-6;
+    let mount = [("K10_fixture", compliance)];
+    let answer = answer_behind(NoiseColour::FirstOrder, Rig::Contact, 3_583_276_528, &mount, &[]);
+    assert_eq!(answer.said, Said::Named);
+    let [found] = &answer.effects[..] else { panic!("one effect: {:?}", answer.effects) };
+    let off = |name: &str, truth: f64| (found.parameters[name].value / truth - 1.0).abs();
+    // The bench's plate has 1.5 kg.
+    let frequency = 1.0 / (std::f64::consts::TAU * (1.5 * compliance).sqrt());
+    assert!(off("fixture_frequency", frequency) < 0.01, "{:?}", found.parameters);
+    assert!(off("fixture_compliance", compliance) < 0.05, "{:?}", found.parameters);
+}
+
+#[test]
+fn noise_is_not_taken_for_steps() {
+    let found = said_of(Rig::Sensor, 520_532_707, &[("S7_noise", 5.417)], &[]);
+    assert_eq!(found, (Said::Named, vec!["S7_noise".to_owned()]));
+}
+
+#[test]
+fn a_drift_beside_a_gain_or_a_lag_is_named() {
+    let drift = ("S2_drift", 0.051_874);
+    for other in [("S3_gain", 0.030_844), ("S5_low_pass", 9.17e-4)] {
+        let found = (Said::Named, vec![drift.0.to_owned(), other.0.to_owned()]);
+        assert_eq!(said_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
+    }
+}
+
+#[test]
+fn a_drift_is_named_behind_steps_of_the_reading() {
+    let named = (Said::Named, ["S2_drift", "S6_quantisation"].map(str::to_owned).to_vec());
+    let (white, pink) = (NoiseColour::White, NoiseColour::Pink);
+    let cases = [(white, 2_537_318_737, 0.061_688, 3.830_4), (pink, 1_379_738_469, 0.091_103, 4.0)];
+    for (colour, seed, drift, step) in cases {
+        let hidden = [("S2_drift", drift), ("S6_quantisation", step)];
+        assert_eq!(said_behind(colour, Rig::Sensor, seed, &hidden, &[]), named);
+    }
+}
+
+#[test]
+fn a_drift_that_scatters_about_nothing_is_none() {
+    let found = said_behind(NoiseColour::Pink, Rig::Sensor, 2_634_078_062, &[], &[]);
+    assert_eq!(found, (Said::NoEffect, Vec::new()));
+}
+
+#[test]
+fn a_mount_is_not_named_for_what_a_friction_beyond_its_tolerance_explains() {
+    let (id, seed) = ("K4_friction", 3_402_732_986);
+    let of = |size, without| said_behind(NoiseColour::White, Rig::Contact, seed, &[(id, size)], without);
+    assert_eq!(of(0.059_073, &[]), (Said::Named, vec![id.to_owned()]));
+    assert_eq!(of(0.029_537, &[id]), (Said::NotInLibrary, Vec::new()));
+}
+
+#[test]
+fn a_lag_that_a_clock_nearly_makes_up_for_is_named() {
+    let lag = ("S5_low_pass", 0.001);
+    let found = said_behind(NoiseColour::White, Rig::Contact, 527_519_681, &[lag], &[]);
+    assert_eq!(found, (Said::Named, vec![lag.0.to_owned()]));
+}
+
+#[test]
+fn what_explains_less_than_a_strained_clock_hides_is_not_named() {
+    let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
+    assert_eq!(said_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]), (Said::NotInLibrary, Vec::new()));
+}
+
+#[test]
+fn a_delay_that_a_clock_may_explain_is_nothing_unknown() {
+    // Three tolerances of the clock offset, no more.
+    assert_ne!(said(&[("C1_transport_delay", 6e-4)], &[]).0, Said::NotInLibrary);
+}
+
+#[test]
+fn a_delay_that_strains_the_clock_is_not_in_a_library_without_it() {
+    assert_eq!(said(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0, Said::NotInLibrary);
+}
+
+#[test]
+fn losses_and_jitter_that_the_library_goes_without_are_not_in_it() {
+    for (id, size) in [("C3_jitter", 3e-4), ("C4_drops", 5e-3)] {
+        assert_eq!(said(&[(id, size)], &[id]), (Said::NotInLibrary, Vec::new()));
+    }
+}
+
+#[test]
+fn a_long_lag_is_not_taken_for_jitter() {
+    assert_eq!(said(&[("C2_lag", 0.015)], &[]), (Said::Named, vec!["C2_lag".to_owned()]));
+}
+
+#[test]
+fn a_gear_that_is_many_times_softer_than_the_models_is_found() {
+    let soft = 8.4e-6;
+    let hidden = [Hidden { id: "J8_elasticity", size: soft }];
+    let set = generate(Rig::Robot, &hidden, NoiseColour::FirstOrder, 11).expect("an effect of the bench");
+    let exhibit = Exhibit::of(&set).expect("room");
+    let prepared = read(exhibit.path(), &[], &Options::default()).expect("good recordings");
+    let (block, library) = prepared.blocks(1).swap_remove(1);
+    let library: Vec<_> = library.into_iter().filter(|own| code(own.effect.id) == "J8").collect();
+    let judgement = judge(&block, &block, &library).expect("repeats");
+    let found = judgement.ranking[0].fitted.values(&block.base)[block.field("compliance")];
+    let truth = block.base[block.field("compliance")] + soft;
+    assert!((found / truth - 1.0).abs() < 0.05, "{found} instead of {truth}");
+    assert!(judgement.ranking[0].fitted.mean_square() < 1.3, "{}", judgement.ranking[0].fitted.mean_square());
+}
+
+/// What is said of a robot's axes by a library without what takes longest, and is like nothing that is hidden.
+fn axes(seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Vec<Said>, Answer) {
+    let costly = ["J9_torque_ripple", "J10_transmission_error"];
+    let answer = answer_behind(NoiseColour::FirstOrder, Rig::Robot, seed, hidden, &[&costly, without].concat());
+    (answer.blocks.iter().map(|block| block.1).collect(), answer)
+}
+
+#[test]
+fn what_is_less_probable_than_nothing_is_not_named() {
+    // How the gear of axis 2 winds up tells a little wrong what axis 3 carries.
+    let hidden = [("J2_viscous", 22.627416997969522), ("J8_elasticity", 2.7262693316631445e-6)];
+    let (said, answer) = axes(2_753_534_839, &hidden, &[]);
+    assert_eq!(said, [Said::NoEffect, Said::Named, Said::NoEffect]);
+    assert!(answer.effects.iter().all(|effect| effect.p > 0.5), "{answer:?}");
+}
+
+#[test]
+fn what_spares_a_nuisance_the_impossible_is_named() {
+    let said = said_of(Rig::Sensor, 709_456_285, &[("S3_gain", 0.0154)], &[]);
+    assert_eq!(said, (Said::Named, vec!["S3_gain".to_owned()]));
+}
+
+#[test]
+fn an_axis_is_not_blamed_for_the_gear_of_another() {
+    let id = "J8_elasticity";
+    let (said, _) = axes(11, &[(id, 8.4e-6)], &[id]);
+    assert_eq!(said, [Said::NoEffect, Said::NotInLibrary, Said::NoEffect]);
+}
+
+#[test]
+fn noise_of_the_measured_place_is_no_lag_of_the_force() {
+    let set = generate(Rig::Contact, &[], NoiseColour::FirstOrder, 3_584_678_196).expect("nothing hidden");
+    let exhibit = Exhibit::of(&set).expect("room");
+    assert_eq!(answer(exhibit.path(), &Options::default()).answer.said, Said::NoEffect);
+}
+
+/// One effect is named in the drive, and the interval of its number holds the truth.
+fn is_found(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64), name: &str) {
+    let answer = answer_behind(colour, Rig::Drive { link_encoder: false }, seed, &[(id, size)], &[]);
+    let [found] = &answer.effects[..] else { panic!("one effect: {answer:?}") };
+    let Estimate { lo, hi, .. } = found.parameters[name];
+    assert!(found.id == id && lo < size && size < hi, "{id} {size}: {lo} to {hi}");
+}
+
+#[test]
+fn what_jumps_from_sample_to_sample_is_named_beside_a_clock_that_is_off() {
+    is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.033_416_761_037_677_25), "hold");
+    is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.008_354_190_259_419_31), "hold");
+    is_found(NoiseColour::White, 1_136_580_252, ("C7_rate_limit", 0.496_072_162_488_528_5), "rate_limit");
+}
+
+#[test]
+fn a_gap_is_named_though_its_teeth_may_be_as_stiff_as_they_like() {
+    is_found(NoiseColour::FirstOrder, 4_173_528_483, ("J7_backlash", 1.779_357_241_807_331e-5), "half_backlash");
+}
