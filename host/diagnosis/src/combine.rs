@@ -10,7 +10,7 @@ use crate::library::Hypothesis;
 use crate::soundness::{NEARLY_NOISE, is_sound, is_strained, strained};
 use nalgebra::DVector;
 
-/// Combinations from which the next larger ones are made.
+/// Combinations from which the next larger ones are made; one where the remainder of the richest tells the noise.
 const BEAM: usize = 3;
 /// Most effects of a combination that is an answer, and of one whose remainder tells the noise: more would swallow some.
 const MOST: usize = 4;
@@ -176,7 +176,8 @@ impl Combiner<'_> {
     fn beam(&self, sets: Vec<Set>) -> Vec<Set> {
         let sets = self.ranked(sets);
         let strained = sets.first().filter(|best| !self.is_sound(best)).cloned();
-        strained.into_iter().chain(sets.into_iter().filter(|set| self.is_sound(set)).take(BEAM)).collect()
+        let most = if self.strictly { BEAM } else { 1 };
+        strained.into_iter().chain(sets.into_iter().filter(|set| self.is_sound(set)).take(most)).collect()
     }
 
     /// Signatures on top of a fit.

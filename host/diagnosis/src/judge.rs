@@ -259,6 +259,9 @@ impl<'a> Bench<'a> {
     /// Fits by one repeat of each experiment, carried on with all repeats: the best of them; of the others the residuals
     /// alone.
     pub(crate) fn polished(&self, quick: Vec<Fitted>) -> Vec<Fitted> {
+        if !self.learn.has_repeats() {
+            return self.with_carried(quick);
+        }
         let base = &self.block.base;
         let sets: Vec<Vec<f64>> = quick.iter().map(|fitted| fitted.values(base)).collect();
         let with = |(fitted, residual): (Fitted, DVector<f64>)| Fitted { residual, ..fitted };
