@@ -1,6 +1,6 @@
 //! The command's way.
 
-use super::{Recorded, assert_named, assert_nothing_found};
+use super::{Recorded, assert_nothing_found};
 use softdock_gauntlet::{Hidden, Rig as Bench};
 
 #[test]
@@ -21,19 +21,4 @@ fn every_row_weighs_as_much_in_one_repeat_as_in_another() {
         }
     }
     assert!(silent > 2 * 150 * count, "ends and losses weigh nothing: {silent}");
-}
-
-#[test]
-#[ignore = "minutes: the full size"]
-fn what_is_hidden_is_named() {
-    let cases = [
-        ("C1_transport_delay", 0.003, "C1_transport_delay"),
-        ("C2_lag", 0.003, "C2_lag"),
-        ("C5_skew", 0.0003, "C5_clock_skew"),
-        ("C6_hold", 0.004, "C6_hold"),
-        ("C7_rate_limit", 0.5, "C7_rate_limit"),
-    ];
-    for (id, size, named) in cases {
-        assert_named(Bench::Command, id, size, named);
-    }
 }

@@ -1,6 +1,6 @@
 //! The contact bench.
 
-use super::{Recorded, assert_named, assert_nothing_found};
+use super::{Recorded, assert_nothing_found};
 use softdock_gauntlet::Rig as Bench;
 
 #[test]
@@ -18,13 +18,5 @@ fn a_simulation_that_diverges_explains_nothing_and_spreads_nothing() {
     for whitened in [part.whitened(&noise, &sets), shortcut.whitened(&sets), part.whitened_deviations(&noise, &sets)] {
         let powers: Vec<f64> = whitened.iter().map(|own| own.norm_squared()).collect();
         assert!(powers[1].is_finite() && powers[1] > 1e9 * powers[0], "{powers:?}");
-    }
-}
-
-#[test]
-#[ignore = "minutes: the full size"]
-fn what_is_hidden_is_named() {
-    for (id, size) in [("K3_damping", 3e5), ("K6_anisotropy", 0.15), ("K8_adhesion", 10.0)] {
-        assert_named(Bench::Contact, id, size, id);
     }
 }

@@ -1,6 +1,6 @@
 //! The sensor bench.
 
-use super::{Recorded, assert_named, assert_nothing_found, files};
+use super::{Recorded, assert_nothing_found, files};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::Plant;
 use softdock_diagnosis::answer::Verdict;
@@ -12,14 +12,6 @@ use std::path::Path;
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
     assert_nothing_found(Bench::Sensor);
-}
-
-#[test]
-#[ignore = "minutes: the full size"]
-fn what_is_hidden_is_named() {
-    for (id, size) in [("S2_drift", 0.02), ("S4_crosstalk", 0.02), ("S5_low_pass", 0.001), ("S8_load", 0.15)] {
-        assert_named(Bench::Sensor, id, size, id);
-    }
 }
 
 #[test]
