@@ -149,6 +149,8 @@ impl Chain {
 
 /// Most terms of the series below: without noise they come within half a per cent of a step but next to its edges.
 const TERMS: u32 = 100;
+/// Share of a term that counts as nothing.
+const NOTHING: f64 = 1e-15;
 
 /// A value behind normal noise of a deviation rounded to whole numbers, on the average: the noise takes each term of the
 /// rounding's Fourier series down by its own factor (Widrow and Kollar 2008, 4).
@@ -156,12 +158,13 @@ fn rounded(value: f64, deviation: f64) -> f64 {
     if deviation == 0.0 {
         return value.round();
     }
-    let term = |k: u32| {
-        let turn = TAU * f64::from(k);
+    let kept = |turn: f64| (-0.5 * (turn * deviation).powi(2)).exp();
+    let term = |(k, turn): (u32, f64)| {
         let sign = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
-        sign / turn * (turn * value).sin() * (-0.5 * (turn * deviation).powi(2)).exp()
+        sign / turn * (turn * value).sin() * kept(turn)
     };
-    value + (1..=TERMS).map(term).sum::<f64>()
+    let turns = (1..=TERMS).map(|k| (k, TAU * f64::from(k)));
+    value + turns.take_while(|(_, turn)| kept(*turn) > NOTHING).map(term).sum::<f64>()
 }
 
 #[cfg(test)]

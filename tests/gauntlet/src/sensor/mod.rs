@@ -8,7 +8,7 @@ mod nominal;
 use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::random::Disturbance;
-use crate::session::{Bench, Run};
+use crate::session::{Ageing, Bench, Run};
 use crate::space::{cross, difference, sum, times};
 use crate::table::{Column, Table, column};
 use chain::{Chain, Nuisances, SCALES, Wrench, direction};
@@ -157,6 +157,11 @@ impl Bench for SensorBench {
 
     fn training(&self) -> &'static [&'static str] {
         motions::TRAINING
+    }
+
+    fn ageing(&self) -> Ageing {
+        let ages = self.chain.drift != [0.0; 6] || self.chain.warm_gain != 0.0 || self.hidden_noise != 0.0;
+        if ages { Ageing::Bench } else { Ageing::Time }
     }
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
