@@ -18,7 +18,7 @@ use motions::{Experiment, Moving, joined};
 /// Tick of the log \[s\], and the finer grid on which blows and filter run, in steps of a tick.
 const TICK: f64 = 1e-3;
 const STEPS: usize = 20;
-/// Ticks by which the fine grid begins before a record.
+/// Ticks by which motion and fine grid begin before a record and end behind it.
 const LEAD: i32 = 2;
 /// White noise of the sensor \[N\], coloured noise \[N\], quantum \[N\]; moments 0.1 m times these.
 const NOISE: f64 = 0.3;
@@ -95,16 +95,12 @@ impl SensorBench {
         Self { nuisances, chain, hidden_noise: sizes.of("S7_noise"), seed }
     }
 
-    /// The sensing element's signal on the fine grid, two ticks longer than the record and beginning two before it.
-    fn signal(&self, experiment: &Experiment, run: &Run) -> Vec<Wrench> {
+    /// The sensing element's signal on the fine grid, beginning and ending with a motion's ticks.
+    fn signal(&self, experiment: &Experiment, motion: &[Moving], run: &Run) -> Vec<Wrench> {
         let mut chain = self.chain.clone();
-        let ticks = (motions::DURATION_S / TICK).round() as i32;
         // What moves slowly is taken once a tick and interpolated; blows are not.
-        let slow = |tick: i32| {
-            let moving = experiment.moving(f64::from(tick) * TICK);
-            plus(experiment.hung_wrench(&moving), tool_wrench(&moving, chain.tool_mass))
-        };
-        let slow: Vec<Wrench> = (-LEAD..=ticks + 2).map(slow).collect();
+        let slow = |moving: &Moving| plus(experiment.hung_wrench(moving), tool_wrench(moving, chain.tool_mass));
+        let slow: Vec<Wrench> = motion.iter().map(slow).collect();
         let mut signal = Vec::with_capacity(slow.len() * STEPS);
         for (tick, pair) in (-LEAD..).zip(slow.windows(2)) {
             for step in 0..STEPS {
@@ -166,7 +162,10 @@ impl Bench for SensorBench {
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let experiment = motions::experiment(experiment);
-        let signal = self.signal(&experiment, run);
+        let ticks = (motions::DURATION_S / TICK).round() as i32;
+        let motion: Vec<Moving> =
+            (-LEAD..=ticks + LEAD).map(|tick| experiment.moving(f64::from(tick) * TICK)).collect();
+        let signal = self.signal(&experiment, &motion, run);
         let mut noise = self.noise(run);
         let unseen = if run.noise.is_some() { 0.0 } else { NOISE.hypot(COLOURED_NOISE) };
         let mut reference = Instrument::new(run, "reference", REFERENCE_NOISE, 0.1 * QUANTUM);
@@ -174,20 +173,19 @@ impl Bench for SensorBench {
         let mut acceleration = Instrument::new(run, "accelerometer", ACCELERATION_NOISE, 1e-4);
         let mut rate = Instrument::new(run, "gyroscope", RATE_NOISE, 1e-5);
         let mut table = Table::new(&COLUMNS);
-        for tick in 0..(motions::DURATION_S / TICK).round() as usize {
-            let time = tick as f64 * TICK;
-            let moving = experiment.moving(time);
+        for (tick, moving) in (0..ticks).zip(&motion[LEAD as usize..]) {
+            let time = f64::from(tick) * TICK;
             let blow = averaged(|share| experiment.blow_wrench(time + share * TICK));
-            let load = plus(experiment.hung_wrench(&moving), blow);
+            let load = plus(experiment.hung_wrench(moving), blow);
             let offset = self.nuisances.clock_offset / TICK;
-            let signal = averaged(|share| sampled(&signal, tick as f64 + offset + share));
+            let signal = averaged(|share| sampled(&signal, f64::from(tick) + offset + share));
             let noisy = std::array::from_fn(|i| {
                 let coloured = noise.coloured.get_mut(i).map_or(0.0, Disturbance::next);
                 let hidden = noise.hidden.get_mut(i).map_or(0.0, Disturbance::next);
                 sensor.read(signal[i] / SCALES[i]) * SCALES[i] + coloured + hidden
             });
             let reading = self.chain.reading(noisy, unseen, run.start_s + time);
-            let compensated = tool_wrench(&moving, nominal::TOOL_MASS);
+            let compensated = tool_wrench(moving, nominal::TOOL_MASS);
             let mut row = vec![run.start_s + time];
             row.extend((0..6).map(|i| reference.read(load[i] / SCALES[i]) * SCALES[i]));
             row.extend(moving.orientation);
