@@ -226,7 +226,7 @@ fn is_found(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64), nam
     let answer = answer_behind(colour, Rig::Drive { link_encoder: false }, seed, &[(id, size)], &[]);
     let [found] = &answer.effects[..] else { panic!("one effect: {answer:?}") };
     let Estimate { lo, hi, .. } = found.parameters[name];
-    assert!(found.id == id && lo < size && size < hi, "{id} {size}: {lo} to {hi}");
+    assert!(answer.said == Said::Named && found.id == id && lo < size && size < hi, "{id} {size}: {answer:?}");
 }
 
 #[test]
@@ -234,6 +234,11 @@ fn what_jumps_from_sample_to_sample_is_named_beside_a_clock_that_is_off() {
     is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.033_416_761_037_677_25), "hold");
     is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.008_354_190_259_419_31), "hold");
     is_found(NoiseColour::White, 1_136_580_252, ("C7_rate_limit", 0.496_072_162_488_528_5), "rate_limit");
+}
+
+#[test]
+fn torque_that_jumps_where_a_limit_ends_is_told_by_the_motion() {
+    is_found(NoiseColour::White, 1_954_284_231, ("C7_rate_limit", 1.002_948_068_336_303_5), "rate_limit");
 }
 
 #[test]

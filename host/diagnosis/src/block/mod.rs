@@ -137,10 +137,10 @@ impl MeasuredBlock {
         self.part_of(|trial| trial.held_out == held_out)
     }
 
-    /// Sum of squares of each trial's residual, low-passed, at the model's own parameters.
-    pub fn misfits(&self) -> Vec<f64> {
+    /// Sum of squares of each trial's residual, low-passed, at such parameters.
+    pub fn misfits(&self, set: &[f64]) -> Vec<f64> {
         let all = self.part_of(|_| true);
-        let residuals = all.of_trials(&all.all(), std::slice::from_ref(&self.base)).remove(0);
+        let residuals = all.of_trials(&all.all(), &[set.to_vec()]).remove(0);
         residuals.iter().map(DMatrix::norm_squared).collect()
     }
 

@@ -3,23 +3,26 @@
 
 use super::{Blocks, Prepared, Subject};
 use crate::answer::{BlockAnswer, Verdict};
+use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
+use crate::inference::fit::{Start, fit};
 use crate::recording::grid::Finding;
 use softdock_campaign::rig::Plant;
 use softdock_engine::blocks::Kind;
 
 impl Prepared {
     /// Of the torques that the log allows, recording by recording, those that leave least of the motion unexplained: a jump
-    /// that comes a period late is an impulse, which the drive's angle shows.
+    /// that comes a period late is an impulse, which the drive's angle shows beside what the nuisances do.
     pub(super) fn moving(&self, allowed: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
         let Subject::Rig(rig, pieces) = &self.subject else { return Vec::new() };
         let Plant::Drive(drive) = &rig.plant else { return Vec::new() };
         let held = |experiment: &str| self.held_out.contains(experiment);
         let most = allowed.iter().map(Vec::len).max().unwrap_or(0);
         let nth = |n: usize| -> Vec<Vec<f64>> { allowed.iter().map(|own| own[n.min(own.len() - 1)].clone()).collect() };
-        let left = |n: usize| drive_block(drive, pieces, &held, self.first, &nth(n)).misfits();
-        let left: Vec<Vec<f64>> = (0..most).map(left).collect();
+        let block = |n: usize| drive_block(drive, pieces, &held, self.first, &nth(n));
+        let set = settled(&block(0));
+        let left: Vec<Vec<f64>> = (0..most).map(|n| block(n).misfits(&set)).collect();
         let least = |trial: usize| {
             (0..allowed[trial].len()).min_by(|a, b| left[*a][trial].total_cmp(&left[*b][trial])).expect("one at least")
         };
@@ -48,6 +51,16 @@ impl Prepared {
             *answer = all.judged[asked].looked_outside(answer.clone().denied(), prismatic);
         }
     }
+}
+
+/// A block's parameters with its nuisances where the motion has them; the model's own where its noise cannot be told.
+fn settled(block: &MeasuredBlock) -> Vec<f64> {
+    let learn = block.part(false);
+    let Some(noise) = learn.noise(&block.base) else { return block.base.clone() };
+    let shortcut = learn.shortcut(&noise, &block.base);
+    let start = Start::nominal(block.nuisances.clone());
+    let fits = fit(vec![start], &block.base, block.quotient(), &|sets| shortcut.whitened(sets));
+    fits[0].values(&block.base)
 }
 
 impl Blocks {
