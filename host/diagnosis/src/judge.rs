@@ -218,7 +218,7 @@ impl<'a> Bench<'a> {
         let (shortcut, quotient) = (self.learn.shortcut(&self.noise, &block.base), block.quotient());
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
         let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
-        let near = fit(vec![Start::nominal(block.nuisances.clone())], &block.base, quotient, &quick).remove(0);
+        let near = shortcut.null();
         let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, quotient, &simulate)).remove(0);
         let clamped = self.with_carried(vec![clamped(block, &null, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);

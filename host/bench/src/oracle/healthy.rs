@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use softdock_diagnosis::block::{MeasuredBlock, Part};
 use softdock_diagnosis::inference::bank::{Bank, Projector};
-use softdock_diagnosis::inference::fit::{Fitted, Start, fit};
+use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_diagnosis::inference::unknown::applied;
 use softdock_diagnosis::library::Hypothesis;
@@ -149,8 +149,5 @@ fn noise(block: &MeasuredBlock) -> Option<Noise> {
 
 /// The null hypothesis, fitted to what is learnt from.
 fn null(block: &MeasuredBlock, noise: &Noise) -> Fitted {
-    let learn = block.part(false);
-    let start = Start::nominal(block.nuisances.clone());
-    let shortcut = learn.shortcut(noise, &block.base);
-    fit(vec![start], &block.base, block.quotient(), &|sets| shortcut.whitened(sets)).remove(0)
+    block.part(false).shortcut(noise, &block.base).null()
 }

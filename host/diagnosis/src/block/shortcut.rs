@@ -1,6 +1,7 @@
 //! Residuals of all repeats by the simulation of one.
 
 use super::{Part, bounded, cut};
+use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::noise::{Noise, mean};
 use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -31,6 +32,13 @@ impl Shortcut<'_> {
             bounded(trials.iter().enumerate().flat_map(of).collect())
         };
         self.part.of_typical(&self.first, sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// The null hypothesis: the block's nuisances, fitted from where the model has them.
+    pub fn null(&self) -> Fitted {
+        let block = self.part.block;
+        let start = Start::nominal(block.nuisances.clone());
+        fit(vec![start], &block.base, block.quotient(), &|sets| self.whitened(sets)).remove(0)
     }
 }
 

@@ -6,7 +6,6 @@ use crate::answer::{BlockAnswer, Verdict};
 use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
-use crate::inference::fit::{Start, fit};
 use crate::recording::grid::Finding;
 use softdock_campaign::rig::Plant;
 use softdock_engine::blocks::Kind;
@@ -21,8 +20,9 @@ impl Prepared {
         let most = allowed.iter().map(Vec::len).max().unwrap_or(0);
         let nth = |n: usize| -> Vec<Vec<f64>> { allowed.iter().map(|own| own[n.min(own.len() - 1)].clone()).collect() };
         let block = |n: usize| drive_block(drive, pieces, &held, self.first, &nth(n));
-        let set = settled(&block(0));
-        let left: Vec<Vec<f64>> = (0..most).map(|n| block(n).misfits(&set)).collect();
+        let blocks: Vec<MeasuredBlock> = (0..most).map(block).collect();
+        let Some(set) = blocks.first().map(settled) else { return Vec::new() };
+        let left: Vec<Vec<f64>> = blocks.iter().map(|block| block.misfits(&set)).collect();
         let least = |trial: usize| {
             (0..allowed[trial].len()).min_by(|a, b| left[*a][trial].total_cmp(&left[*b][trial])).expect("one at least")
         };
@@ -57,10 +57,7 @@ impl Prepared {
 fn settled(block: &MeasuredBlock) -> Vec<f64> {
     let learn = block.part(false);
     let Some(noise) = learn.noise(&block.base) else { return block.base.clone() };
-    let shortcut = learn.shortcut(&noise, &block.base);
-    let start = Start::nominal(block.nuisances.clone());
-    let fits = fit(vec![start], &block.base, block.quotient(), &|sets| shortcut.whitened(sets));
-    fits[0].values(&block.base)
+    learn.shortcut(&noise, &block.base).null().values(&block.base)
 }
 
 impl Blocks {

@@ -118,14 +118,16 @@ impl Bench<'_> {
         });
         let sets: Vec<Vec<f64>> = moved.iter().map(|z| applied(&self.block.base, &fitted.unknowns, z)).collect();
         let residuals = self.simulated(&sets);
-        let of = |(z, residual): (&Vec<f64>, &DVector<f64>)| {
-            let way = z[place] - fitted.z[place];
+        let plausible = fitted.plausible()[place];
+        let of = |number: usize| {
+            let (from, to) = (fitted.z[place], moved[number][place]);
+            let way = to - from;
             let pull =
                 |noise: &InputNoise| 2.0 * noise.pull[place] * way + noise.information[(place, place)] * way * way;
-            let there = Fitted { z: z.clone(), residual: residual.clone(), ..fitted.clone() };
-            there.cost() - fitted.cost() - fitted.input_noise.as_ref().map_or(0.0, pull)
+            residuals[number].norm_squared() - fitted.residual.norm_squared() + plausible * (to * to - from * from)
+                - fitted.input_noise.as_ref().map_or(0.0, pull)
         };
-        [of((&moved[0], &residuals[0])), of((&moved[1], &residuals[1]))]
+        [of(0), of(1)]
     }
 
     /// Whitened residuals where what is not fitted is otherwise, for every set: in finer steps, and with each considered

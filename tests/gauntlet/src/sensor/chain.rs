@@ -158,13 +158,13 @@ fn rounded(value: f64, deviation: f64) -> f64 {
     if deviation == 0.0 {
         return value.round();
     }
-    let kept = |turn: f64| (-0.5 * (turn * deviation).powi(2)).exp();
-    let term = |(k, turn): (u32, f64)| {
+    let term = |k: u32| {
+        let turn = TAU * f64::from(k);
         let sign = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
-        sign / turn * (turn * value).sin() * kept(turn)
+        let kept = (-0.5 * (turn * deviation).powi(2)).exp();
+        (kept > NOTHING).then(|| sign / turn * (turn * value).sin() * kept)
     };
-    let turns = (1..=TERMS).map(|k| (k, TAU * f64::from(k)));
-    value + turns.take_while(|(_, turn)| kept(*turn) > NOTHING).map(term).sum::<f64>()
+    value + (1..=TERMS).map_while(term).sum::<f64>()
 }
 
 #[cfg(test)]
