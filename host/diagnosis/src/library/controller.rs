@@ -21,8 +21,7 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let sizes: Vec<f64> = seen_hold(&lacking).map(|seen| late.place(seen)).into_iter().chain([0.8]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &sizes, &[]);
     let limit = Prior::Below { top: fastest, share: 0.2 };
-    let sizes: Vec<f64> =
-        seen_limit(&lacking, fastest).map(|seen| limit.place(seen)).into_iter().chain([1.0]).collect();
+    let sizes: Vec<f64> = seen_limit(&lacking).map(|seen| limit.place(seen)).into_iter().chain([1.0]).collect();
     let rate = [("rate_limit", limit, Role::Size)];
     shelf.add("C7_rate_limit", "limit of the command's rate", &rate, &sizes, &[]);
     shelf.all
@@ -65,16 +64,19 @@ fn seen_hold(lacking: &[Lacking]) -> Option<f64> {
 }
 
 /// The rate to which a reference is limited that explains most of what the torque lacks; `None` where none explains much.
-fn seen_limit(lacking: &[Lacking], fastest: f64) -> Option<f64> {
+fn seen_limit(lacking: &[Lacking]) -> Option<f64> {
+    let fastest = lacking.iter().map(Lacking::fastest).fold(0.0, f64::max);
     let left = |limit: f64| lacking.iter().map(|own| own.left_by_limit(limit)).sum::<f64>();
-    let tried = (1..=LIMITS).into_par_iter().map(|k| fastest * (-LIMIT_RATIO * f64::from(k)).exp());
+    let lower = |k: i32| SLOWEST_LIMIT * (f64::from(k) / f64::from(LIMITS)).powi(2);
+    let tried = (1..=LIMITS).into_par_iter().map(|k| fastest * (1.0 - lower(k)));
     let (least, best) = tried.map(|limit| (left(limit), limit)).min_by(|a, b| a.0.total_cmp(&b.0))?;
     (least < (1.0 - SEEN) * left(fastest)).then_some(best)
 }
 
-/// Limits that are tried, and logarithm of the ratio of neighbours: down to a fifth of the fastest rate.
+/// Limits that are tried, and share of the fastest rate by which the lowest is below it. They are closest near the fastest
+/// rate: a limit that acts for a moment has a valley no wider than by how much it is below.
 const LIMITS: i32 = 160;
-const LIMIT_RATIO: f64 = 0.01;
+const SLOWEST_LIMIT: f64 = 0.8;
 
 /// What the torque of a recording lacks, and what its reference asks for by itself.
 struct Lacking {
@@ -114,6 +116,12 @@ impl Lacking {
         }
     }
 
+    /// Greatest rate of the reference.
+    fn fastest(&self) -> f64 {
+        let rates = self.angle.windows(2).map(|pair| (pair[1] - pair[0]).abs() / self.period);
+        rates.fold(0.0, f64::max)
+    }
+
     /// Sum of squares that a limit of the rate leaves of it: while the reference runs after what was sent, the
     /// controller sees it behind, and slower.
     fn left_by_limit(&self, limit: f64) -> f64 {
@@ -148,5 +156,33 @@ impl Lacking {
             (self.torque[sample] - (asked - self.asked[sample * self.stride])).powi(2)
         };
         (0..count).map(at).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_that_acts_for_a_moment_is_seen() {
+        // Of two sines the rate exceeds 98.4 % of its peak for some milliseconds of every two seconds.
+        let period = 1e-3;
+        let angle: Vec<f64> = (0..6000)
+            .map(|tick| f64::from(tick) * period)
+            .map(|t| 0.2 * (std::f64::consts::PI * t).sin() + 0.1 * (5.0 * std::f64::consts::PI * t).sin())
+            .collect();
+        let mut own =
+            Lacking { period, stride: 4, torque: vec![0.0; 1500], asked: Vec::new(), angle, gains: [35e3, 0.0] };
+        let limit = 0.984 * own.fastest();
+        // What the controller makes of the angle that arrives.
+        let mut at = own.angle[0];
+        for (tick, sent) in own.angle.iter().enumerate() {
+            at += (sent - at).clamp(-limit * period, limit * period);
+            if tick % own.stride == 0 {
+                own.torque[tick / own.stride] = own.gains[0] * (at - sent);
+            }
+        }
+        let seen = seen_limit(&[own]).expect("the limit explains all of it");
+        assert!((seen / limit - 1.0).abs() < 2e-3, "{seen} for {limit}");
     }
 }
