@@ -220,7 +220,7 @@ impl<'a> Bench<'a> {
         let simulate = |sets: &[Vec<f64>]| self.simulated(sets);
         let near = shortcut.null();
         let null = self.with_carried(fit(vec![Start::at(&near)], &block.base, quotient, &simulate)).remove(0);
-        let clamped = self.with_carried(vec![clamped(block, &null, &simulate)]).remove(0);
+        let clamped = self.with_carried(vec![clamped(block, &null, CLAMP, &simulate)]).remove(0);
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
 
@@ -335,23 +335,23 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The null hypothesis with no nuisance pulled beyond what its tolerance makes plausible.
-fn clamped(block: &MeasuredBlock, null: &Fitted, simulate: &Simulate) -> Fitted {
-    if null.z.iter().all(|z| z.abs() <= CLAMP) {
+/// The null hypothesis with no nuisance pulled by more than so many tolerances.
+fn clamped(block: &MeasuredBlock, null: &Fitted, reach: f64, simulate: &Simulate) -> Fitted {
+    if null.z.iter().all(|z| z.abs() <= reach) {
         return null.clone();
     }
     let mut base = block.base.clone();
     let mut free = Vec::new();
     for (unknown, z) in null.unknowns.iter().zip(&null.z) {
-        match z.abs() > CLAMP {
-            true => base[unknown.field] = unknown.prior.value(z.clamp(-CLAMP, CLAMP)),
+        match z.abs() > reach {
+            true => base[unknown.field] = unknown.prior.value(z.clamp(-reach, reach)),
             false => free.push(unknown.clone()),
         }
     }
     let mut fitted = fit(vec![Start::nominal(free)], &base, block.quotient(), simulate).remove(0);
-    for (unknown, z) in null.unknowns.iter().zip(&null.z).filter(|(_, z)| z.abs() > CLAMP) {
+    for (unknown, z) in null.unknowns.iter().zip(&null.z).filter(|(_, z)| z.abs() > reach) {
         fitted.unknowns.push(unknown.clone());
-        fitted.z.push(z.clamp(-CLAMP, CLAMP));
+        fitted.z.push(z.clamp(-reach, reach));
     }
     fitted
 }

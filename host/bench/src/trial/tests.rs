@@ -245,3 +245,21 @@ fn torque_that_jumps_where_a_limit_ends_is_told_by_the_motion() {
 fn a_gap_is_named_though_its_teeth_may_be_as_stiff_as_they_like() {
     is_found(NoiseColour::FirstOrder, 4_173_528_483, ("J7_backlash", 1.779_357_241_807_331e-5), "half_backlash");
 }
+
+#[test]
+fn a_limit_that_acts_for_a_moment_of_what_is_learnt_from_is_named() {
+    is_found(NoiseColour::Pink, 639_031_804, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
+}
+
+#[test]
+fn a_nuisance_that_is_far_off_by_chance_hides_no_effect_that_another_made_up_for() {
+    // A bias of 3.06 tolerances, and a friction of 3.06.
+    let cases = [
+        (NoiseColour::FirstOrder, 3_797_152_687, 1.044_273_782_427_413_9e-4),
+        (NoiseColour::Pink, 4_276_366_337, 9.575_976_032_806_985e-5),
+    ];
+    for (colour, seed, size) in cases {
+        let found = said_behind(colour, Rig::Contact, seed, &[("K7_surface_offset", size)], &[]);
+        assert_eq!(found, (Said::Named, vec!["K7_surface_offset".to_owned()]));
+    }
+}
