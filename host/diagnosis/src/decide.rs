@@ -81,7 +81,8 @@ impl Context<'_> {
         };
         match best.adequacy {
             Some(a) if !is_adequate(&a, best) => Verdict::NotInLibrary,
-            Some(a) if a.gain_lo < PRACTICAL => Verdict::NoPracticalEffect,
+            // What shows for a moment may be missing from a resample, but without it the motion is not understood.
+            Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() => Verdict::NoPracticalEffect,
             _ if several => Verdict::Ambiguous,
             _ => Verdict::Named,
         }

@@ -249,6 +249,8 @@ fn a_gap_is_named_though_its_teeth_may_be_as_stiff_as_they_like() {
 #[test]
 fn a_limit_that_acts_for_a_moment_of_what_is_learnt_from_is_named() {
     is_found(NoiseColour::Pink, 639_031_804, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
+    // A resample of its held-out motion may lack that moment, which leaves 44 times the noise.
+    is_found(NoiseColour::FirstOrder, 2_102_284_916, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
 }
 
 #[test]
