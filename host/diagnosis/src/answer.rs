@@ -83,7 +83,8 @@ pub struct RuledOut {
     pub block: &'static str,
     /// By how much the best answer is more probable: natural logarithm of the odds.
     pub log_odds: f64,
-    /// Whether its best numbers are not what its name says: a size that is nothing, or a form that is implausible.
+    /// Whether its best numbers are not what its name says: a size that is nothing, a form that is implausible, or a drift
+    /// that is left of what drifts.
     pub implausible: bool,
     /// Root mean square of what it leaves on held-out motion, in units of the noise.
     pub residual: Option<f64>,

@@ -290,6 +290,15 @@ impl<'a> Bench<'a> {
         fits.into_iter().zip(carried).map(|(fitted, carried)| Fitted { carried, ..fitted }).collect()
     }
 
+    /// Where repeats differ by more and more as a session goes on, what leaves that is no cause, however well it explains
+    /// the rest.
+    fn deny_what_leaves_a_drift(&self, ranking: &mut [Candidate]) {
+        if self.together.is_some() {
+            let sound = ranking.iter_mut().filter(|candidate| candidate.sound);
+            sound.for_each(|own| own.sound = !self.block.grew(&own.fitted.values(&self.block.base)));
+        }
+    }
+
     fn judged(self, noise_from: NoiseFrom) -> Judgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
@@ -308,6 +317,7 @@ impl<'a> Bench<'a> {
             })
             .collect();
         ranking.sort_by(|a, b| b.score(library.len()).total_cmp(&a.score(library.len())));
+        self.deny_what_leaves_a_drift(&mut ranking);
         self.add_input_noise(&null, dispersion, &mut ranking);
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);

@@ -124,7 +124,11 @@ fn block_text(block: &BlockAnswer) -> String {
 /// Log-odds by which a cause is ruled out, or that it cannot be what its best numbers make it.
 pub(crate) fn ruled_out_by(out: &RuledOut) -> String {
     let odds = significant(out.log_odds, 3);
-    if out.implausible { format!("{odds} (and its numbers are implausible)") } else { odds }
+    match (out.implausible, out.log_odds > 0.0) {
+        (false, _) => odds,
+        (true, true) => format!("{odds} (and its numbers are implausible)"),
+        (true, false) => "implausible numbers".to_owned(),
+    }
 }
 
 /// What something outside the library behaves like.

@@ -265,3 +265,10 @@ fn a_nuisance_that_is_far_off_by_chance_hides_no_effect_that_another_made_up_for
         assert_eq!(found, (Said::Named, vec!["K7_surface_offset".to_owned()]));
     }
 }
+
+#[test]
+fn what_warms_up_is_named_though_a_gear_that_filters_noise_leaves_less() {
+    let (rig, warm) = (Rig::Drive { link_encoder: false }, ("J6_warm_up", 0.475_682_846_001_088_5));
+    let found = said_behind(NoiseColour::FirstOrder, rig, 603_171_588, &[warm], &[]);
+    assert_eq!(found, (Said::Named, vec!["J6_temperature".to_owned()]));
+}
