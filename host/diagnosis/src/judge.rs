@@ -228,6 +228,8 @@ impl<'a> Bench<'a> {
         let singles = self.polished(fit(starts, &block.base, quotient, &quick));
         let again = fit(nested::starts(library, &singles), &block.base, quotient, &quick);
         let singles = nested::better(singles, self.polished(again));
+        let again = fit(nested::astray(&singles, &null), &block.base, quotient, &simulate);
+        let singles = nested::better(singles, self.with_carried(again));
         let singles: Vec<Fitted> = singles.into_iter().map(|single| no_worse(single, &null)).collect();
         let alone = self.dispersion(&null, singles.iter());
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);

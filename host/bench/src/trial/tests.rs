@@ -272,3 +272,15 @@ fn what_warms_up_is_named_though_a_gear_that_filters_noise_leaves_less() {
     let found = said_behind(NoiseColour::FirstOrder, rig, 603_171_588, &[warm], &[]);
     assert_eq!(found, (Said::Named, vec!["J6_temperature".to_owned()]));
 }
+
+#[test]
+fn a_lag_is_named_though_one_repeat_of_each_motion_has_it_elsewhere() {
+    let cases = [
+        (NoiseColour::Pink, 341_403_215, 1.138_788_634_756_691_8e-3),
+        (NoiseColour::FirstOrder, 1_390_257_130, 7.384_130_729_697_496e-4),
+    ];
+    for (colour, seed, size) in cases {
+        let found = said_behind(colour, Rig::Contact, seed, &[("S5_low_pass", size)], &[]);
+        assert_eq!(found, (Said::Named, vec!["S5_low_pass".to_owned()]));
+    }
+}

@@ -1,6 +1,7 @@
-//! Starts of hypotheses from where others ended that have all their numbers, and more.
+//! Starts of hypotheses from where others ended that have all their numbers, and more, or fewer.
 
-use crate::inference::fit::{Fitted, Start};
+use crate::inference::fit::{Fitted, HOPELESS, Start};
+use crate::inference::unknown::{Role, Unknown};
 use crate::judge::taken;
 use crate::library::Hypothesis;
 
@@ -24,6 +25,22 @@ pub(super) fn starts(library: &[Hypothesis], singles: &[Fitted]) -> Vec<Start> {
     singles.iter().filter_map(again).collect()
 }
 
+/// One start for every fit of a single hypothesis that ended far above the null hypothesis, which each contains: the one
+/// repeat by which fits are led may have a valley of its own. Its size is nothing, and it looks as it did.
+pub(super) fn astray(singles: &[Fitted], null: &Fitted) -> Vec<Start> {
+    let far = null.cost() + HOPELESS * null.mean_square().max(1.0);
+    let place = |(unknown, z): (&Unknown, &f64)| match null.value(unknown.field) {
+        Some(value) => unknown.prior.allowed(unknown.prior.place(value)),
+        None if unknown.role == Role::Form => *z,
+        None => 0.0,
+    };
+    let again = |single: &Fitted| {
+        let z = single.unknowns.iter().zip(&single.z).map(place).collect();
+        Start::new(single.hypothesis, single.unknowns.clone(), z).beside(null)
+    };
+    singles.iter().filter(|single| single.cost() > far).map(again).collect()
+}
+
 /// The better of two fits of every hypothesis; `again` has some of them.
 pub(super) fn better(mut singles: Vec<Fitted>, again: Vec<Fitted>) -> Vec<Fitted> {
     for fitted in again {
@@ -38,7 +55,7 @@ pub(super) fn better(mut singles: Vec<Fitted>, again: Vec<Fitted>) -> Vec<Fitted
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::unknown::{Prior, Role, Unknown};
+    use crate::inference::unknown::Prior;
     use nalgebra::{DMatrix, DVector};
     use softdock_kernels::effects::DICTIONARY;
 
@@ -69,6 +86,17 @@ mod tests {
         assert_eq!((again.len(), again[0].hypothesis, &again[0].z), (1, 0, &vec![1.0]));
         let ahead = [fitted(&library, 0, 0.1, 100.0), fitted(&library, 1, 2.0, 500.0)];
         assert!(starts(&library, &ahead).is_empty());
+    }
+
+    #[test]
+    fn what_went_astray_starts_again_where_the_null_hypothesis_ended() {
+        let of = |field, role| Unknown { role, ..unknown(field, 1.0) };
+        let unknowns = vec![of(3, Role::Nuisance), of(2, Role::Size), of(4, Role::Form)];
+        let library = [hypothesis(vec![of(3, Role::Nuisance)]), hypothesis(unknowns)];
+        let null = fitted(&library, 0, 0.0, 0.5);
+        let again = astray(&[fitted(&library, 1, 2.0, 500.0), fitted(&library, 1, 0.0, 50.0)], &null);
+        // A nuisance is where it was, a size nothing, a form as it was found; one that ended little above is left alone.
+        assert_eq!((again.len(), again[0].hypothesis, &again[0].z), (1, 1, &vec![0.0, 0.0, 2.0]));
     }
 
     #[test]
