@@ -306,7 +306,7 @@ impl Prepared {
         }
         let mut all = self.judged(prismatic)?;
         for _ in 1..PASSES {
-            if !self.carries_otherwise(&all.judged) {
+            if !self.carries_otherwise(&all) {
                 break;
             }
             all = self.judged(prismatic)?;

@@ -32,16 +32,22 @@ impl Prepared {
 
     /// Tells anew what the axes carry, if a gear was found that winds up otherwise: its link, which loads the other
     /// axes, moves otherwise than was told. `false` if all gears are as they were.
-    pub(super) fn carries_otherwise(&mut self, judged: &[Judged]) -> bool {
+    ///
+    /// What one axis seems to have may be what another one's link does to it: of the gears that were not known, the one
+    /// that explains its axis best is taken first.
+    pub(super) fn carries_otherwise(&mut self, all: &Blocks) -> bool {
         let Some(Plant::Robot(rig)) = self.plant() else {
             return false;
         };
-        let found = judged.iter().zip(&rig.drives).map(|(own, drive)| own.gear().unwrap_or(drive.values));
-        let found: Vec<DriveValues<f64>> = found.collect();
-        let same = |(a, b): (&DriveValues<f64>, &DriveValues<f64>)| {
-            (a.compliance - b.compliance).abs() <= SAME * a.compliance.abs()
-        };
-        if self.axes(rig).drives.iter().zip(&found).all(same) {
+        let gears: Vec<Option<DriveValues<f64>>> = all.judged.iter().map(Judged::gear).collect();
+        let (known, nominal) = (&self.axes(rig).drives, |place: usize| rig.drives[place].values);
+        let is_new = |place: &usize| gears[*place].is_some() && winds_alike(&known[*place], &nominal(*place));
+        let leaves = |place: &usize| all.answers[*place].residual.after;
+        let first = (0..gears.len()).filter(is_new).min_by(|a, b| leaves(a).total_cmp(&leaves(b)));
+        let waits = |place: usize| is_new(&place) && first != Some(place);
+        let found = |place: usize| gears[place].filter(|_| !waits(place)).unwrap_or(nominal(place));
+        let found: Vec<DriveValues<f64>> = (0..gears.len()).map(found).collect();
+        if known.iter().zip(&found).all(|(known, found)| winds_alike(known, found)) {
             return false;
         }
         self.axes = self.carrying(rig, found).into();
@@ -69,6 +75,11 @@ impl Prepared {
             self.findings.push(all.withhold(place, what));
         }
     }
+}
+
+/// Whether two drives' gears wind up alike.
+fn winds_alike(a: &DriveValues<f64>, b: &DriveValues<f64>) -> bool {
+    (a.compliance - b.compliance).abs() <= SAME * a.compliance.abs()
 }
 
 impl Judged {
