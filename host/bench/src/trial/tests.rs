@@ -133,11 +133,14 @@ fn a_mount_is_not_named_for_what_a_friction_beyond_its_tolerance_explains() {
     assert_eq!(of(0.029_537, &[id]), (Said::NotInLibrary, Vec::new()));
 }
 
+/// One effect is named in the contact, and nothing else.
+fn is_named_in_contact(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64)) {
+    assert_eq!(said_behind(colour, Rig::Contact, seed, &[(id, size)], &[]), (Said::Named, vec![id.to_owned()]));
+}
+
 #[test]
 fn a_lag_that_a_clock_nearly_makes_up_for_is_named() {
-    let lag = ("S5_low_pass", 0.001);
-    let found = said_behind(NoiseColour::White, Rig::Contact, 527_519_681, &[lag], &[]);
-    assert_eq!(found, (Said::Named, vec![lag.0.to_owned()]));
+    is_named_in_contact(NoiseColour::White, 527_519_681, ("S5_low_pass", 0.001));
 }
 
 #[test]
@@ -274,14 +277,8 @@ fn a_limit_that_acts_for_a_moment_of_what_is_learnt_from_is_named() {
 #[test]
 fn a_nuisance_that_is_far_off_by_chance_hides_no_effect_that_another_made_up_for() {
     // A bias of 3.06 tolerances, and a friction of 3.06.
-    let cases = [
-        (NoiseColour::FirstOrder, 3_797_152_687, 1.044_273_782_427_413_9e-4),
-        (NoiseColour::Pink, 4_276_366_337, 9.575_976_032_806_985e-5),
-    ];
-    for (colour, seed, size) in cases {
-        let found = said_behind(colour, Rig::Contact, seed, &[("K7_surface_offset", size)], &[]);
-        assert_eq!(found, (Said::Named, vec!["K7_surface_offset".to_owned()]));
-    }
+    is_named_in_contact(NoiseColour::FirstOrder, 3_797_152_687, ("K7_surface_offset", 1.044_273_782_427_413_9e-4));
+    is_named_in_contact(NoiseColour::Pink, 4_276_366_337, ("K7_surface_offset", 9.575_976_032_806_985e-5));
 }
 
 #[test]
@@ -293,12 +290,6 @@ fn what_warms_up_is_named_though_a_gear_that_filters_noise_leaves_less() {
 
 #[test]
 fn a_lag_is_named_though_one_repeat_of_each_motion_has_it_elsewhere() {
-    let cases = [
-        (NoiseColour::Pink, 341_403_215, 1.138_788_634_756_691_8e-3),
-        (NoiseColour::FirstOrder, 1_390_257_130, 7.384_130_729_697_496e-4),
-    ];
-    for (colour, seed, size) in cases {
-        let found = said_behind(colour, Rig::Contact, seed, &[("S5_low_pass", size)], &[]);
-        assert_eq!(found, (Said::Named, vec!["S5_low_pass".to_owned()]));
-    }
+    is_named_in_contact(NoiseColour::Pink, 341_403_215, ("S5_low_pass", 1.138_788_634_756_691_8e-3));
+    is_named_in_contact(NoiseColour::FirstOrder, 1_390_257_130, ("S5_low_pass", 7.384_130_729_697_496e-4));
 }

@@ -11,7 +11,7 @@ use softdock_kernels::fields::from_slice;
 
 /// A gear that winds up otherwise by less than this share moves no link otherwise.
 const SAME: f64 = 0.02;
-/// Times that the axes are judged: by the model's gears, by those found, and by what these showed.
+/// Times that the axes are judged: by the model's gears, and twice by those found, of which one more is taken each time.
 pub(super) const PASSES: usize = 3;
 
 /// What the axes carry, and the gears that told it.

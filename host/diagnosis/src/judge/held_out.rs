@@ -21,42 +21,40 @@ impl Bench<'_> {
             return;
         }
         let base = &self.block.base;
-        let fits = [null, clamped].into_iter().chain(ranking.iter().map(|candidate| &candidate.fitted));
+        let fits = std::iter::once(clamped).chain(ranking.iter().map(|candidate| &candidate.fitted));
         let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(base)).collect();
         let residuals = self.test.whitened(&self.noise, &sets);
-        let ([pulled, without], with) = residuals.split_first_chunk().expect("the null hypothesis is first");
+        let (without, with) = residuals.split_first().expect("the null hypothesis is first");
         let level = self.test.level(&self.noise, base);
         let (learnt, tested) = (self.motions().experiments(&self.noise), self.test.experiments(&self.noise));
         let together = self.together.as_ref().map(|together| together.whitened(&self.noise, &sets));
         for (place, candidate) in ranking.iter_mut().enumerate() {
             let with = &with[place];
-            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 2]) } else { None };
+            let own = if place < OWN_NOISE { self.by_own_noise(&sets[place + 1]) } else { None };
             let own = own.unwrap_or_else(|| mean_square(with) / level.power);
             let carried = [candidate.fitted.carried, clamped.carried];
             let own_learnt = [&candidate.fitted.residual, &clamped.residual];
-            let learnt = each_of(&learnt, together.as_ref().map_or(own_learnt, |all| [&all[place + 2], &all[1]]));
+            let learnt = each_of(&learnt, together.as_ref().map_or(own_learnt, |all| [&all[place + 1], &all[0]]));
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
-            candidate.sound = candidate.sound && self.outdoes_pulled(candidate, null, pulled, with);
+            candidate.sound = candidate.sound && self.outdoes_pulled(candidate, null, with);
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }
     }
 
     /// Whether a candidate that pulls a nuisance explains more of held-out data, as `with` has it, than the null hypothesis
-    /// does that pulls nuisances as far, or any way if that is strained; `pulled` are the residuals of the latter.
-    fn outdoes_pulled(&self, candidate: &Candidate, null: &Fitted, pulled: &DVector<f64>, with: &DVector<f64>) -> bool {
-        let reach = candidate.greatest_pull().map_or(0.0, |(_, pull)| pull.abs());
-        if reach <= CLAMP {
+    /// does that pulls nuisances as far, or any way if that is strained.
+    fn outdoes_pulled(&self, candidate: &Candidate, null: &Fitted, with: &DVector<f64>) -> bool {
+        let pull = candidate.greatest_pull().map_or(0.0, |(_, pull)| pull.abs());
+        if pull <= CLAMP {
             return true;
         }
-        if is_strained(&candidate.fitted) {
-            return gains(mean_square(pulled), mean_square(with));
-        }
-        let as_far = clamped(self.block, null, reach, &|sets| self.simulated(sets));
-        let left = self.test.whitened(&self.noise, &[as_far.values(&self.block.base)]).remove(0);
-        gains(mean_square(&left), mean_square(with))
+        let reach = if is_strained(&candidate.fitted) { f64::INFINITY } else { pull };
+        let pulled = clamped(self.block, null, reach, &|sets| self.simulated(sets));
+        let without = self.test.whitened(&self.noise, &[pulled.values(&self.block.base)]).remove(0);
+        gains(mean_square(&without), mean_square(with))
     }
 
     /// Mean square of the held-out residuals under these parameters in units of the noise that repeats have under them;
