@@ -2,29 +2,28 @@
 
 mod held_out;
 mod in_steps;
+mod judgement;
 mod nested;
+mod starts;
 mod uncertainty;
 
+pub use judgement::{Candidate, Judgement, NoiseFrom};
+pub(crate) use starts::{best_entries, carried, sized, taken, unknowns};
+
 use crate::block::{MeasuredBlock, Part};
-use crate::combine::{Combiner, Set, price};
-use crate::inference::adequacy::Adequacy;
-use crate::inference::bank::{Bank, Entry, Gram, Scores};
-use crate::inference::evidence::{Evidence, evidence, greatest_pull};
+use crate::combine::{Combiner, Set};
+use crate::inference::bank::{Bank, Gram, Scores};
+use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
 use crate::inference::spread::scatter;
-use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
-use crate::soundness::{drop_worthless, is_sound, is_strained, is_strained_for_nothing, strain};
+use crate::soundness::{drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
 use softdock_engine::blocks::Kind;
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
-/// A nuisance that the null hypothesis pulls further than this many tolerances may make up for an effect.
-const SUSPECT: f64 = 2.0;
-/// Starts of a hypothesis that are fitted.
-const STARTS: usize = 3;
 /// Hypotheses whose fits are carried on with all repeats.
 const POLISHED: usize = 5;
 /// Best candidates whose numbers go without the pull of input noise, and that are simulated in steps half as long.
@@ -33,100 +32,6 @@ const REFINED: usize = 3;
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
-
-/// One or several hypotheses together, with what the data say of them.
-#[derive(Clone, Debug)]
-pub struct Candidate {
-    /// Numbers in the library, in rising order.
-    pub hypotheses: Vec<usize>,
-    /// The fit.
-    pub fitted: Fitted,
-    /// Its evidence.
-    pub evidence: Evidence,
-    /// Standard deviations of its free numbers' `z`: by noise, by the simulation's step, by what the model lacks.
-    pub deviations: Vec<f64>,
-    /// How much better than the null hypothesis it explains the data: difference of log evidence.
-    pub log_odds: f64,
-    /// Log-odds that the noise of measured inputs alone may give it, for it carries that noise otherwise than the null
-    /// hypothesis does; 0 until it is looked at.
-    pub by_input_noise: f64,
-    /// Whether it is what its name says; see `is_sound`.
-    pub sound: bool,
-    /// Whether it is that by all that its numbers may be off, not by noise alone.
-    pub sure: bool,
-    /// Whitened residuals of held-out data, none if there are none.
-    pub held_out: DVector<f64>,
-    /// How it does on held-out data, if there are any.
-    pub adequacy: Option<Adequacy>,
-}
-
-/// Where a block's noise is known from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoiseFrom {
-    /// What repeats of one command differ by.
-    Repeats,
-    /// Stretches of the recordings that hold nothing else.
-    Quiet,
-    /// What the richest combination of effects leaves.
-    Richest,
-}
-
-/// What the data say of a block.
-#[derive(Clone, Debug)]
-pub struct Judgement {
-    /// The block's name.
-    pub block: &'static str,
-    /// Number of whitened samples.
-    pub samples: usize,
-    /// The noise.
-    pub noise: Noise,
-    /// Where the noise is known from.
-    pub noise_from: NoiseFrom,
-    /// The null hypothesis: nuisances alone.
-    pub null: Fitted,
-    /// The null hypothesis with no nuisance beyond what its tolerance makes plausible.
-    pub clamped: Fitted,
-    /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
-    pub dispersion: f64,
-    /// Log-odds from which on an effect counts as present.
-    pub threshold: f64,
-    /// Log-odds that each hypothesis would have at a plausible size, were it there.
-    pub visibility: Vec<f64>,
-    /// How alike two hypotheses can look in these data, 0 to 1.
-    pub likeness: DMatrix<f64>,
-    /// All hypotheses and the combinations that were tried, the best first.
-    pub ranking: Vec<Candidate>,
-}
-
-impl Judgement {
-    /// Mean square of the clamped null hypothesis' whitened residuals on the data that it was fitted to.
-    pub fn misfit(&self) -> f64 {
-        self.clamped.mean_square()
-    }
-
-    /// The candidates that are sound, the best first.
-    pub(crate) fn sound(&self) -> impl Iterator<Item = &Candidate> {
-        self.ranking.iter().filter(|candidate| candidate.sound)
-    }
-
-    /// Probabilities of the sound candidates of a library of so many effects, in their order; what they leave is that of no
-    /// effect, and nothing where that asks the impossible of a nuisance.
-    pub(crate) fn probabilities(&self, effects: usize) -> Vec<f64> {
-        let scores: Vec<f64> = self.sound().map(|candidate| candidate.score(effects)).collect();
-        let top = scores.iter().copied().fold(0.0, f64::max);
-        let nothing = if is_strained(&self.null) { 0.0 } else { (-top).exp() };
-        let all: f64 = nothing + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
-        scores.iter().map(|score| (score - top).exp() / all).collect()
-    }
-
-    /// Whether a sound candidate is there by the statistics, and some explanation, whichever it is, more probable than
-    /// none, of a library of so many effects.
-    pub(crate) fn finds(&self, best: &Candidate, effects: usize) -> bool {
-        let spares_the_impossible = is_strained(&self.null) && !is_strained(&best.fitted) && best.log_odds > 0.0;
-        let any = self.probabilities(effects).iter().sum::<f64>() >= 0.5;
-        any && (spares_the_impossible || best.is_present(self.threshold))
-    }
-}
 
 /// Judges a block by its library; `finer` is the same block in steps half as long, which tells what the step changes.
 /// `None` if its noise cannot be told.
@@ -224,7 +129,7 @@ impl<'a> Bench<'a> {
         let bank = Bank::simulate(library, &near, &block.base, &quick);
         let scores = bank.scores(&null);
 
-        let starts = starts(block, library, &bank, &scores, &null);
+        let starts = starts::starts(block, library, &bank, &scores, &null);
         let singles = self.polished(fit(starts, &block.base, quotient, &quick));
         let again = fit(nested::starts(library, &singles), &block.base, quotient, &quick);
         let singles = nested::better(singles, self.polished(again));
@@ -379,119 +284,4 @@ fn no_worse(mut single: Fitted, null: &Fitted) -> Fitted {
     }
     (single.residual, single.carried) = (null.residual.clone(), null.carried);
     single
-}
-
-/// The free numbers of hypotheses together with the nuisances that they leave; nuisances first.
-pub(crate) fn unknowns(block: &MeasuredBlock, hypotheses: &[&Hypothesis]) -> Vec<Unknown> {
-    let own: Vec<&Unknown> = hypotheses.iter().flat_map(|hypothesis| &hypothesis.unknowns).collect();
-    let left = |nuisance: &&Unknown| own.iter().all(|unknown| unknown.field != nuisance.field);
-    block.nuisances.iter().filter(left).chain(own.iter().copied()).cloned().collect()
-}
-
-/// The most promising forms of every hypothesis, each at its best size.
-fn starts(block: &MeasuredBlock, library: &[Hypothesis], bank: &Bank, scores: &Scores, null: &Fitted) -> Vec<Start> {
-    let mut starts = Vec::new();
-    for (number, hypothesis) in library.iter().enumerate() {
-        let unknowns = unknowns(block, &[hypothesis]);
-        for (entry, multiples) in best_entries(bank, scores, number).into_iter().take(STARTS) {
-            let nuisances = &unknowns[..unknowns.len() - hypothesis.unknowns.len()];
-            for mut z in first_nuisances(nuisances, null) {
-                z.extend(sized(hypothesis, entry, &multiples));
-                starts.push(Start::new(number, unknowns.clone(), z).beside(null));
-            }
-        }
-    }
-    starts
-}
-
-/// Where nuisances start beside an effect: where the null hypothesis has them, unless one is a suspect. What makes up
-/// for an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
-/// clock that is early sees the other neighbour of each stamp than one that is late.
-fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
-    let Some((pulled, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > SUSPECT) else {
-        return vec![carried(nuisances, null)];
-    };
-    let beside = |side: f64| nuisances.iter().map(|own| if own.name == pulled { side } else { 0.0 }).collect();
-    vec![beside(-1.0), beside(1.0)]
-}
-
-/// Entries of a hypothesis with the best multiples of their sizes, the most promising first.
-pub(crate) fn best_entries<'b>(bank: &'b Bank, scores: &Scores, number: usize) -> Vec<(&'b Entry, Vec<f64>)> {
-    let own = bank.entries().iter().filter(|entry| entry.hypothesis == number);
-    let mut found: Vec<_> = own.map(|entry| (entry, entry.best(scores))).collect();
-    found.sort_by(|a, b| b.1.0.total_cmp(&a.1.0));
-    found.into_iter().map(|(entry, (_, multiples))| (entry, multiples)).collect()
-}
-
-/// Where free numbers stand in another fit, none beyond what is plausible; 0 if it does not have them.
-pub(crate) fn carried(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
-    unknowns
-        .iter()
-        .map(|unknown| from.place(unknown.field).map_or(0.0, |place| from.z[place].clamp(-CLAMP, CLAMP)))
-        .collect()
-}
-
-/// First `z` of free numbers whose values are those of another fit, however far that has gone; 0 if it does not have them.
-pub(crate) fn taken(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
-    let of = |Unknown { field, prior, .. }: &Unknown| match from.value(*field) {
-        Some(value) => prior.allowed(prior.place(value)),
-        None => 0.0,
-    };
-    unknowns.iter().map(of).collect()
-}
-
-/// First `z` of a hypothesis' free numbers by an entry of the bank.
-pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -> Vec<f64> {
-    let of = |(i, unknown): (usize, &Unknown)| {
-        let z = entry.form[i];
-        let multiple = hypothesis.sizes.iter().position(|size| *size == i).map_or(1.0, |k| multiples[k]);
-        match unknown.role == Role::Size && multiple.abs() < 0.05 {
-            true => 0.05 * z,
-            false => (z * multiple).clamp(-30.0, 30.0),
-        }
-    };
-    hypothesis.unknowns.iter().enumerate().map(of).collect()
-}
-
-impl Candidate {
-    /// A fit of some hypotheses of which no more is known than its evidence.
-    pub(crate) fn new(hypotheses: Vec<usize>, fitted: Fitted, evidence: Evidence) -> Self {
-        let (deviations, held_out) = (Vec::new(), DVector::zeros(0));
-        let (log_odds, by_input_noise) = (0.0, 0.0);
-        Self {
-            hypotheses,
-            fitted,
-            evidence,
-            deviations,
-            log_odds,
-            by_input_noise,
-            sound: true,
-            sure: true,
-            held_out,
-            adequacy: None,
-        }
-    }
-
-    /// Log-odds less the price of its effects, of a library of so many.
-    pub(crate) fn score(&self, effects: usize) -> f64 {
-        self.log_odds - self.hypotheses.len() as f64 * price(effects)
-    }
-
-    /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on, and from
-    /// what strained nuisances hide beside it.
-    pub(crate) fn is_present(&self, threshold: f64) -> bool {
-        self.log_odds >= threshold.max(self.by_input_noise) + strain(&self.fitted)
-    }
-
-    /// Covariance of its free numbers' `z`, as large as their deviations have it.
-    pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        let covariance = &self.evidence.covariance;
-        let scale = DVector::from_fn(self.deviations.len(), |i, _| self.deviations[i] / covariance[(i, i)].sqrt());
-        covariance.component_mul(&(&scale * scale.transpose()))
-    }
-
-    /// The nuisance that was pulled furthest, and how far.
-    pub fn greatest_pull(&self) -> Option<(&str, f64)> {
-        greatest_pull(&self.fitted)
-    }
 }
