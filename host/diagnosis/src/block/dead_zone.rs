@@ -1,6 +1,7 @@
 //! Residuals of readings in steps: what is beyond the step that was read.
 
-use super::{MOST_SETS, Part, Trial, bounded};
+use super::part::{MOST_SETS, bounded};
+use super::{Part, Trial};
 use crate::steps::{by_channel, of_both};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! What a signal added to a block's late input would change in its residuals, knot by knot.
 
-use super::{Part, cut};
+use super::Part;
+use super::part::cut;
 use crate::inference::noise::{Noise, mean};
 use nalgebra::{DMatrix, DVector};
 use softdock_kernels::block::Recorded;

@@ -1,6 +1,7 @@
 //! Residuals of all repeats by the simulation of one.
 
-use super::{Part, bounded, cut};
+use super::Part;
+use super::part::{bounded, cut};
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::noise::{Noise, mean};
 use nalgebra::{DMatrix, DVector};

@@ -1,0 +1,259 @@
+//! Recordings of a block by experiments, and their residuals for any parameters: trial by trial, averaged over repeats,
+//! whitened, and what repeats differ by.
+
+use super::trend::{Aged, Detrended, detrended};
+use super::{MeasuredBlock, Trial};
+use crate::inference::adequacy::Level;
+use crate::inference::noise::{Noise, deviations, mean};
+use crate::inference::spread::Experiment;
+use crate::steps::rounding;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use softdock_kernels::block::Recorded;
+use std::borrow::Cow;
+
+/// Parameter sets whose outputs are held at once: those of ten recordings of six channels fill some hundred megabytes.
+pub(super) const MOST_SETS: usize = 128;
+/// Greatest whitened residual: far beyond what any recording shows, and small enough for sums of squares and their products.
+const FARTHEST: f64 = 1e8;
+
+/// The recordings of a block as experiments: those to learn from or those to judge by.
+pub struct Part<'a> {
+    pub(super) block: &'a MeasuredBlock,
+    pub(super) recordings: Vec<&'a Recorded>,
+    /// Trials of each experiment, by their places in `recordings`.
+    pub(super) experiments: Vec<(&'a str, Vec<usize>)>,
+    /// What was measured, low-passed: trial by trial, one row a channel.
+    pub(super) measured: Vec<DMatrix<f64>>,
+    /// How many outputs the block has.
+    outputs: usize,
+}
+
+impl<'a> Part<'a> {
+    /// Those of a block's recordings that belong to it.
+    pub(super) fn of(block: &'a MeasuredBlock, is_member: impl Fn(&Trial) -> bool) -> Self {
+        let outputs = block.section.outputs().len();
+        let mut part = Self { block, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new(), outputs };
+        for trial in block.trials.iter().filter(|trial| is_member(trial)) {
+            let place = part.recordings.len();
+            match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
+                Some(experiment) => experiment.1.push(place),
+                None => part.experiments.push((&trial.experiment, vec![place])),
+            }
+            part.recordings.push(&trial.recorded);
+            let measured = trial.measured.iter().map(|row| block.decimator.pass(row.clone(), 1));
+            part.measured.push(table(measured.collect()));
+        }
+        part
+    }
+
+    /// The same recordings, each an experiment by itself.
+    pub fn repeats_apart(&self) -> Self {
+        let alone = |(name, members): &(&'a str, Vec<usize>)| {
+            let name = *name;
+            members.iter().map(move |member| (name, vec![*member])).collect::<Vec<_>>()
+        };
+        let experiments = self.experiments.iter().flat_map(alone).collect();
+        Self { recordings: self.recordings.clone(), measured: self.measured.clone(), experiments, ..*self }
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        self.recordings.is_empty()
+    }
+
+    /// Whether any experiment was repeated: only then is its noise known.
+    pub fn has_repeats(&self) -> bool {
+        self.experiments.iter().any(|(_, members)| members.len() > 1)
+    }
+
+    /// Residuals (measured less simulated, low-passed) of some trials for every parameter set: `[set][trial]`.
+    pub(super) fn of_trials(&self, trials: &[usize], sets: &[Vec<f64>]) -> Vec<Vec<DMatrix<f64>>> {
+        let recordings: Vec<&Recorded> = trials.iter().map(|trial| self.recordings[*trial]).collect();
+        self.of_recordings(&recordings, trials, sets)
+    }
+
+    /// The same, for the inputs of some recordings and what was measured in trials.
+    pub(super) fn of_recordings(
+        &self,
+        recordings: &[&Recorded],
+        trials: &[usize],
+        sets: &[Vec<f64>],
+    ) -> Vec<Vec<DMatrix<f64>>> {
+        let batch = |sets: &[Vec<f64>]| -> Vec<Vec<DMatrix<f64>>> {
+            let outputs = self.block.simulate(recordings, sets);
+            let residual = |set: usize, place: usize| {
+                let mut residual = self.measured[trials[place]].clone();
+                residual -= self.of_channels(&outputs[place][set]);
+                residual
+            };
+            let of_set = |set| (0..trials.len()).map(|place| residual(set, place)).collect();
+            (0..sets.len()).into_par_iter().map(of_set).collect()
+        };
+        sets.chunks(MOST_SETS).flat_map(batch).collect()
+    }
+
+    /// Outputs as the channels have them: one row a channel.
+    pub(super) fn of_channels(&self, outputs: &[f64]) -> DMatrix<f64> {
+        let channels = &self.block.channels;
+        let of = |row: usize, sample: usize| outputs[sample * self.outputs + channels[row].output];
+        DMatrix::from_fn(channels.len(), outputs.len() / self.outputs, of)
+    }
+
+    pub(super) fn all(&self) -> Vec<usize> {
+        (0..self.recordings.len()).collect()
+    }
+
+    /// What the repeats of each experiment differ by, for one parameter set.
+    pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        self.detrended(set).noise
+    }
+
+    /// What the repeats of each experiment differ by but for trends, where there is a session's clock.
+    pub(super) fn detrended(&self, set: &[f64]) -> Detrended {
+        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        let of = |(_, members): &(&str, Vec<usize>)| Aged {
+            deviations: deviations(&cut(members, &trials)),
+            ages: self.block.clock.map_or_else(Vec::new, |clock| self.ages(clock, members)),
+        };
+        let repeats: Vec<Aged> = self.experiments.iter().filter(|(_, members)| members.len() > 1).map(of).collect();
+        match self.block.clock {
+            Some(_) => detrended(repeats, &|| rounding(self.block)),
+            None => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
+        }
+    }
+
+    /// When each of some repeats began \[s\], from their mean on.
+    fn ages(&self, clock: &str, members: &[usize]) -> Vec<f64> {
+        let field = self.block.section.inputs().iter().position(|field| field.name == clock).expect("an input's name");
+        let starts: Vec<f64> = members.iter().map(|trial| self.recordings[*trial].inputs[field]).collect();
+        let mean = starts.iter().sum::<f64>() / starts.len() as f64;
+        starts.iter().map(|start| start - mean).collect()
+    }
+
+    /// Power of the noise that the simulation carries into the residuals for every parameter set, beyond what it carries
+    /// for the model's own, in units of the noise: by what repeats differ by. 0 without repeats.
+    pub fn carried(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
+        if sets.is_empty() || !self.has_repeats() {
+            return vec![0.0; sets.len()];
+        }
+        let all: Vec<Vec<f64>> = std::iter::once(&self.block.base).chain(sets).cloned().collect();
+        let powers = self.whitened_deviations(noise, &all).into_iter().map(|own| own.norm_squared() / own.len() as f64);
+        let powers: Vec<f64> = powers.collect();
+        powers[1..].iter().map(|power| power - powers[0]).collect()
+    }
+
+    /// The noise of these recordings for one parameter set, by what repeats differ by, in units of the noise that all are
+    /// whitened by: some motions are noisier than others, as those through many steps of a reading are.
+    pub fn level(&self, noise: &Noise, set: &[f64]) -> Level {
+        if !self.has_repeats() {
+            return Level::LEARNT;
+        }
+        let whitened: Vec<f64> = self.deviations(set).iter().flat_map(|x| noise.whiten(x, 1)).collect();
+        let own = bounded(whitened);
+        // Of R deviations from a mean R - 1 are independent.
+        let repeated = self.experiments.iter().map(|(_, members)| members.len()).filter(|count| *count > 1);
+        let independent = 1.0 - repeated.clone().count() as f64 / repeated.sum::<usize>() as f64;
+        Level { power: own.norm_squared() / own.len() as f64, samples: independent * own.len() as f64 }
+    }
+
+    /// What the residuals of the repeats of each experiment differ by, whitened, one after the other, for every parameter
+    /// set.
+    pub fn whitened_differences(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        self.differences(noise, &self.of_trials(&self.all(), sets))
+    }
+
+    /// The same of residuals `[set][trial]`.
+    fn differences(&self, noise: &Noise, residuals: &[Vec<DMatrix<f64>>]) -> Vec<DVector<f64>> {
+        let whitened = |residuals: &Vec<DMatrix<f64>>| {
+            let of = |(_, members): &(&str, Vec<usize>)| deviations(&cut(members, residuals));
+            bounded(self.experiments.iter().flat_map(of).flat_map(|x| noise.whiten(&x, 1)).collect())
+        };
+        residuals.par_iter().map(whitened).collect()
+    }
+
+    /// The same where all repeats of an experiment are simulated as if they had begun at one time: by it sets differ in what
+    /// they let through of the inputs' noise, and in nothing else.
+    pub fn whitened_deviations(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        // What a drive that warms up changes from one repeat to the next is no noise: all begin at one time.
+        let field = self.block.section.inputs().iter().position(|field| field.name == "time");
+        let at_once = |trial: usize| {
+            let own = self.experiments.iter().find(|(_, members)| members.contains(&trial));
+            self.on_average(&own.expect("every trial belongs to an experiment").1, trial, field)
+        };
+        let recordings: Vec<Cow<'a, Recorded>> = self.all().into_iter().map(at_once).collect();
+        let recordings: Vec<&Recorded> = recordings.iter().map(AsRef::as_ref).collect();
+        self.differences(noise, &self.of_recordings(&recordings, &self.all(), sets))
+    }
+
+    /// Residuals of each experiment, averaged over its repeats, for one parameter set.
+    pub fn means(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
+        self.averaged(&self.of_trials(&self.all(), &[set.to_vec()]).remove(0))
+    }
+
+    /// Residuals of all trials as those of each experiment, averaged over its repeats.
+    pub(super) fn averaged(&self, trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+        self.experiments.iter().map(|(_, members)| mean(&cut(members, trials))).collect()
+    }
+
+    /// The noise for one parameter set before any hypothesis: by the repeats, or of no colour without any; `None` if it
+    /// cannot be told.
+    pub fn noise(&self, set: &[f64]) -> Option<Noise> {
+        match self.has_repeats() {
+            true => Noise::above(&self.deviations(set), &self.block.floor),
+            false => Noise::rough(&self.means(set), &self.block.floor),
+        }
+    }
+
+    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let whiten = |trials: Vec<DMatrix<f64>>| {
+            let of = |(_, members): &(&str, Vec<usize>)| noise.whiten(&mean(&cut(members, &trials)), members.len());
+            bounded(self.experiments.iter().flat_map(of).collect())
+        };
+        self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// The experiments, with their rows of the whitened residuals.
+    pub fn experiments(&self, noise: &Noise) -> Vec<Experiment> {
+        let mut start = 0;
+        let of = |(_, members): &(&str, Vec<usize>)| {
+            let shortest = members.iter().map(|trial| self.measured[*trial].ncols()).min().unwrap_or(0);
+            let end = start + shortest.saturating_sub(noise.order()) * self.block.channels.len();
+            Experiment { rows: std::mem::replace(&mut start, end)..end, repeats: members.len() }
+        };
+        self.experiments.iter().map(of).collect()
+    }
+
+    /// A repeat as if it had begun when all repeats of its experiment did on the average; `field` is the place of the
+    /// time among the inputs.
+    pub(super) fn on_average(&self, members: &[usize], trial: usize, field: Option<usize>) -> Cow<'a, Recorded> {
+        let Some(field) = field else { return Cow::Borrowed(self.recordings[trial]) };
+        let start = |trial: &usize| self.recordings[*trial].inputs[field];
+        let shift = members.iter().map(start).sum::<f64>() / members.len() as f64 - start(&trial);
+        let mut recorded = self.recordings[trial].clone();
+        let width = self.block.section.inputs().len();
+        recorded.inputs.iter_mut().skip(field).step_by(width).for_each(|time| *time += shift);
+        Cow::Owned(recorded)
+    }
+}
+
+/// Whitened residuals within what can be reckoned with.
+///
+/// Parameters that nothing in the library forbids (a fixture too stiff for the step) may make a simulation diverge: then it
+/// explains nothing, and must not spread.
+pub(super) fn bounded(mut whitened: Vec<f64>) -> DVector<f64> {
+    whitened.iter_mut().for_each(|w| *w = if w.is_nan() { FARTHEST } else { w.clamp(-FARTHEST, FARTHEST) });
+    DVector::from_vec(whitened)
+}
+
+/// Rows of equal length as a matrix.
+fn table(rows: Vec<Vec<f64>>) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), rows[0].len(), |c, t| rows[c][t])
+}
+
+/// The repeats of an experiment cut to the shortest.
+pub(super) fn cut(members: &[usize], trials: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
+    let shortest = members.iter().map(|trial| trials[*trial].ncols()).min().unwrap_or(0);
+    members.iter().map(|trial| trials[*trial].columns(0, shortest).into_owned()).collect()
+}
