@@ -7,14 +7,14 @@ use crate::block::facility::FacilityModel;
 use crate::decide::decide;
 use crate::experiment::Experiment;
 use crate::free_run::FreeRun;
-use crate::hold_out::{Every, default_of, last_third, split};
+use crate::hold_out::Every;
 use crate::isolability::BlockView;
 use crate::judge::{Candidate, Judgement, judge, numerical_error};
 use crate::library::Hypothesis;
 use crate::outside::{Outside, is_simpler};
 use crate::packets;
 use crate::recording::drive_log::DriveLog;
-use crate::recording::grid::{Finding, Piece, read};
+use crate::recording::grid::{Finding, Piece};
 use crate::suspects::suspects;
 use crate::timing;
 use crate::torque_error::TorqueError;
@@ -27,17 +27,20 @@ use softdock_engine::blocks::Kind;
 use softdock_engine::simulator::Simulator;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
-use std::path::Path;
 
 mod axes;
 mod blocks;
 mod facility;
+mod prepare;
 mod proposal;
+mod summed;
 mod torque;
 mod views;
 
 use axes::{Axes, PASSES};
 pub use facility::prepare_facility;
+pub use prepare::prepare;
+use summed::summed;
 
 /// How a diagnosis is made.
 #[derive(Clone, Debug, Default)]
@@ -156,87 +159,6 @@ impl Judged {
         TorqueError::of(&self.block, answer.held_out, [before, after])
     }
 }
-
-/// Reads a rig's recordings.
-///
-/// # Errors
-/// Recordings that cannot be used, an id that is in no library.
-pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -> Result<Prepared> {
-    let mut findings = Vec::new();
-    let mut of = |paths: &[&Path]| -> Result<Vec<Piece>> {
-        let mut all = Vec::new();
-        for path in paths {
-            let (pieces, found) = read(path, &rig)?;
-            findings.extend(found);
-            all.extend(pieces);
-        }
-        Ok(all)
-    };
-    let (mut learn, mut test) = (of(logs)?, of(holdout)?);
-    if matches!(rig.plant, Plant::Drive(_) | Plant::Robot(_)) {
-        learn.iter().chain(&test).try_for_each(moves)?;
-    }
-    let mut provisional = Vec::new();
-    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
-        let (held, rest) = every.split(learn)?;
-        (learn, test) = (rest, held);
-    }
-    if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
-        learn.extend(test);
-        provisional.push(timing::reason(&learn));
-        let isolability = timing::views(&learn);
-        let subject = Subject::Rig(Box::new(rig), learn);
-        let prepared = Prepared::new(subject, BTreeSet::new(), provisional, findings, options);
-        return Ok(Prepared { isolability, ..prepared });
-    }
-    if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
-        let (before, after) = split(&learn, from);
-        (learn, test) = (before, test.into_iter().chain(after).collect());
-        provisional.push(format!("no different motion was held out, only what follows {from:.3} s"));
-    }
-    let moved: BTreeSet<String> = test.iter().map(|piece| piece.experiment.clone()).collect();
-    // A recording that is learnt from and judged by would prove nothing.
-    for piece in test.iter_mut().filter(|piece| learn.iter().any(|own| own.experiment == piece.experiment)) {
-        piece.experiment += HELD_OUT;
-    }
-    if moved.iter().any(|name| learn.iter().any(|piece| piece.experiment == *name)) && options.hold_out_from.is_none() {
-        provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
-    }
-    if !learn.iter().any(|piece| piece.repeat > 1) {
-        provisional.push(format!("no repeats: {}", noise_without(&rig)));
-    }
-    if learn.is_empty() || test.is_empty() {
-        let what = "nothing is left to learn from or to judge by".to_owned();
-        return Err(Error::unfit(what, "record longer, or hold out less"));
-    }
-    let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
-    let pieces = learn.into_iter().chain(test).collect();
-    let subject = Subject::Rig(Box::new(rig), pieces);
-    Prepared::new(subject, held_out, provisional, findings, options).seen()
-}
-
-/// What stands for the noise where nothing was repeated.
-fn noise_without(rig: &Rig) -> &'static str {
-    match rig.plant {
-        Plant::Toss(_) => "the noise is that of free flight, and what differs from blow to blow counts as unexplained",
-        _ => "the noise is what the richest explanation leaves",
-    }
-}
-
-/// A channel of a drive that never changes was not measured.
-fn moves(piece: &Piece) -> Result<()> {
-    let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
-    match piece.signals.iter().find(|(_, values)| still(values)) {
-        None => Ok(()),
-        Some((signal, values)) => Err(Error::unfit(
-            format!("`{signal}` is constant in {}: {} throughout", piece.experiment, values[0]),
-            "check its column in [log]; a channel that was not recorded is left out there",
-        )),
-    }
-}
-
-/// What is added to the name of an experiment whose later part is held out.
-const HELD_OUT: &str = ", held out";
 
 impl Prepared {
     fn new(
@@ -445,42 +367,4 @@ fn silent(block: &MeasuredBlock) -> Error {
         format!("{}: {} is constant, or its repeats are the same to the last digit", block.name, channels.join(" or ")),
         "check the column in [log]; repeats must be measured, not copied",
     )
-}
-
-/// The answers of all blocks as one: what is wrong anywhere is wrong.
-fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64>) -> Diagnosis {
-    let answer = blocks.iter().map(|block| block.answer).max().unwrap_or(Verdict::NoEffect);
-    let found = |block: &&BlockAnswer| block.answer >= Verdict::NoPracticalEffect;
-    let main = blocks.iter().filter(found).max_by(|a, b| a.residual.before.total_cmp(&b.residual.before));
-    let main = main.or(blocks.last());
-    // What is hardly worth knowing is no cause beside one that is.
-    let worth =
-        |block: &&BlockAnswer| block.answer > Verdict::NoPracticalEffect || answer <= Verdict::NoPracticalEffect;
-    Diagnosis {
-        answer,
-        provisional: !prepared.provisional.is_empty(),
-        effects: blocks.iter().filter(|block| worth(block)).flat_map(|block| block.effects.clone()).collect(),
-        ruled_out: blocks.iter().flat_map(|block| block.ruled_out.clone()).collect(),
-        gain: main.and_then(|block| block.gain),
-        residual: main.map_or(Residual { before: 1.0, after: 1.0 }, |block| block.residual),
-        not_visible: blocks.iter().flat_map(|block| block.not_visible.clone()).collect(),
-        experiment: splitting(&blocks),
-        proposed: None,
-        reasons: prepared.provisional,
-        isolability: prepared.isolability,
-        findings: prepared.findings,
-        blocks,
-        numerical_error,
-    }
-}
-
-/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share.
-fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
-    let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
-    let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
-        let members = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
-        group.id != "own" && members >= if ambiguous.partner_missing { 1 } else { 2 }
-    });
-    let told: Vec<&str> = groups.map(|group| group.splits).collect();
-    (!told.is_empty()).then(|| told.join("; "))
 }

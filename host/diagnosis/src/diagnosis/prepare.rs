@@ -1,0 +1,99 @@
+//! From a rig's recordings to what can be judged: what is learnt from, what is held out, what makes an answer provisional.
+
+use super::{Options, Prepared, Subject};
+use crate::hold_out::{default_of, last_third, split};
+use crate::recording::grid::{Finding, Piece, read};
+use crate::timing;
+use crate::{Error, Result};
+use softdock_campaign::Rig;
+use softdock_campaign::rig::Plant;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// What is added to the name of an experiment whose later part is held out.
+const HELD_OUT: &str = ", held out";
+
+/// Reads a rig's recordings.
+///
+/// # Errors
+/// Recordings that cannot be used, an id that is in no library.
+pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -> Result<Prepared> {
+    let mut findings = Vec::new();
+    let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
+    if matches!(rig.plant, Plant::Drive(_) | Plant::Robot(_)) {
+        learn.iter().chain(&test).try_for_each(moves)?;
+    }
+    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
+        (test, learn) = every.split(learn)?;
+    }
+    if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
+        learn.extend(test);
+        return Ok(timed(rig, learn, findings, options));
+    }
+    let mut provisional = Vec::new();
+    if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
+        let (before, after) = split(&learn, from);
+        (learn, test) = (before, test.into_iter().chain(after).collect());
+        provisional.push(format!("no different motion was held out, only what follows {from:.3} s"));
+    }
+    if named_apart(&learn, &mut test) && options.hold_out_from.is_none() {
+        provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
+    }
+    if !learn.iter().any(|piece| piece.repeat > 1) {
+        provisional.push(format!("no repeats: {}", noise_without(&rig)));
+    }
+    if learn.is_empty() || test.is_empty() {
+        let what = "nothing is left to learn from or to judge by".to_owned();
+        return Err(Error::unfit(what, "record longer, or hold out less"));
+    }
+    let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
+    let pieces = learn.into_iter().chain(test).collect();
+    let subject = Subject::Rig(Box::new(rig), pieces);
+    Prepared::new(subject, held_out, provisional, findings, options).seen()
+}
+
+/// What files have of a rig's signals, and what was found in them.
+fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec<Piece>> {
+    let mut all = Vec::new();
+    for path in paths {
+        let (pieces, found) = read(path, rig)?;
+        findings.extend(found);
+        all.extend(pieces);
+    }
+    Ok(all)
+}
+
+/// Recordings of events without an echo, which tell delays and nothing that could be held out.
+fn timed(rig: Rig, pieces: Vec<Piece>, findings: Vec<Finding>, options: &Options) -> Prepared {
+    let (provisional, isolability) = (vec![timing::reason(&pieces)], timing::views(&pieces));
+    let subject = Subject::Rig(Box::new(rig), pieces);
+    Prepared { isolability, ..Prepared::new(subject, BTreeSet::new(), provisional, findings, options) }
+}
+
+/// Gives held-out recordings names apart from those that are learnt from, since a recording that is learnt from and judged
+/// by would prove nothing; whether any had the same.
+fn named_apart(learn: &[Piece], test: &mut [Piece]) -> bool {
+    let is_learnt = |piece: &&mut Piece| learn.iter().any(|own| own.experiment == piece.experiment);
+    let shared = test.iter_mut().filter(is_learnt).map(|piece| piece.experiment += HELD_OUT);
+    shared.count() > 0
+}
+
+/// What stands for the noise where nothing was repeated.
+fn noise_without(rig: &Rig) -> &'static str {
+    match rig.plant {
+        Plant::Toss(_) => "the noise is that of free flight, and what differs from blow to blow counts as unexplained",
+        _ => "the noise is what the richest explanation leaves",
+    }
+}
+
+/// A channel of a drive that never changes was not measured.
+fn moves(piece: &Piece) -> Result<()> {
+    let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
+    match piece.signals.iter().find(|(_, values)| still(values)) {
+        None => Ok(()),
+        Some((signal, values)) => Err(Error::unfit(
+            format!("`{signal}` is constant in {}: {} throughout", piece.experiment, values[0]),
+            "check its column in [log]; a channel that was not recorded is left out there",
+        )),
+    }
+}

@@ -1,0 +1,42 @@
+//! The answers of all blocks as one.
+
+use super::{Diagnosis, Prepared};
+use crate::answer::{BlockAnswer, Residual, Verdict};
+
+/// The answers of all blocks as one: what is wrong anywhere is wrong.
+pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64>) -> Diagnosis {
+    let answer = blocks.iter().map(|block| block.answer).max().unwrap_or(Verdict::NoEffect);
+    let found = |block: &&BlockAnswer| block.answer >= Verdict::NoPracticalEffect;
+    let main = blocks.iter().filter(found).max_by(|a, b| a.residual.before.total_cmp(&b.residual.before));
+    let main = main.or(blocks.last());
+    // What is hardly worth knowing is no cause beside one that is.
+    let worth =
+        |block: &&BlockAnswer| block.answer > Verdict::NoPracticalEffect || answer <= Verdict::NoPracticalEffect;
+    Diagnosis {
+        answer,
+        provisional: !prepared.provisional.is_empty(),
+        effects: blocks.iter().filter(|block| worth(block)).flat_map(|block| block.effects.clone()).collect(),
+        ruled_out: blocks.iter().flat_map(|block| block.ruled_out.clone()).collect(),
+        gain: main.and_then(|block| block.gain),
+        residual: main.map_or(Residual { before: 1.0, after: 1.0 }, |block| block.residual),
+        not_visible: blocks.iter().flat_map(|block| block.not_visible.clone()).collect(),
+        experiment: splitting(&blocks),
+        proposed: None,
+        reasons: prepared.provisional,
+        isolability: prepared.isolability,
+        findings: prepared.findings,
+        blocks,
+        numerical_error,
+    }
+}
+
+/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share.
+fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
+    let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
+    let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
+        let members = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
+        group.id != "own" && members >= if ambiguous.partner_missing { 1 } else { 2 }
+    });
+    let told: Vec<&str> = groups.map(|group| group.splits).collect();
+    (!told.is_empty()).then(|| told.join("; "))
+}
