@@ -80,7 +80,7 @@ fn run_missing(cases: Vec<Case>, ledger: &Ledger) -> miette::Result<()> {
     listen();
     let known = done(ledger.folder()).map_err(told)?;
     let missing: Vec<Case> = cases.into_iter().filter(|case| !known.contains(&case.id())).collect();
-    let (mut bench, begin) = (Bench::new(ledger), Instant::now());
+    let (mut bench, begin) = (Bench::new(ledger).map_err(told)?, Instant::now());
     for (number, case) in missing.iter().enumerate() {
         if stopped() {
             return Ok(());

@@ -1,5 +1,6 @@
 //! What a case leaves: one line of JSON, appended and flushed when the case is done.
 
+use crate::oracle::Scale;
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -155,9 +156,23 @@ pub struct SealLine {
     pub sealed: String,
 }
 
-/// Name of the files with seals and with finished cases, one of each a worker.
+/// The smallest size of an effect that could be told in the recordings of a seed, as an oracle found it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScaleLine {
+    /// The plant.
+    pub plant: String,
+    /// The generator's id of the effect.
+    pub effect: String,
+    /// The seed.
+    pub seed: u64,
+    /// That size; none where no size of the bench's range can be told.
+    pub scale: Option<Scale>,
+}
+
+/// Name of the files with seals, with finished cases and with scales, one of each a worker.
 const SEALS: &str = "seals";
 const ANSWERS: &str = "answers";
+const SCALES: &str = "scales";
 
 /// What one worker appends to.
 pub struct Ledger {
@@ -196,6 +211,14 @@ impl Ledger {
         self.append(ANSWERS, record)
     }
 
+    /// Writes a scale down, so that no worker asks for it again.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn scale(&self, line: &ScaleLine) -> Result<()> {
+        self.append(SCALES, line)
+    }
+
     fn append(&self, what: &str, line: &impl Serialize) -> Result<()> {
         let path = self.folder.join(format!("{what}-{}.jsonl", self.worker));
         let text = serde_json::to_string(line).expect("names and numbers") + "\n";
@@ -229,6 +252,14 @@ pub fn records(folder: &Path) -> Result<Vec<Record>> {
 /// As [`done`].
 pub fn seals(folder: &Path) -> Result<BTreeMap<String, String>> {
     Ok(lines(folder, SEALS)?.into_iter().map(|line: SealLine| (line.case, line.sealed)).collect())
+}
+
+/// The scales that oracles have found for any worker.
+///
+/// # Errors
+/// As [`done`].
+pub fn scales(folder: &Path) -> Result<Vec<ScaleLine>> {
+    lines(folder, SCALES)
 }
 
 /// The lines of all workers' files. A last line without its end was being written when its worker was killed.

@@ -3,17 +3,17 @@
 use crate::baseline::Baselines;
 use crate::exhibit::{Exhibit, read};
 use crate::measure::true_gain;
-use crate::oracle::{Oracle, Scale};
+use crate::oracle::{Oracle, Scale, multiplied};
 use crate::plan::{Case, Task};
 use crate::plant::{code, hides_others, is_random};
-use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, SealLine};
+use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, ScaleLine, SealLine, scales};
 use crate::seal::{SealedTruth, seal};
 use crate::{Error, Result};
 use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, Told, follow, further, generate};
+use softdock_gauntlet::{EffectCase, Hidden, Stronger, Told, follow, further, generate};
 use std::path::Path;
 use std::time::Instant;
 
@@ -26,13 +26,15 @@ const AGAIN: u64 = 4;
 /// Runs cases one after the other; those that share a seed share their oracles.
 pub struct Bench<'a> {
     ledger: &'a Ledger,
-    oracles: Oracles,
+    oracles: Oracles<'a>,
     baselines: Baselines,
 }
 
-/// What was asked of oracles for the last seed.
+/// What was asked of oracles for the last seed, and the scales that they have told any worker.
 #[derive(Default)]
-struct Oracles {
+struct Oracles<'a> {
+    ledger: Option<&'a Ledger>,
+    told: Vec<ScaleLine>,
     asked: Vec<Asked>,
 }
 
@@ -69,8 +71,12 @@ impl Asked {
 
 impl<'a> Bench<'a> {
     /// With a ledger to write to.
-    pub fn new(ledger: &'a Ledger) -> Self {
-        Self { ledger, oracles: Oracles::default(), baselines: Baselines::default() }
+    ///
+    /// # Errors
+    /// A ledger that cannot be read.
+    pub fn new(ledger: &'a Ledger) -> Result<Self> {
+        let oracles = Oracles { ledger: Some(ledger), told: scales(ledger.folder())?, asked: Vec::new() };
+        Ok(Self { ledger, oracles, baselines: Baselines::default() })
     }
 
     /// Runs a case and writes its record.
@@ -122,7 +128,7 @@ pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
     Ok(true)
 }
 
-impl Oracles {
+impl Oracles<'_> {
     /// Scales of what a case hides, and how large it hides it. What hides others comes first, noise before all: it is
     /// noise to them.
     fn sized(&mut self, case: &Case) -> Result<Hiding> {
@@ -147,7 +153,13 @@ impl Oracles {
         effect: &'static EffectCase,
         beside: &[Hidden],
     ) -> Result<(Option<Scale>, Option<f64>)> {
-        let seed = case.seed();
+        let (plant, seed) = (case.plant.name, case.seed());
+        let is_told = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
+        // A limit has no multiples: only the oracle itself tells what shows so many times as much.
+        let can_be_told = beside.is_empty() && effect.stronger == Stronger::Larger;
+        if let Some(ScaleLine { scale, .. }) = self.told.iter().find(is_told).filter(|_| can_be_told) {
+            return Ok((scale.clone(), scale.as_ref().and_then(|scale| multiplied(effect, scale, case.multiple))));
+        }
         self.asked.retain(|asked| asked.seed == seed);
         let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id && asked.beside == beside) {
             Some(place) => place,
@@ -157,7 +169,19 @@ impl Oracles {
             }
         };
         let asked = &self.asked[place];
-        Ok((asked.scale.clone(), asked.multiple(case.multiple)?))
+        let (scale, size) = (asked.scale.clone(), asked.multiple(case.multiple)?);
+        if can_be_told {
+            let (plant, effect) = (plant.to_owned(), effect.id.to_owned());
+            self.remember(ScaleLine { plant, effect, seed, scale: scale.clone() })?;
+        }
+        Ok((scale, size))
+    }
+
+    /// Writes a scale down for all workers.
+    fn remember(&mut self, line: ScaleLine) -> Result<()> {
+        self.ledger.map_or(Ok(()), |ledger| ledger.scale(&line))?;
+        self.told.push(line);
+        Ok(())
     }
 }
 

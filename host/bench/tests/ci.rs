@@ -3,11 +3,12 @@
 use softdock_bench::outcome::Outcome;
 use softdock_bench::page::page;
 use softdock_bench::plan::{Extent, Wanted, plan};
-use softdock_bench::record::{Ledger, done};
+use softdock_bench::record::{Ledger, done, scales};
 use softdock_bench::score::{score, scored};
 use softdock_bench::seal::Asks;
 use softdock_bench::trial::Bench;
 use softdock_bench::words::text;
+use std::collections::BTreeSet;
 
 /// Cases that may go without a name today, and get no false name either: a delay is said to be a delay or a lag, which a
 /// clock known to 0.2 ms hardly tells apart in these motions.
@@ -18,7 +19,7 @@ fn nothing_false_is_said_and_what_can_be_told_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let ledger = Ledger::open(folder.path(), 1, 1).expect("room");
     let cases = plan(&Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None }).expect("the drive");
-    let mut bench = Bench::new(&ledger);
+    let mut bench = Bench::new(&ledger).expect("an empty ledger");
     for case in &cases {
         bench.run(case).unwrap_or_else(|error| panic!("{}: {error}", case.id()));
     }
@@ -33,6 +34,9 @@ fn nothing_false_is_said_and_what_can_be_told_is_told() {
     let unnamed = named(Asks::Effect).filter(|case| case.outcome != Some(Outcome::Right));
     let unnamed: Vec<&str> = unnamed.map(|case| case.truth.case.as_str()).collect();
     assert!(unnamed.iter().all(|case| UNNAMED.contains(case)), "{unnamed:?}\n{told}");
+    let told = scales(folder.path()).expect("whole lines");
+    let of: BTreeSet<(&str, u64)> = told.iter().map(|line| (line.effect.as_str(), line.seed)).collect();
+    assert!(!told.is_empty() && of.len() == told.len(), "a scale is asked for once");
     let page = page(&score, "softdock bench diagnosis").expect("a page");
     assert!(
         page.contains("drive, 4 s*") && page.contains("<svg") && !page.contains("http"),

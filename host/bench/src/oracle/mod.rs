@@ -142,7 +142,7 @@ impl Oracle {
     /// As [`Oracle::of`].
     pub fn multiple(&self, scale: &Scale, multiple: f64) -> Result<Option<f64>> {
         if self.case.stronger == Stronger::Larger {
-            return Ok(within(self.case, scale.size * multiple));
+            return Ok(multiplied(self.case, scale, multiple));
         }
         if multiple == 1.0 {
             return Ok(Some(scale.size));
@@ -278,6 +278,11 @@ fn resized(hypothesis: &Hypothesis, (entry, multiples): (&Entry, Vec<f64>)) -> V
     let mut form = entry.form.clone();
     hypothesis.sizes.iter().zip(multiples).for_each(|(size, multiple)| form[*size] *= multiple);
     form
+}
+
+/// So many times the scale of an effect that grows with its size, if the bench can show it.
+pub fn multiplied(case: &EffectCase, scale: &Scale, multiple: f64) -> Option<f64> {
+    within(case, scale.size * multiple)
 }
 
 /// A size, if the bench can show it.

@@ -1,6 +1,7 @@
 //! Cases that were said wrongly once.
 
 use super::*;
+use crate::plan::{Extent, Wanted, plan};
 use softdock_diagnosis::judge;
 use softdock_gauntlet::{NoiseColour, Rig};
 
@@ -35,6 +36,21 @@ fn answer_behind(colour: NoiseColour, rig: Rig, seed: u64, hidden: &[(&'static s
     let exhibit = Exhibit::of(&set).expect("room");
     let without = without.iter().map(|id| (*id).to_owned()).collect();
     answer(exhibit.path(), &Options { without, ..Options::default() }).answer
+}
+
+#[test]
+fn a_scale_that_another_worker_was_told_is_not_asked_for_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("room"));
+    let wanted = Wanted { extent: Extent::Full, plants: vec!["drive".to_owned()], draws: None };
+    let cases = plan(&wanted).expect("a plant that there is");
+    let case = cases.iter().find(|case| case.id() == "drive.effect.C2_lag.x4.0").expect("one of its cases");
+    let scale = Some(Scale { size: 0.003, inseparable: None });
+    let line = ScaleLine { plant: "drive".to_owned(), effect: "C2_lag".to_owned(), seed: case.seed(), scale };
+    one.scale(&line).expect("room");
+    let hiding = Bench::new(&two).expect("a whole ledger").oracles.sized(case).expect("a size");
+    assert_eq!(hiding.hidden, Some(vec![Hidden { id: "C2_lag", size: 0.012 }]));
+    assert_eq!(hiding.scales, [line.scale]);
 }
 
 #[test]
