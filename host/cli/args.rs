@@ -189,10 +189,11 @@ pub(crate) enum BenchCommand {
 Effects are hidden in recordings of simulated benches, in multiples of s*, the smallest size that anybody could tell in
 the same data. The truth is sealed (BLAKE3) before the diagnosis is given model and recordings, and opened to score it.
 
-What is finished is one line of answers-*.jsonl in the folder, and is not run again, nor is s* (scales-*.jsonl): the same
-command resumes. Workers share a folder by --shard; the score counts what all of them have finished. Seconds of one core that a case takes:
-command 3, body 5, sensor, drive and contact 7, robot 30, facility 60 to 150. The full size has 5280 cases of the
-drive, 2280 of the sensor, 2700 of the contact, 1760 of the command, 1180 of the body, and 324 of the facility.
+What is finished is one line of answers-*.jsonl in the folder, and is not run again, nor is s* (scales-*.jsonl): the
+same command resumes. Workers share a folder by --shard; the score counts what all of them have finished. Seconds of
+one core that a case takes: command 3, body 5, sensor, drive and contact 7, robot 30, facility 60 to 150. The full
+size has 5280 cases of the drive, 2280 of the sensor, 2700 of the contact, 1760 of the command, 1180 of the body, and
+324 of the facility.
 
 Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 cases are missing.
 
