@@ -106,7 +106,9 @@ impl<'a> Bench<'a> {
             if case.plant.baselines && !matches!(case.task, Task::LeftOut(_)) {
                 record.baselines = self.baselines.answers(case, exhibit.path())?;
             }
-            record.after = after(case, &hidden, &exhibit, &options, proposed)?;
+            let follow =
+                |told: &Told, number: u64| Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), told, number)?);
+            record.after = after(&follow, &exhibit, &options, proposed)?;
         }
         record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
         self.ledger.finish(&record)?;
@@ -213,10 +215,12 @@ fn answer(folder: &Path, options: &Options) -> Found {
     }
 }
 
+/// Recordings of a path that an experiment asks for, files by name and text; nothing of a bench that follows none.
+type Follow<'a> = &'a dyn Fn(&Told, u64) -> Result<Option<Vec<(String, String)>>>;
+
 /// Runs the experiments that ambiguous answers propose, and gives the answers with their recordings added.
 fn after(
-    case: &Case,
-    hidden: &[Hidden],
+    follow: Follow<'_>,
     exhibit: &Exhibit,
     options: &Options,
     mut proposed: Option<Experiment>,
@@ -224,8 +228,7 @@ fn after(
     let mut answers = Vec::new();
     for number in 1..=EXPERIMENTS {
         let Some(Experiment { step, path, repeats, .. }) = proposed.take() else { break };
-        let told = Told { step_s: step, path, repeats: repeats as u64 };
-        let Some(recordings) = follow(case.plant.rig, hidden, case.noise, case.seed(), &told, number)? else { break };
+        let Some(recordings) = follow(&Told { step_s: step, path, repeats: repeats as u64 }, number)? else { break };
         exhibit.add(&recordings)?;
         let found = answer(exhibit.path(), options);
         proposed = found.proposed;

@@ -53,6 +53,33 @@ fn a_scale_that_another_worker_was_told_is_not_asked_for_again() {
     assert_eq!(hiding.scales, [line.scale]);
 }
 
+/// The sizes that a prototype told of one joint. In these motions a delay of a millisecond and a lag look alike, until the
+/// experiment that is proposed is made.
+#[test]
+fn what_a_prototype_told_is_told() {
+    for (id, size, experiments) in [
+        ("C1_transport_delay", 0.001, 1),
+        ("J3_stribeck", 8.0, 0),
+        ("J7_backlash", 5e-5, 0),
+        // A link of 15 kg m^2 swings on it at 38 Hz.
+        ("J8_elasticity", 1.17e-6, 0),
+        ("J9_torque_ripple", 1.0, 0),
+        ("J14_payload", 0.6, 0),
+    ] {
+        let (rig, colour, seed) = (Rig::Drive { link_encoder: false }, NoiseColour::White, 1);
+        let hidden = [Hidden { id, size }];
+        let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
+        let (exhibit, options) = (Exhibit::of(&set).expect("room"), Options::default());
+        let first = answer(exhibit.path(), &options);
+        let follow = |told: &Told, number: u64| Ok(follow(rig, &hidden, colour, seed, told, number)?);
+        let mut after = after(&follow, &exhibit, &options, first.proposed).expect("paths that the bench follows");
+        assert_eq!(after.len(), experiments, "{id}");
+        let last = after.pop().unwrap_or(first.answer);
+        let ids: Vec<&str> = last.effects.iter().map(|effect| effect.id.as_str()).collect();
+        assert_eq!((last.said, &ids[..]), (Said::Named, &[id][..]));
+    }
+}
+
 #[test]
 fn what_has_no_mean_is_named_behind_a_lag_a_limit_and_a_hold() {
     let (lag, limit, hold) = (("C2_lag", 0.003), ("C7_rate_limit", 1.2), ("C6_hold", 0.004_177));
