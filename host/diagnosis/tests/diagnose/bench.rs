@@ -2,7 +2,7 @@
 
 use softdock_campaign::Rig;
 use softdock_diagnosis::answer::{BlockAnswer, Verdict};
-use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, prepare};
+use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, Prepared, prepare};
 use softdock_diagnosis::{Error, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;
 use softdock_gauntlet::{Hidden, NoiseColour, generate};
@@ -63,12 +63,17 @@ impl Bench {
         files
     }
 
-    pub(crate) fn diagnose_with(&self, options: &Options) -> Result<(Diagnosis, Vec<Judged>), Error> {
+    /// Its recordings, ready to be judged.
+    pub(crate) fn prepared(&self, options: &Options) -> Result<Prepared, Error> {
         let rig = Rig::load(&self.model()).expect("a legal model");
         let (learn, test) = (self.files("training"), self.files("holdout"));
         let learn: Vec<&Path> = learn.iter().map(PathBuf::as_path).collect();
         let test: Vec<&Path> = test.iter().map(PathBuf::as_path).collect();
-        prepare(rig, &learn, &test, options)?.diagnose()
+        prepare(rig, &learn, &test, options)
+    }
+
+    pub(crate) fn diagnose_with(&self, options: &Options) -> Result<(Diagnosis, Vec<Judged>), Error> {
+        self.prepared(options)?.diagnose()
     }
 
     pub(crate) fn diagnose(&self) -> Diagnosis {

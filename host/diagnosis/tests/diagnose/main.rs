@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod bench;
+mod cost;
 mod measured;
 
 use bench::{Bench, Kind, assert_named, drive};
