@@ -110,3 +110,11 @@ fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
     let shown = extended.display();
     softdock(&format!("check campaigns/probe_drogue.toml --model {shown} --runs 10"));
 }
+
+/// The secret is what the scenario says: its robots move in its own steps, and in exact ones they would move otherwise.
+#[test]
+fn a_facility_without_a_secret_lacks_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let answer = diagnosed(folder.path(), "\"facility.robot1.lag\" = \"26.73 ms\"");
+    assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
+}

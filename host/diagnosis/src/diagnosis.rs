@@ -9,7 +9,7 @@ use crate::experiment::Experiment;
 use crate::free_run::FreeRun;
 use crate::hold_out::Every;
 use crate::isolability::BlockView;
-use crate::judge::{Candidate, Judgement, judge, numerical_error};
+use crate::judge::{Candidate, Judgement, explains_better, judge, numerical_error};
 use crate::library::Hypothesis;
 use crate::outside::{Outside, is_simpler};
 use crate::packets;
@@ -319,12 +319,16 @@ impl Prepared {
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
     fn exact_enough(&self, place: usize) -> Result<Exact> {
-        let (mut finer, mut coarse) = (self.first, self.block(place, self.first));
+        let (mut finer, mut coarse, mut usual) = (self.first, self.block(place, self.first), None);
         loop {
             let fine = self.block(place, 2 * finer);
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
-                return Ok(Exact { block: coarse.0, library: coarse.1, finer: fine.0, error });
+                let exact = Exact { block: coarse.0, library: coarse.1, finer: fine.0, error };
+                return Ok(match usual.filter(|_| matches!(self.subject, Subject::Facility(..))) {
+                    Some(usual) => exact.unless_modelled(usual),
+                    None => exact,
+                });
             }
             finer *= 2;
             if finer > FINEST {
@@ -332,7 +336,8 @@ impl Prepared {
                     format!("{}: half the step still changes the residual by {error:.2} of the noise", coarse.0.name);
                 return Err(Error::unfit(what, "check the stiffness and damping of the model file"));
             }
-            coarse = fine;
+            let longer = std::mem::replace(&mut coarse, fine);
+            usual = usual.or(Some(Usual { block: longer.0, library: longer.1, error }));
         }
     }
 }
@@ -354,6 +359,25 @@ struct Exact {
     finer: MeasuredBlock,
     /// Mean square of what they change in the whitened residuals.
     error: f64,
+}
+
+/// A block in usual steps, where those are too long to be exact.
+struct Usual {
+    block: MeasuredBlock,
+    library: Vec<Hypothesis>,
+    /// Mean square of what steps half as long change in the whitened residuals.
+    error: f64,
+}
+
+impl Exact {
+    /// The block of a facility in the steps of its scenario, if they explain the recordings better than exact ones do: an
+    /// emulated facility moves in them, and what they do to its robots would be taken for an effect.
+    fn unless_modelled(self, usual: Usual) -> Self {
+        match explains_better(&usual.block, &self.block) {
+            true => Self { block: usual.block, library: usual.library, finer: self.block, error: usual.error },
+            false => self,
+        }
+    }
 }
 
 /// Mean square by which half the step may change the whitened residuals.

@@ -65,6 +65,19 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
     Some(difference.norm_squared() / difference.len() as f64)
 }
 
+/// Whether a block leaves less of what is learnt from than the same in other steps does, its nuisances wherever that is
+/// least.
+pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> bool {
+    let Some(noise) = block.part(false).noise(&block.base) else { return false };
+    let left = |block: &MeasuredBlock| {
+        let bench = Bench::of(block, &[], noise.clone());
+        let simulate = |sets: &[Vec<f64>]| bench.simulated(sets);
+        let start = vec![Start::nominal(block.nuisances.clone())];
+        fit(start, &block.base, block.quotient(), &simulate).remove(0).chi2()
+    };
+    left(block) < left(other)
+}
+
 /// Log-odds from which on an effect counts as present: what chance finds in a bank of so many hypotheses, and no less than
 /// what nobody doubts.
 pub fn threshold(bank: &Bank, gram: &Gram, hypotheses: usize) -> f64 {
