@@ -13,6 +13,7 @@ use softdock_kernels::space::Parts;
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
+use tempfile::TempDir;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -75,46 +76,89 @@ fn softdock(words: &str) -> String {
     said
 }
 
-/// The answer to drives with a secret.
-fn diagnosed(folder: &Path, secret: &str) -> Value {
-    let effects = folder.join("secret.toml");
-    std::fs::write(&effects, format!("schema = \"effects/1\"\n[set]\n{secret}\n")).expect("room");
-    let mut logs = String::new();
-    for run in [3, 11, 40] {
-        let out = folder.join(run.to_string());
-        let (effects, shown) = (effects.display(), out.display());
-        softdock(&format!(
-            "drive campaigns/probe_drogue.toml --run {run} --virtual --no-band --priority 0 --effects {effects} --out {shown}"
-        ));
-        logs += &format!(" {shown}/log.parquet");
+/// A folder with a secret, and with what is driven and answered about it.
+struct Secret {
+    folder: TempDir,
+}
+
+impl Secret {
+    fn of(set: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("secret.toml"), format!("schema = \"effects/1\"\n[set]\n{set}\n"))
+            .expect("room");
+        Self { folder }
     }
-    let out = folder.join("answer");
-    softdock(&format!("diagnose campaigns/probe_drogue.toml{logs} --out {}", out.display()));
-    serde_json::from_str(&std::fs::read_to_string(out.join("diagnosis.json")).expect("an answer")).expect("JSON")
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).display().to_string()
+    }
+
+    /// Drives a run, by its number or by an experiment; gives its log.
+    fn driven(&self, run: &str, name: &str) -> String {
+        let (effects, out) = (self.path("secret.toml"), self.path(name));
+        softdock(&format!(
+            "drive campaigns/probe_drogue.toml {run} --virtual --no-band --priority 0 --effects {effects} --out {out}"
+        ));
+        format!("{out}/log.parquet")
+    }
+
+    /// What is said of logs.
+    fn answer(&self, logs: &str) -> Value {
+        let out = self.path("answer");
+        softdock(&format!("diagnose campaigns/probe_drogue.toml {logs} --out {out}"));
+        let text = std::fs::read_to_string(format!("{out}/diagnosis.json")).expect("an answer");
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    /// The answer to three drives.
+    fn diagnosed(&self) -> Value {
+        let logs = [3, 11, 40].map(|run| self.driven(&format!("--run {run}"), &run.to_string()));
+        self.answer(&logs.join(" "))
+    }
 }
 
 #[test]
 fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let answer = diagnosed(folder.path(), "\"facility.robot1.lag\" = \"32 ms\"");
+    let secret = Secret::of("\"facility.robot1.lag\" = \"32 ms\"");
+    let answer = secret.diagnosed();
     assert_eq!((&answer["answer"], &answer["provisional"]), (&json!("named"), &json!(true)));
     assert_eq!(answer["effects"][0]["id"], "C2_lag");
     let lag = &answer["effects"][0]["parameters"]["robot1_lag"];
     assert!((lag["value"].as_f64().expect("a number") - 0.032).abs() < 2e-4, "{lag}");
     let other = &answer["effects"][0]["parameters"]["robot2_lag"]["value"];
     assert!((other.as_f64().expect("a number") - 0.02673).abs() < 2e-4, "the other robot is as it should be: {other}");
-    let extended = folder.path().join("answer/extended.toml");
-    let scenario = Scenario::load(&extended).expect("a scenario");
+    let extended = secret.path("answer/extended.toml");
+    let scenario = Scenario::load(Path::new(&extended)).expect("a scenario");
     assert!((scenario.model.nominal.robot1_lag - 0.032).abs() < 2e-4);
     assert!(scenario.found[0].is_uncertain(), "with its covariance");
-    let shown = extended.display();
-    softdock(&format!("check campaigns/probe_drogue.toml --model {shown} --runs 10"));
+    softdock(&format!("check campaigns/probe_drogue.toml --model {extended} --runs 10"));
 }
 
 /// The secret is what the scenario says: its robots move in its own steps, and in exact ones they would move otherwise.
 #[test]
 fn a_facility_without_a_secret_lacks_nothing() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let answer = diagnosed(folder.path(), "\"facility.robot1.lag\" = \"26.73 ms\"");
+    let answer = Secret::of("\"facility.robot1.lag\" = \"26.73 ms\"").diagnosed();
     assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
+}
+
+/// One drive with little contact to learn from: harder contact may as well be more friction.
+#[test]
+fn what_drives_leave_open_is_told_by_the_run_that_the_answer_proposes() {
+    let secret = Secret::of("\"facility.errors.contact_exponent\" = 0.05");
+    let [learnt, held_out] = [23, 40].map(|run| secret.driven(&format!("--run {run}"), &run.to_string()));
+    let answer = secret.answer(&format!("{learnt} --holdout {held_out}"));
+    let rivals: Vec<&str> = answer["effects"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|effect| effect["id"].as_str().expect("an id"))
+        .collect();
+    assert_eq!((&answer["answer"], &rivals[..]), (&json!("ambiguous"), &["K2_exponent", "K4_friction"][..]));
+    assert!(answer["proposed"]["expected_log_odds"].as_f64().expect("a number") > 8.0, "{}", answer["proposed"]);
+    let next = secret.driven(&format!("--experiment {}", secret.path("answer/experiment.toml")), "next");
+    let sharper = secret.answer(&format!("{learnt} {next} --holdout {held_out}"));
+    assert_eq!((&sharper["answer"], sharper["effects"].as_array().map(Vec::len)), (&json!("named"), Some(1)));
+    assert_eq!(sharper["effects"][0]["id"], "K2_exponent");
+    let exponent = sharper["effects"][0]["parameters"]["contact_exponent_error"]["value"].as_f64().expect("a number");
+    assert!((exponent / 0.05 - 1.0).abs() < 0.03, "{exponent}");
 }

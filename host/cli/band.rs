@@ -106,9 +106,14 @@ pub(crate) fn export(log: &Path, parquet: &Path) -> miette::Result<()> {
     if log.records.is_empty() {
         return Err(refuse("the log holds no cycle", "nothing was driven: see the evidence"));
     }
-    let parts = log.records.chunks(PART).map(|records| Ok(table(records)));
     let metadata: Vec<(String, String)> = log.prologue.provenance.into_iter().collect();
-    write_drive_log(parquet, parts, &metadata).into_diagnostic()?;
+    write(parquet, &log.records, &metadata)
+}
+
+/// Writes records as Parquet, with what is said of them.
+pub(crate) fn write(parquet: &Path, records: &[CycleRecord], metadata: &[(String, String)]) -> miette::Result<()> {
+    let parts = records.chunks(PART).map(|records| Ok(table(records)));
+    write_drive_log(parquet, parts, metadata).into_diagnostic()?;
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use crate::args::{DiagnoseArgs, default_results};
 use crate::compare_models::Comparison;
 use crate::farm::failed;
 use crate::found::{file_name, file_names, listed, paths, told, write};
+use crate::rehearse::proposed;
 use crate::run::unusable;
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
@@ -11,6 +12,7 @@ use softdock_campaign::rig::{
     BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS, TOSS_SIGNALS,
 };
 use softdock_campaign::{Campaign, FileKind, Rig, Scenario};
+use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
@@ -32,11 +34,12 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         simulator: Simulator::open(args.backend.choice(), tell_lanes).map_err(unusable)?,
     };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
-    let mut whole = false;
+    let (mut whole, mut campaign) = (false, None);
     let (title, id, (text, beside), prepared) = match facility(model)? {
         Some(facility) => {
             whole = true;
             let scenario = facility.scenario().clone();
+            campaign = if let FacilityModel::Campaign(own) = &facility { Some(own.clone()) } else { None };
             let prepared = prepare_facility(facility, &logs, &holdout, &options);
             (scenario.title.clone(), scenario.id.clone(), scenario.gathered(), prepared)
         }
@@ -49,7 +52,10 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     let prepared = prepared.map_err(told)?;
     // Before any number: what these channels can show at all.
     warn(isolability::text(&prepared.isolability));
-    let (diagnosis, judged) = prepared.diagnose().map_err(told)?;
+    let (mut diagnosis, judged) = prepared.diagnose().map_err(told)?;
+    if let Some(campaign) = campaign.as_ref().filter(|_| diagnosis.answer == Verdict::Ambiguous) {
+        diagnosis.proposed = proposed(campaign, &args.facility, &diagnosis, &judged)?;
+    }
     let command = command(args, model);
     let mut figures = serde_json::to_value(&diagnosis).into_diagnostic()?;
     let mut files = vec![
@@ -60,7 +66,13 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         files.push((EXTENDED, text));
         files.extend(beside.iter().map(|(name, text)| (name.as_str(), text.clone())));
     }
-    files.extend(diagnosis.proposed.as_ref().map(|experiment| ("experiment.csv", experiment.csv())));
+    files.extend(diagnosis.proposed.as_ref().map(|experiment| match (experiment.run, &campaign) {
+        (Some(run), Some(campaign)) => {
+            let why = format!("{} Made by `{command}`.", words::headline(&diagnosis));
+            ("experiment.toml", campaign.experiment_text(&why, run, experiment.repeats))
+        }
+        _ => ("experiment.csv", experiment.csv()),
+    }));
     let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
     files.extend(outside::table(outside).map(|text| ("missing_torque.csv", text)));
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{id}")));

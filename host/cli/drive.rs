@@ -103,8 +103,9 @@ fn write_rsi_configurations(plan: &Plan, folder: &Path) -> miette::Result<Exit> 
 fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
     let station = Station::load(&args.facility).map_err(explain)?;
-    if args.run >= campaign.runs {
-        let message = format!("run {} of a campaign of {} runs", args.run, campaign.runs);
+    let run = run_of(args, &campaign)?;
+    if run >= campaign.runs {
+        let message = format!("run {run} of a campaign of {} runs", campaign.runs);
         return Err(refuse(message, format!("take one of 0 to {}", campaign.runs - 1)));
     }
     let addresses = Addresses::parse(&args.robot1, &args.robot2, &args.ft)?;
@@ -118,8 +119,8 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     let task = Task {
         plant,
         station: Arc::new(station),
-        run: args.run,
-        params: campaign.draw(args.run).params,
+        run,
+        params: campaign.draw(run).params,
         armed: args.arm,
         // Emulated robots need nobody's leave to move to the start.
         to_start: args.to_start || emulated || !args.arm,
@@ -129,7 +130,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     }
     let (model, params) = with_secret(&campaign.scenario, args.effects.as_deref(), task.params)?;
     let repeat = if args.repeat > 1 { format!("_{}", args.repeat) } else { String::new() };
-    let name = format!("drive_{}_{}{repeat}", campaign.id, args.run);
+    let name = format!("drive_{}_{run}{repeat}", campaign.id);
     let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
     if args.rsi_config.is_none() && out.join("log.mcap").exists() {
         let remedy = "give another folder with --out, or remove this one: a log is never written over";
@@ -148,6 +149,16 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         priority: args.priority,
         core: args.core,
     })
+}
+
+/// The run that is asked for, by its number or by an experiment.
+fn run_of(args: &DriveArgs, campaign: &Campaign) -> miette::Result<u64> {
+    let Some(experiment) = &args.experiment else { return Ok(args.run.unwrap_or_default()) };
+    let (run, repeats) = campaign.experiment(experiment).map_err(explain)?;
+    if args.repeat > repeats {
+        warn(format!("the experiment asks for {repeats} repeats, and this is number {}", args.repeat));
+    }
+    Ok(run)
 }
 
 /// Motion of a real robot needs its name and the address that it speaks from.

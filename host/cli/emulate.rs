@@ -108,22 +108,24 @@ fn truth_of(truth: &Truth, watch: &softdock_kernels::monitor::Watch<f64>) -> ser
 /// The scenario, its draw and its secret effects.
 fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
     let station = Station::load(&args.facility).map_err(explain)?;
-    let (scenario, params, seed) = match args.run {
-        Some(run) => {
-            let campaign = softdock_campaign::load(&args.scenario).map_err(explain)?;
-            let params = campaign.draw(run).params;
-            (campaign.scenario, params, campaign.seed)
-        }
-        None => {
+    let (scenario, params, seed, run) = match (&args.experiment, args.run) {
+        (None, None) => {
             let scenario = Scenario::load(&args.scenario).map_err(explain)?;
             let params = scenario.model.nominal;
-            (scenario, params, 1)
+            (scenario, params, 1, 0)
+        }
+        (experiment, run) => {
+            let campaign = softdock_campaign::load(&args.scenario).map_err(explain)?;
+            let asked = experiment.as_ref().map(|file| campaign.experiment(file)).transpose().map_err(explain)?;
+            let run = asked.map_or(run.unwrap_or_default(), |(run, _)| run);
+            let params = campaign.draw(run).params;
+            (campaign.scenario, params, campaign.seed, run)
         }
     };
     let (model, params) = with_secret(&scenario, args.effects.as_deref(), params)?;
     let bias = Wrench { force: vec3(3.0, -2.0, 8.0), moment: vec3(0.1, 0.05, -0.08) };
     let plant = Arc::new(Plant::new(model));
-    Ok(Truth { plant, station, params, key: philox::key(seed ^ 0x5EC2E7), run: args.run.unwrap_or(0), bias })
+    Ok(Truth { plant, station, params, key: philox::key(seed ^ 0x5EC2E7), run, bias })
 }
 
 /// A controller that nobody hears: the robot stands.

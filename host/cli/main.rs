@@ -26,6 +26,7 @@ mod parity;
 mod plan;
 mod progress;
 mod realtime;
+mod rehearse;
 mod replay;
 mod replay_log;
 mod report;

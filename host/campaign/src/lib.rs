@@ -9,6 +9,7 @@ pub mod derived;
 pub mod dispersion;
 pub mod distribution;
 mod effects;
+mod experiment;
 mod expression;
 mod found;
 mod histogram;

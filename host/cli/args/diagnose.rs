@@ -10,8 +10,9 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Recordings are CSV or Parquet; the model file's [log] says which column is what. Files that share a name up to the last
 underscore (sine_1.csv, sine_2.csv) are repeats of one command: three of each, and another motion held out, make an
-answer that can be signed. Without, it is provisional, and says so. DIR gets the page, the figures as JSON, and the
-extended model where causes are named.
+answer that can be signed. Without, it is provisional, and says so. DIR gets the page, the figures as JSON, the extended
+model where causes are named, and the experiment that would tell them apart where they look alike: a path for a joint
+(experiment.csv), the run of its campaign to drive next for a facility (experiment.toml).
 
 Exit codes: 0 answered, whatever the answer; 2 bad input.
 
@@ -53,6 +54,9 @@ pub(crate) struct DiagnoseArgs {
     /// Runs of that comparison, instead of the campaign's.
     #[arg(long, value_name = "N", requires = "compare", value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
     pub(crate) compare_runs: Option<u64>,
+    /// Facility file on which the runs of a campaign are rehearsed to propose the next drive.
+    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
+    pub(crate) facility: PathBuf,
     /// Results folder; `results/diagnose_ID` if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

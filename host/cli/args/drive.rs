@@ -20,14 +20,18 @@ Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own 
 
 Examples:
   softdock drive campaigns/probe_drogue.toml --run 1244 --virtual
+  softdock drive campaigns/probe_drogue.toml --experiment results/diagnose_probe_drogue/experiment.toml --virtual
   softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
     --ft netft://192.168.1.1 --to-start --arm")]
 pub(crate) struct DriveArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
     /// Number of the run.
-    #[arg(long, value_name = "N")]
-    pub(crate) run: u64,
+    #[arg(long, value_name = "N", required_unless_present = "experiment")]
+    pub(crate) run: Option<u64>,
+    /// Experiment file that a diagnosis has left: it says which run.
+    #[arg(long, value_name = "FILE", conflicts_with = "run")]
+    pub(crate) experiment: Option<PathBuf>,
     /// Number of this repeat of the run: emulated links have other noise in each.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) repeat: u64,
@@ -106,6 +110,9 @@ pub(crate) struct EmulateArgs {
     /// Draw of the campaign; without it the scenario's own values.
     #[arg(long, value_name = "N")]
     pub(crate) run: Option<u64>,
+    /// Experiment file that a diagnosis has left: it says which draw of the campaign.
+    #[arg(long, value_name = "FILE", conflicts_with = "run")]
+    pub(crate) experiment: Option<PathBuf>,
     /// Facility file.
     #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
     pub(crate) facility: PathBuf,

@@ -36,10 +36,13 @@ pub struct Experiment {
     pub repeats: usize,
     /// Log-odds that all repeats are expected to bring between the two rivals that it tells apart least.
     pub expected_log_odds: f64,
+    /// Number of the run of the campaign, if it is a drive of a facility.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<u64>,
     /// Sampling period \[s\].
     #[serde(skip)]
     pub step: f64,
-    /// The path: angle \[rad\] or place \[m\], sample by sample.
+    /// The path: angle \[rad\] or place \[m\], sample by sample; none of a drive.
     #[serde(skip)]
     pub path: Vec<f64>,
 }
@@ -85,9 +88,30 @@ pub fn best(
     };
     let all = bank(envelope).into_iter().map(seen);
     let (_, views, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let enough = (FEWEST..MOST).find(|repeats| apart(&views, *repeats) >= ENOUGH);
-    let repeats = enough.unwrap_or(MOST);
-    Some(Experiment { motion, repeats, expected_log_odds: apart(&views, repeats), step: envelope.step, path })
+    let (repeats, expected_log_odds) = enough(&views, FEWEST);
+    Some(Experiment { motion, repeats, expected_log_odds, run: None, step: envelope.step, path })
+}
+
+/// Of rehearsed drives the one that tells rivals apart best: numbers of runs with the rivals' block for each.
+pub(crate) fn best_drive(
+    rehearsed: &[(u64, MeasuredBlock)],
+    rivals: &[&Candidate],
+    noise: &Noise,
+) -> Option<Experiment> {
+    let seen = |(run, block): &(u64, MeasuredBlock)| {
+        let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, block, noise)).collect();
+        (apart(&views, 1), views, *run)
+    };
+    let (_, views, run) = rehearsed.iter().map(seen).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (repeats, expected_log_odds) = enough(&views, 1);
+    let motion = format!("run {run} of the campaign");
+    Some(Experiment { motion, repeats, expected_log_odds, run: Some(run), step: 0.0, path: Vec::new() })
+}
+
+/// Repeats of a motion that bring enough, no fewer than some, and what they are expected to bring.
+fn enough(views: &[View], fewest: usize) -> (usize, f64) {
+    let repeats = (fewest..MOST).find(|repeats| apart(views, *repeats) >= ENOUGH).unwrap_or(MOST);
+    (repeats, apart(views, repeats))
 }
 
 /// Log-odds that so many repeats are expected to bring between the two rivals that they tell apart least.

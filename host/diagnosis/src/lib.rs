@@ -16,6 +16,7 @@ pub mod inference;
 pub mod isolability;
 mod judge;
 pub mod library;
+mod next_drive;
 pub mod outside;
 mod packets;
 pub mod recording;
@@ -30,3 +31,4 @@ pub mod words;
 
 pub use error::{Error, Result};
 pub use judge::{Candidate, Judgement, NoiseFrom, judge, threshold};
+pub use next_drive::next_drive;

@@ -76,14 +76,19 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     out
 }
 
-/// A motion to record.
+/// A motion to record, or a run to drive.
 pub fn proposed(experiment: &Experiment) -> String {
     let odds = significant(experiment.expected_log_odds, 2);
-    let Experiment { motion, repeats, .. } = experiment;
+    let Experiment { motion, repeats, run, .. } = experiment;
+    let (file, tried) = match run {
+        Some(_) => ("experiment.toml", "runs"),
+        None => ("experiment.csv", "motions"),
+    };
+    let times = if *repeats == 1 { "once".to_owned() } else { format!("{repeats} repeats") };
     match experiment.separates() {
-        true => format!("{motion}, {repeats} repeats (experiment.csv), which should bring log-odds of {odds}"),
+        true => format!("{motion}, {times} ({file}), which should bring log-odds of {odds}"),
         false => format!(
-            "none of the motions tried, with these sensors; {repeats} repeats of {motion} would bring log-odds of {odds}"
+            "none of the {tried} tried, with these sensors; {repeats} repeats of {motion} would bring log-odds of {odds}"
         ),
     }
 }

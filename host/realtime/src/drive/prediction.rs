@@ -29,13 +29,29 @@ pub struct Expected {
 /// # Errors
 /// If the run cannot be driven on these robots.
 pub fn expect(task: &Task, key: [u32; 2], facility: &Params<f64>, cycle: Nanos) -> Result<Expected, Unprepared> {
+    rehearse(task, key, facility, cycle, &mut |_| ())
+}
+
+/// The same, with a look at each cycle.
+///
+/// # Errors
+/// As [`expect`].
+pub fn rehearse(
+    task: &Task,
+    key: [u32; 2],
+    facility: &Params<f64>,
+    cycle: Nanos,
+    see: &mut dyn FnMut(&CycleRecord),
+) -> Result<Expected, Unprepared> {
     let world = World::new(&task.plant, &task.station, key, task.run, facility, Wrench::zero())?;
     let clock = Rc::new(Virtual::default());
     let bench = Bench::new(world, clock.clone(), cycle);
     let task = Task { armed: false, to_start: true, ..task.clone() };
     let mut session = Session::new(task, links(&bench), None, clock)?;
     for _ in 0..MOST_CYCLES {
-        if session.cycle(None) {
+        let is_over = session.cycle(None);
+        see(session.record());
+        if is_over {
             break;
         }
     }

@@ -1,0 +1,39 @@
+//! The run to drive next, where the drives of a facility leave open which of several causes it is.
+
+use crate::answer::Verdict;
+use crate::block::facility::{FacilityModel, motion_section, wrench_section};
+use crate::decide::rivals;
+use crate::diagnosis::{Diagnosis, Judged};
+use crate::experiment::{Experiment, best_drive};
+use crate::recording::drive_log::DriveLog;
+use crate::{Result, block::MeasuredBlock};
+use std::path::Path;
+
+/// Of runs that were rehearsed on an emulated facility, number and log of each, the one whose drive should tell the rivals
+/// of an ambiguous answer apart best; `None` where nothing is ambiguous.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn next_drive(
+    model: &FacilityModel,
+    diagnosis: &Diagnosis,
+    judged: &[Judged],
+    rehearsed: &[(u64, &Path)],
+) -> Result<Option<Experiment>> {
+    let mut answers = diagnosis.blocks.iter();
+    let Some(place) = answers.position(|answer| answer.answer == Verdict::Ambiguous) else { return Ok(None) };
+    let Judged { block, library, judgement, .. } = &judged[place];
+    let rivals = rivals(block, library, judgement);
+    let blocks: Result<Vec<(u64, MeasuredBlock)>> = rehearsed
+        .iter()
+        .map(|(run, log)| {
+            let log = [DriveLog::read(log, &mut Vec::new())?];
+            let own = match place {
+                0 => motion_section(model, &log, &|_| false, 1),
+                _ => wrench_section(model, &log, &|_| false, 1),
+            };
+            Ok((*run, MeasuredBlock { decimator: block.decimator.clone(), simulator: block.simulator.clone(), ..own }))
+        })
+        .collect();
+    Ok(if rivals.len() > 1 { best_drive(&blocks?, &rivals, &judgement.noise) } else { None })
+}
