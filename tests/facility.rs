@@ -139,6 +139,8 @@ fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
 fn a_facility_without_a_secret_lacks_nothing() {
     let answer = Secret::of("\"facility.robot1.lag\" = \"26.73 ms\"").diagnosed();
     assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
+    let told = answer["findings"][0]["what"].as_str().expect("a finding");
+    assert!(told.starts_with("judged in the steps of the scenario"), "{told}");
 }
 
 /// One drive with little contact to learn from: harder contact may as well be more friction.

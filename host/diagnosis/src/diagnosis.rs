@@ -249,6 +249,7 @@ impl Prepared {
         for place in 0..self.places() {
             let Exact { block, library, finer, error } = self.exact_enough(place)?;
             all.errors.push(error);
+            self.tell_steps(&block, error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
@@ -292,6 +293,18 @@ impl Prepared {
                     it takes to settle";
         self.findings.push(Finding { recording: block.name.to_owned(), what: what.to_owned() });
         answer.denied()
+    }
+
+    /// Says so where the steps of a scenario were kept though they are not exact.
+    fn tell_steps(&mut self, block: &MeasuredBlock, error: f64) {
+        if error >= NUMERICAL {
+            let what = format!(
+                "judged in the steps of the scenario, which explain these drives better than exact ones do, as where an \
+                 emulated facility moves in them: half the step changes the residual by {:.2} times the noise",
+                error.sqrt()
+            );
+            self.findings.push(Finding { recording: block.name.to_owned(), what });
+        }
     }
 
     /// The answer with the effects that have no mean.
