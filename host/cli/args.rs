@@ -375,6 +375,9 @@ pub(crate) struct ReplayArgs {
     /// Campaign of the log; where the drive read it if not given.
     #[arg(long, value_name = "FILE", requires = "log")]
     pub(crate) campaign: Option<PathBuf>,
+    /// Scenario in the place of the campaign's; the drive's own if not given.
+    #[arg(long, value_name = "FILE", requires = "log")]
+    pub(crate) model: Option<PathBuf>,
     /// Facility file of the log; where the drive read it if not given.
     #[arg(long, value_name = "FILE", requires = "log")]
     pub(crate) facility: Option<PathBuf>,

@@ -41,6 +41,8 @@ const EVIDENCE_SPAN: Nanos = Nanos::from_millis(2000);
 /// Everything that a drive is made of before its links are open.
 struct Plan {
     campaign_file: PathBuf,
+    /// In the place of the campaign's scenario.
+    model_file: Option<PathBuf>,
     facility_file: PathBuf,
     campaign: Campaign,
     task: Task,
@@ -138,6 +140,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     }
     Ok(Plan {
         campaign_file: args.campaign.clone(),
+        model_file: args.model.clone(),
         facility_file: args.facility.clone(),
         campaign,
         repeat: args.repeat,
@@ -323,6 +326,7 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
     }
     provenance.insert("campaign".to_owned(), plan.campaign_file.display().to_string());
     provenance.insert("facility".to_owned(), plan.facility_file.display().to_string());
+    provenance.extend(plan.model_file.iter().map(|model| ("model".to_owned(), model.display().to_string())));
     Ok(Setup {
         started: Nanos(started.as_nanos() as i64),
         attachments: vec![

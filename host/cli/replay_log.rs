@@ -3,7 +3,7 @@
 use crate::args::ReplayArgs;
 use crate::words::{Exit, explain, refuse, say};
 use miette::IntoDiagnostic;
-use softdock_campaign::Station;
+use softdock_campaign::{Campaign, Station};
 use softdock_kernels::plant::Plant;
 use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::delay::{Delay, Response, Stated, Timing, delays};
@@ -25,10 +25,11 @@ pub(crate) fn replay_log(args: &ReplayArgs) -> miette::Result<Exit> {
     let said = |key: &str| said(&log.prologue, key);
     let campaign = args.campaign.clone().map_or_else(|| said("campaign").map(PathBuf::from), Ok)?;
     let facility = args.facility.clone().map_or_else(|| said("facility").map(PathBuf::from), Ok)?;
-    let campaign = softdock_campaign::load(&campaign).map_err(explain)?;
+    let model = args.model.clone().or_else(|| log.prologue.provenance.get("model").map(PathBuf::from));
+    let campaign = Campaign::load_with(&campaign, model.as_deref()).map_err(explain)?;
     if campaign.hash != said("campaign_hash")? {
-        let message = "the campaign is not the one that was driven: its text has changed since";
-        return Err(refuse(message, "give the one that was driven with --campaign"));
+        let message = "the campaign is not the one that was driven: its text, or that of its model, has changed since";
+        return Err(refuse(message, "give what was driven with --campaign and --model"));
     }
     let station = Arc::new(Station::load(&facility).map_err(explain)?);
     let (run, cycle) = (number(&said("run")?)?, Nanos(number(&said("cycle_ns")?)? as i64));
