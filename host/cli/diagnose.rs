@@ -54,7 +54,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     warn(isolability::text(&prepared.isolability));
     let (mut diagnosis, judged) = prepared.diagnose().map_err(told)?;
     if let Some(campaign) = campaign.as_ref().filter(|_| diagnosis.answer == Verdict::Ambiguous) {
-        diagnosis.proposed = proposed(campaign, &args.facility, &diagnosis, &judged)?;
+        // The answer is there already, and must not be lost for want of a facility file.
+        diagnosis.proposed = proposed(campaign, &args.facility, &diagnosis, &judged).unwrap_or_else(|error| {
+            warn(format!("no run is proposed to drive next: {error}; name the facility file with --facility"));
+            None
+        });
     }
     let command = command(args, model);
     let mut figures = serde_json::to_value(&diagnosis).into_diagnostic()?;

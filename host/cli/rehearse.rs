@@ -24,8 +24,8 @@ const REHEARSED: u64 = 24;
 /// Cycle of the emulated robots.
 const CYCLE: Nanos = Nanos::from_millis(1);
 
-/// The run to drive next, if an answer to drives of a campaign is ambiguous: of those that a rehearsal on the station brings to
-/// their end.
+/// The run to drive next, if an answer to drives of a campaign is ambiguous: of those that a rehearsal at the station
+/// brings to their end.
 pub(crate) fn proposed(
     campaign: &Campaign,
     station: &Path,
@@ -53,12 +53,13 @@ pub(crate) fn proposed(
     next_drive(&model, diagnosis, judged, &logs).map_err(told)
 }
 
-/// Drives a task on a facility as its campaign draws it, and leaves the log; whether the run came to its end.
+/// Drives a task on a facility as its campaign draws it, and leaves the log; whether the run came to its end. One that these
+/// robots cannot begin does not.
 fn rehearsal(campaign: &Campaign, task: &Task, log: &Path) -> miette::Result<bool> {
     let mut records = Vec::new();
     let key = philox::key(campaign.seed);
-    let ended = rehearse(task, key, &task.params, CYCLE, &mut |record| records.push(*record)).into_diagnostic()?;
-    if ended.last.cause != StopCause::Completed {
+    let ended = rehearse(task, key, &task.params, CYCLE, &mut |record| records.push(*record));
+    if !ended.is_ok_and(|ended| ended.last.cause == StopCause::Completed) {
         return Ok(false);
     }
     let said = [("campaign_hash", campaign.hash.clone()), ("run", task.run.to_string())];
