@@ -132,11 +132,8 @@ fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
     assert!((scenario.model.nominal.robot1_lag - 0.032).abs() < 2e-4);
     assert!(scenario.found[0].is_uncertain(), "with its covariance");
     softdock(&format!("check campaigns/probe_drogue.toml --model {extended} --runs 10"));
-    let again = secret.path("again");
-    softdock(&format!(
-        "drive campaigns/probe_drogue.toml --run 3 --virtual --no-band --priority 0 --model {extended} --out {again}"
-    ));
-    let said = softdock(&format!("replay --log {again}/log.mcap"));
+    secret.driven(&format!("--run 3 --model {extended}"), "again");
+    let said = softdock(&format!("replay --log {}", secret.path("again/log.mcap")));
     assert!(said.contains("equal, bit for bit"), "{said}");
 }
 

@@ -34,13 +34,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         simulator: Simulator::open(args.backend.choice(), tell_lanes).map_err(unusable)?,
     };
     let (logs, holdout) = (paths(&args.logs), paths(&args.holdout));
-    let (mut whole, mut campaign) = (false, None);
-    let (title, id, (text, beside), prepared) = match facility(model)? {
+    let whole = facility(model)?;
+    let (title, id, (text, beside), prepared) = match &whole {
         Some(facility) => {
-            whole = true;
-            let scenario = facility.scenario().clone();
-            campaign = if let FacilityModel::Campaign(own) = &facility { Some(own.clone()) } else { None };
-            let prepared = prepare_facility(facility, &logs, &holdout, &options);
+            let scenario = facility.scenario();
+            let prepared = prepare_facility(facility.clone(), &logs, &holdout, &options);
             (scenario.title.clone(), scenario.id.clone(), scenario.gathered(), prepared)
         }
         None => {
@@ -53,7 +51,8 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     // Before any number: what these channels can show at all.
     warn(isolability::text(&prepared.isolability));
     let (mut diagnosis, judged) = prepared.diagnose().map_err(told)?;
-    if let Some(campaign) = campaign.as_ref().filter(|_| diagnosis.answer == Verdict::Ambiguous) {
+    let campaign = whole.as_ref().and_then(FacilityModel::campaign);
+    if let Some(campaign) = campaign.filter(|_| diagnosis.answer == Verdict::Ambiguous) {
         // The answer is there already, and must not be lost for want of a facility file.
         diagnosis.proposed = proposed(campaign, &args.facility, &diagnosis, &judged).unwrap_or_else(|error| {
             warn(format!("no run is proposed to drive next: {error}; name the facility file with --facility"));
@@ -66,16 +65,16 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         ("diagnosis.html", diagnosis_page::page(&title, &diagnosis, &judged, &command).map_err(told)?),
         ("diagnosis.json", json(&figures) + "\n"),
     ];
-    if let Some(text) = extend::extended(&text, &diagnosis, whole) {
+    if let Some(text) = extend::extended(&text, &diagnosis, whole.is_some()) {
         files.push((EXTENDED, text));
         files.extend(beside.iter().map(|(name, text)| (name.as_str(), text.clone())));
     }
-    files.extend(diagnosis.proposed.as_ref().map(|experiment| match (experiment.run, &campaign) {
-        (Some(run), Some(campaign)) => {
+    files.extend(diagnosis.proposed.as_ref().map(|experiment| {
+        let asked = experiment.run.zip(campaign).map(|(run, campaign)| {
             let why = format!("{} Made by `{command}`.", words::headline(&diagnosis));
-            ("experiment.toml", campaign.experiment_text(&why, run, experiment.repeats))
-        }
-        _ => ("experiment.csv", experiment.csv()),
+            campaign.experiment_text(&why, run, experiment.repeats)
+        });
+        (experiment.file(), asked.unwrap_or_else(|| experiment.csv()))
     }));
     let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
     files.extend(outside::table(outside).map(|text| ("missing_torque.csv", text)));

@@ -368,9 +368,9 @@ struct Blocks {
 struct Exact {
     block: MeasuredBlock,
     library: Vec<Hypothesis>,
-    /// The same block in steps half as long.
+    /// The same block in shorter steps: half as long, or exact ones where longer are kept.
     finer: MeasuredBlock,
-    /// Mean square of what they change in the whitened residuals.
+    /// Mean square of what steps half as long change in the whitened residuals.
     error: f64,
 }
 

@@ -53,6 +53,11 @@ impl Experiment {
         self.expected_log_odds >= WORTH
     }
 
+    /// Name of the file that asks for it.
+    pub fn file(&self) -> &'static str {
+        if self.run.is_some() { "experiment.toml" } else { "experiment.csv" }
+    }
+
     /// The path as a table of times and references.
     pub fn csv(&self) -> String {
         let row = |(i, q): (usize, &f64)| format!("{:.6},{q:.9}\n", i as f64 * self.step);
@@ -81,37 +86,43 @@ pub fn best(
     noise: &Noise,
     block_of: &dyn Fn(&[f64]) -> MeasuredBlock,
 ) -> Option<Experiment> {
-    let seen = |(motion, path): (String, Vec<f64>)| {
-        let block = block_of(&path);
-        let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, &block, noise)).collect();
-        (apart(&views, FEWEST), views, motion, path)
-    };
-    let all = bank(envelope).into_iter().map(seen);
-    let (_, views, motion, path) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (repeats, expected_log_odds) = enough(&views, FEWEST);
+    let all = bank(envelope).into_iter().map(|(motion, path)| (block_of(&path), (motion, path)));
+    let Best { which: (motion, path), repeats, expected_log_odds } = best_of(all, rivals, noise, FEWEST)?;
     Some(Experiment { motion, repeats, expected_log_odds, run: None, step: envelope.step, path })
 }
 
-/// Of rehearsed drives the one that tells rivals apart best: numbers of runs with the rivals' block for each.
+/// Of rehearsed drives the one that tells rivals apart best: the rivals' block for each, and the number of its run.
 pub(crate) fn best_drive(
-    rehearsed: &[(u64, MeasuredBlock)],
+    rehearsed: Vec<(MeasuredBlock, u64)>,
     rivals: &[&Candidate],
     noise: &Noise,
 ) -> Option<Experiment> {
-    let seen = |(run, block): &(u64, MeasuredBlock)| {
-        let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, block, noise)).collect();
-        (apart(&views, 1), views, *run)
-    };
-    let (_, views, run) = rehearsed.iter().map(seen).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (repeats, expected_log_odds) = enough(&views, 1);
+    let Best { which: run, repeats, expected_log_odds } = best_of(rehearsed.into_iter(), rivals, noise, 1)?;
     let motion = format!("run {run} of the campaign");
     Some(Experiment { motion, repeats, expected_log_odds, run: Some(run), step: 0.0, path: Vec::new() })
 }
 
-/// Repeats of a motion that bring enough, no fewer than some, and what they are expected to bring.
-fn enough(views: &[View], fewest: usize) -> (usize, f64) {
-    let repeats = (fewest..MOST).find(|repeats| apart(views, *repeats) >= ENOUGH).unwrap_or(MOST);
-    (repeats, apart(views, repeats))
+/// Which of some recordings tells rivals apart best, the repeats that bring enough, and what they are expected to bring.
+struct Best<T> {
+    which: T,
+    repeats: usize,
+    expected_log_odds: f64,
+}
+
+/// The best of recordings that are given by the rivals' block for each, repeated no less than so often.
+fn best_of<T>(
+    all: impl Iterator<Item = (MeasuredBlock, T)>,
+    rivals: &[&Candidate],
+    noise: &Noise,
+    fewest: usize,
+) -> Option<Best<T>> {
+    let seen = |(block, which): (MeasuredBlock, T)| {
+        let views: Vec<View> = rivals.iter().map(|rival| View::of(rival, &block, noise)).collect();
+        (apart(&views, fewest), views, which)
+    };
+    let (_, views, which) = all.map(seen).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let repeats = (fewest..MOST).find(|repeats| apart(&views, *repeats) >= ENOUGH).unwrap_or(MOST);
+    Some(Best { which, repeats, expected_log_odds: apart(&views, repeats) })
 }
 
 /// Log-odds that so many repeats are expected to bring between the two rivals that they tell apart least.

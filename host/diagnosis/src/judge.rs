@@ -33,7 +33,7 @@ const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
 
-/// Judges a block by its library; `finer` is the same block in steps half as long, which tells what the step changes.
+/// Judges a block by its library; `finer` is the same block in shorter steps, which tells what the step changes.
 /// `None` if its noise cannot be told.
 pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
     let from = if block.part(false).has_repeats() { NoiseFrom::Repeats } else { NoiseFrom::Quiet };

@@ -1,12 +1,13 @@
 //! The run to drive next, where the drives of a facility leave open which of several causes it is.
 
+use crate::Result;
 use crate::answer::Verdict;
+use crate::block::MeasuredBlock;
 use crate::block::facility::{FacilityModel, motion_section, wrench_section};
 use crate::decide::rivals;
 use crate::diagnosis::{Diagnosis, Judged};
 use crate::experiment::{Experiment, best_drive};
 use crate::recording::drive_log::DriveLog;
-use crate::{Result, block::MeasuredBlock};
 use std::path::Path;
 
 /// Of runs that were rehearsed on an emulated facility, number and log of each, the one whose drive should tell the rivals
@@ -24,7 +25,7 @@ pub fn next_drive(
     let Some(place) = answers.position(|answer| answer.answer == Verdict::Ambiguous) else { return Ok(None) };
     let Judged { block, library, judgement, .. } = &judged[place];
     let rivals = rivals(block, library, judgement);
-    let blocks: Result<Vec<(u64, MeasuredBlock)>> = rehearsed
+    let blocks: Result<Vec<(MeasuredBlock, u64)>> = rehearsed
         .iter()
         .map(|(run, log)| {
             let log = [DriveLog::read(log, &mut Vec::new())?];
@@ -32,8 +33,9 @@ pub fn next_drive(
                 0 => motion_section(model, &log, &|_| false, 1),
                 _ => wrench_section(model, &log, &|_| false, 1),
             };
-            Ok((*run, MeasuredBlock { decimator: block.decimator.clone(), simulator: block.simulator.clone(), ..own }))
+            let (decimator, simulator) = (block.decimator.clone(), block.simulator.clone());
+            Ok((MeasuredBlock { decimator, simulator, ..own }, *run))
         })
         .collect();
-    Ok(if rivals.len() > 1 { best_drive(&blocks?, &rivals, &judgement.noise) } else { None })
+    Ok(if rivals.len() > 1 { best_drive(blocks?, &rivals, &judgement.noise) } else { None })
 }

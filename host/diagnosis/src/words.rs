@@ -80,10 +80,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
 pub fn proposed(experiment: &Experiment) -> String {
     let odds = significant(experiment.expected_log_odds, 2);
     let Experiment { motion, repeats, run, .. } = experiment;
-    let (file, tried) = match run {
-        Some(_) => ("experiment.toml", "runs"),
-        None => ("experiment.csv", "motions"),
-    };
+    let (file, tried) = (experiment.file(), if run.is_some() { "runs" } else { "motions" });
     let times = if *repeats == 1 { "once".to_owned() } else { format!("{repeats} repeats") };
     match experiment.separates() {
         true => format!("{motion}, {times} ({file}), which should bring log-odds of {odds}"),

@@ -38,6 +38,11 @@ impl FacilityModel {
         }
     }
 
+    /// The campaign, if its runs were driven.
+    pub fn campaign(&self) -> Option<&Campaign> {
+        if let Self::Campaign(campaign) = self { Some(campaign) } else { None }
+    }
+
     /// Parameters of the facility of a drive.
     fn params(&self, log: &DriveLog) -> Params<f64> {
         match (self, log.run) {
