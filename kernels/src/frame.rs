@@ -317,7 +317,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     fn arriving_wrench(&mut self, m: &Plant, live: L::Mask) -> Wrench<L> {
         self.wrenches.put(self.step, &self.sensor.output, live);
-        let age = self.params.sensor_delay * L::lit(1.0 / m.timing.tick());
+        let age = crate::sensor::wrench_age(m, &self.params);
         let whole = age.floor();
         let at = |more: usize| self.wrenches.recall(self.step, |lane| whole.lane(lane) as usize + more);
         crate::sensor::blend(at(0), at(1), age - whole)

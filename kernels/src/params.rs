@@ -78,6 +78,7 @@ bundle! {
         rail_lag_damping: R, "1", "damping ratio z of the rail's response";
 
         sensor_delay: R, "s", "delay of the measured wrench, a part of loop_delay";
+        sensor_delay_error: R, "s", "delay of the measured wrench beyond sensor_delay and loop_delay";
         sensor_lag: R, "s", "time constant of the sensor's first-order low-pass; 0 = none";
         sensor_noise_force: R, "N", "standard deviation of the force noise per sample and axis";
         sensor_noise_moment: R, "N m", "standard deviation of the moment noise per sample and axis";

@@ -1,6 +1,7 @@
 //! Sensor stage: the force/torque sensor between robot 1's flange and part A, in part A's axes about A's origin.
 
 use crate::bundle;
+use crate::delay_line::LINE_SPAN;
 use crate::effects::EffectId;
 use crate::params::Params;
 use crate::plant::Plant;
@@ -105,6 +106,13 @@ fn quantised<R: Real>(value: Vec3<R>, step: R) -> Vec3<R> {
     let inverse = R::lit(1.0) / R::select(none, R::lit(1.0), step);
     let steps = (value * inverse + Vec3::splat(R::lit(0.5))).map(R::floor);
     Vec3::select(none, value, steps * step)
+}
+
+/// How long ago a wrench that arrives now was sampled, in ticks.
+#[inline(always)]
+pub fn wrench_age<R: Real>(m: &Plant, p: &Params<R>) -> R {
+    let late = (p.sensor_delay + p.sensor_delay_error).max(R::lit(0.0));
+    late.min(R::lit(LINE_SPAN)) * R::lit(1.0 / m.timing.tick())
 }
 
 /// Between two samples: 0 gives the newer, 1 the older.

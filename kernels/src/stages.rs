@@ -156,6 +156,7 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(load_at(p: Params<Sym>, told: Parts<Sym>) -> Load<Sym> => load::load_at(m, &p, told.a)),
         stage!(sensor_at(s: Load<Sym>, told: Parts<Sym>) -> Sensor<Sym> => load::sensor_at(m, &s, told.a)),
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),
+        stage!(wrench_age(p: Params<Sym>) -> Sym => sensor::wrench_age(m, &p)),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
         stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),

@@ -158,7 +158,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
 // The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
 fn receive_wrench(parts: Parts) {
     put_wrench(tick % SLOTS, output_of(sensed));
-    let age = p.sensor_delay * (1.0 / TICK);
+    let age = wrench_age(p);
     let whole = floor(age);
     let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
     let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);

@@ -59,6 +59,7 @@ fn dispersed(count: usize) -> Vec<Params<f64>> {
                 delay_jitter: 2e-4,
                 drop_probability: 0.02,
                 sensor_delay: 5e-4,
+                sensor_delay_error: 1.3e-3 * f,
                 sensor_noise_force: 0.3,
                 sensor_noise_moment: 0.03,
                 robot1_lag: 0.01 * f,

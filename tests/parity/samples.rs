@@ -125,6 +125,7 @@ fn tuned(p: &mut Params<f64>) {
     p.compensator_damping = 40.0;
     p.compensator_energy = 1e-3;
     p.compensator_threshold = 2.0;
+    p.sensor_delay_error = 7e-4;
 }
 
 /// A box and a ball in the approach corridor, a general exponent, computed torque, thrust and an orbit.

@@ -132,6 +132,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
         low_pass(p: Params<f64>, s: Sensor<f64>, w: Wrench<f64>) => sensor::low_pass(m, &p, &s, w), 6.0, "a division and a sum";
         sample(p: Params<f64>, s: Sensor<f64>, time: f64, noise: Wrench<f64>) => sensor::sample(m, &p, &s, time, noise), 8.0, "a row of the crosstalk; a quantum where the rounding of the reading is undecided";
         output_of(s: Sensor<f64>) => s.output, 0.0, COPIED;
+        wrench_age(p: Params<f64>) => sensor::wrench_age(m, &p), 4.0, "one sum, scaled";
         blend(newer: Wrench<f64>, older: Wrench<f64>, age: f64) => sensor::blend(newer, older, age), 5.0, "one interpolation";
         feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
         carry(s: Load<f64>, parts: Parts<f64>) => load::carry(m, &s, parts.a), 20.0, "a difference of velocities over a substep";

@@ -260,7 +260,7 @@ pub const PLANTS: &[Plant] = &[
             same("S3_gain", "share", &["sensor_gain_force_x"]),
             same("S4_crosstalk", "share", &["sensor_crosstalk"]),
             on_model("S5_low_pass", "time_constant", &["sensor_lag"]),
-            on_model("S5_delay", "delay", &["sensor_delay"]),
+            same("S5_delay", "delay", &["sensor_delay_error"]),
             same("K1_stiffness", "share", &["contact_stiffness_error"]),
             same("K2_exponent", "excess", &["contact_exponent_error"]),
             same("K3_damping", "share", &["contact_damping_error"]),

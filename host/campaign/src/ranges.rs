@@ -149,6 +149,7 @@ const RANGES: &[(&str, Range)] = &[
     ("rail_lag", Range::within(0.0, 10.0)),
     ("rail_lag_damping", Range::within(0.0, 100.0)),
     ("sensor_delay", Range::within(0.0, LONGEST_DELAY)),
+    ("sensor_delay_error", Range::size(LONGEST_DELAY)),
     ("sensor_lag", Range::within(0.0, 10.0)),
     ("sensor_noise_force", Range::within(0.0, FORCE)),
     ("sensor_noise_moment", Range::within(0.0, FORCE)),

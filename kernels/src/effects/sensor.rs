@@ -50,7 +50,7 @@ pub(super) const ROWS: &[Row] = &[
         "S5_low_pass",
         "G1",
         "low-pass and delay of the sensor",
-        &[at("sensor_lag", 0.002), at("sensor_delay", 0.001)],
+        &[at("sensor_lag", 0.002), at("sensor_delay_error", 0.001)],
         "JR3 filters 31-500 Hz; the delay is engineering judgement",
     ),
     row(

@@ -116,7 +116,7 @@ fn boxed_computer<const N: usize>(
     let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
     let mut tile = Tile::<f64, N>::new(plant, batch);
     // Real links have their own delays.
-    let params = Params { sensor_delay: 0.0, ..*params };
+    let params = Params { sensor_delay: 0.0, sensor_delay_error: 0.0, ..*params };
     tile.load(plant, &[(0, run, params)]);
     // Room for the newest before the oldest goes: a tick takes nothing from the heap.
     let mut late = VecDeque::with_capacity(reading.hold_back + 1);

@@ -336,3 +336,11 @@ fn a_lag_is_named_though_one_repeat_of_each_motion_has_it_elsewhere() {
     is_named_in_contact(NoiseColour::Pink, 341_403_215, ("S5_low_pass", 1.138_788_634_756_691_8e-3));
     is_named_in_contact(NoiseColour::FirstOrder, 1_390_257_130, ("S5_low_pass", 7.384_130_729_697_496e-4));
 }
+
+#[test]
+fn a_sensor_that_is_late_is_named_whoever_else_is_told_to_be_early() {
+    // Later by less than the commands' own delay, which the same loop would take from them.
+    let late = [("S5_delay", 1.834_008_086_409_342_6e-3)];
+    let (said, ids) = said_behind(NoiseColour::White, Rig::Facility, 983_606_371, &late, &[]);
+    assert_eq!((said, ids), (Said::Named, vec!["S5_low_pass".to_owned()]));
+}

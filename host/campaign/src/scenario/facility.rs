@@ -115,6 +115,7 @@ fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
     p.contact_anisotropy = c.parameter_or(&e.contact_anisotropy, "contact_anisotropy", 0.0);
     p.contact_adhesion = c.parameter_or(&e.contact_adhesion, "contact_adhesion", 0.0);
     p.place_error = c.parameter_vector(&e.place, "place_error");
+    p.sensor_delay_error = c.parameter_or(&e.sensor_delay, "sensor_delay_error", 0.0);
     resonances(c, table, p);
 }
 

@@ -248,6 +248,8 @@ pub(crate) struct ErrorsTable {
     pub(crate) contact_adhesion: Option<Quantity>,
     /// Place of part A on its robot, laboratory axes.
     pub(crate) place: Option<Quantities>,
+    /// Delay of the measured wrench beyond the sensor's own, which the loop's delay does not hold.
+    pub(crate) sensor_delay: Option<Quantity>,
 }
 
 /// A mass on a spring and damper under part B, three equal translations.

@@ -136,7 +136,7 @@ const MOMENT_BY_MOMENT: [&str; 9] = [
 
 fn timing(shelf: &mut Shelf) {
     let lag = Prior::Positive { scale: size("S5_low_pass", "sensor_lag") };
-    let delay = Prior::Positive { scale: size("S5_low_pass", "sensor_delay") };
+    let delay = Prior::Positive { scale: size("S5_low_pass", "sensor_delay_error") };
     let entries = [("lag", lag, Role::Size), ("delay", delay, Role::Form)];
     shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }

@@ -19,7 +19,8 @@ pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     let told: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
     let path = by_ticks(&told[..told.len() - 1], log.ticks);
     let tick = log.cycle / log.ticks as f64;
-    let mut rows = vec![under_way(&held(plant, log)[..STRETCH], log.cycle)];
+    let begin = &held(plant, log)[..STRETCH];
+    let mut rows = vec![on_parabola(begin, 0, &parabola(0, STRETCH), log.cycle)];
     rows.extend((1..path.len()).map(|i| match i.checked_sub(2) {
         Some(older) => moving(&path[i], &[(&path[i - 1], -4.0), (&path[older], 1.0)], 0.5 / tick),
         None => moving(&path[i], &[(&path[i - 1], -1.0)], 1.0 / tick),
@@ -27,18 +28,21 @@ pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     rows
 }
 
-/// Laboratory motions of the parts as the robots held them, tick by tick; rates by straight lines through what lies within a
-/// time \[s\] to either side: a difference of neighbours would be noise of the axes, which damping makes into force.
+/// Laboratory motions of the parts as the robots held them, tick by tick: by parabolas through what lies within a time
+/// \[s\] to either side. Differences of neighbours would be noise of the axes, which damping makes into force, and their
+/// places carry it into stiff contacts, where a lag that hides it would seem to be the sensor's.
 pub(super) fn held_rows(plant: &Plant, log: &DriveLog, aside: f64) -> Vec<Parts<f64>> {
     let path = by_ticks(&held(plant, log), log.ticks);
     let tick = log.cycle / log.ticks as f64;
     let reach = ((aside / tick).round() as usize).max(1);
+    let inside = parabola(reach, 2 * reach + 1);
     let row = |i: usize| {
         let (first, last) = (i.saturating_sub(reach), (i + reach).min(path.len() - 1));
-        let middle = 0.5 * (first + last) as f64;
-        let spread: f64 = (first..=last).map(|k| (k as f64 - middle).powi(2)).sum();
-        let near: Vec<_> = (first..=last).map(|k| (&path[k], (k as f64 - middle) / spread)).collect();
-        moving(&path[i], &near, 1.0 / tick)
+        let (at, near) = (i - first, &path[first..=last]);
+        match near.len() == inside[0].len() {
+            true => on_parabola(near, at, &inside, tick),
+            false => on_parabola(near, at, &parabola(at, near.len()), tick),
+        }
     };
     (0..path.len()).map(row).collect()
 }
@@ -85,20 +89,24 @@ fn by_ticks(path: &[Parts<f64>], ticks: usize) -> Vec<Parts<f64>> {
     out
 }
 
-/// Where the parts are at the first of some poses, a cycle \[s\] apart, and how they move there: by parabolas through them.
-fn under_way(held: &[Parts<f64>], cycle: f64) -> Parts<f64> {
-    let time = DMatrix::from_fn(held.len(), 3, |i, power| (i as f64).powi(power as i32));
-    let inverse = time.pseudo_inverse(1e-12).expect("powers of more than three instants");
-    let weighted =
-        |row: usize| -> Vec<(&Parts<f64>, f64)> { held.iter().zip(inverse.row(row).iter().copied()).collect() };
-    let moved = moving(&held[0], &weighted(0), 1.0);
-    let moving = moving(&held[0], &weighted(1), 1.0 / cycle);
+/// Weights by which a parabola through so many points tells its value and its slope at one of them, their distance 1.
+fn parabola(at: usize, points: usize) -> [Vec<f64>; 2] {
+    let time = DMatrix::from_fn(points, 3, |i, power| (i as f64 - at as f64).powi(power as i32));
+    let inverse = time.pseudo_inverse(1e-12).expect("a tolerance above nothing");
+    [0, 1].map(|row| inverse.row(row).iter().copied().collect())
+}
+
+/// Where the parts are at one of some poses, a time \[s\] apart, and how they move there, by the weights of a parabola.
+fn on_parabola(poses: &[Parts<f64>], at: usize, [value, slope]: &[Vec<f64>; 2], apart: f64) -> Parts<f64> {
+    let weighted = |weights: &[f64]| -> Vec<(&Parts<f64>, f64)> { poses.iter().zip(weights.iter().copied()).collect() };
+    let moved = moving(&poses[at], &weighted(value), 1.0);
+    let moving = moving(&poses[at], &weighted(slope), 1.0 / apart);
     let part = |at: &Motion<f64>, moved: &Motion<f64>, moving: &Motion<f64>| Motion {
         position: at.position + moved.velocity,
         attitude: at.attitude.turned(moved.omega),
         ..*moving
     };
-    Parts { a: part(&held[0].a, &moved.a, &moving.a), b: part(&held[0].b, &moved.b, &moving.b) }
+    Parts { a: part(&poses[at].a, &moved.a, &moving.a), b: part(&poses[at].b, &moved.b, &moving.b) }
 }
 
 /// Parts where they are, moving as weighted neighbours on the path say.
