@@ -20,6 +20,8 @@ pub enum Section {
     Block(Kind),
     /// Robots, contact and sensor of a scenario.
     Facility(Arc<Plant>),
+    /// Contact and sensor of a scenario whose robots are where they are told.
+    Touch(Arc<Plant>),
 }
 
 impl From<Kind> for Section {
@@ -38,7 +40,7 @@ impl Section {
     pub fn parameters(&self) -> Vec<Field> {
         match self {
             Self::Block(kind) => kind.parameters(),
-            Self::Facility(_) => fields::<f64, Params<f64>>(),
+            Self::Facility(_) | Self::Touch(_) => fields::<f64, Params<f64>>(),
         }
     }
 
@@ -46,7 +48,7 @@ impl Section {
     pub fn inputs(&self) -> Vec<Field> {
         match self {
             Self::Block(kind) => kind.inputs(),
-            Self::Facility(_) => fields::<f64, Parts<f64>>(),
+            Self::Facility(_) | Self::Touch(_) => fields::<f64, Parts<f64>>(),
         }
     }
 
@@ -54,7 +56,7 @@ impl Section {
     pub fn late_inputs(&self) -> Vec<Field> {
         match self {
             Self::Block(kind) => kind.late_inputs(),
-            Self::Facility(_) => Vec::new(),
+            Self::Facility(_) | Self::Touch(_) => Vec::new(),
         }
     }
 
@@ -62,7 +64,7 @@ impl Section {
     pub fn outputs(&self) -> Vec<Field> {
         match self {
             Self::Block(kind) => kind.outputs(),
-            Self::Facility(_) => fields::<f64, Readings<f64>>(),
+            Self::Facility(_) | Self::Touch(_) => fields::<f64, Readings<f64>>(),
         }
     }
 
@@ -72,46 +74,66 @@ impl Section {
     pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
         match self {
             Self::Block(kind) => simulate_decimated(*kind, recordings, sets, decimator),
-            Self::Facility(plant) => {
-                let instructions = InstructionSet::detect();
-                by_tiles(recordings, sets, &|recorded, sets| {
-                    with_joints!(plant.joints(), facility_tile(instructions, plant, recorded, sets, decimator))
-                })
-            }
+            Self::Facility(plant) => simulate_facility(plant, &|p| p, recordings, sets, decimator),
+            Self::Touch(plant) => simulate_facility(plant, &later_motion, recordings, sets, decimator),
         }
     }
 }
 
-fn facility_tile<const N: usize>(
-    instructions: InstructionSet,
+/// A reading that is late is that of motions which are told later by as much: these are interpolated smoothly, samples of
+/// a wrench are mixed, and what is fitted to mixed samples gets caught where nothing is mixed.
+fn later_motion(p: Params<f64>) -> Params<f64> {
+    Params { loop_delay: p.loop_delay + p.sensor_delay_error, sensor_delay_error: 0.0, ..p }
+}
+
+/// What a parameter set says, as it is simulated.
+type Applied<'a> = &'a (dyn Fn(Params<f64>) -> Params<f64> + Sync);
+
+fn simulate_facility(
     plant: &Plant,
-    recorded: &Recorded,
+    applied: Applied<'_>,
+    recordings: &[&Recorded],
     sets: &[Vec<f64>],
     decimator: &Decimator,
-) -> Vec<Vec<f64>> {
-    instructions.run(Facility::<N> { plant, recorded, sets, decimator })
+) -> Outputs {
+    let instructions = InstructionSet::detect();
+    by_tiles(recordings, sets, &|recorded, sets| {
+        with_joints!(
+            plant.joints(),
+            facility_tile(instructions, Facility { plant, applied, recorded, sets, decimator })
+        )
+    })
+}
+
+fn facility_tile<const N: usize>(instructions: InstructionSet, facility: Facility<'_>) -> Vec<Vec<f64>> {
+    instructions.run(Jointed::<N>(facility))
 }
 
 /// A facility under as many parameter sets as there are lanes, or fewer, through one recording.
-struct Facility<'a, const N: usize> {
+struct Facility<'a> {
     plant: &'a Plant,
+    applied: Applied<'a>,
     recorded: &'a Recorded,
     sets: &'a [Vec<f64>],
     decimator: &'a Decimator,
 }
 
-impl<const N: usize> OnLanes for Facility<'_, N> {
+/// The same with robots of so many joints.
+struct Jointed<'a, const N: usize>(Facility<'a>);
+
+impl<const N: usize> OnLanes for Jointed<'_, N> {
     type Output = Vec<Vec<f64>>;
     #[inline(always)]
     fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
+        let Facility { plant, applied, recorded, sets, decimator } = self.0;
         let own = |set: &Vec<f64>| -> Params<f64> {
-            let offset = |i: usize| self.recorded.offsets.get(i).copied().unwrap_or(0.0);
-            from_slice(&set.iter().enumerate().map(|(i, value)| value + offset(i)).collect::<Vec<_>>())
+            let offset = |i: usize| recorded.offsets.get(i).copied().unwrap_or(0.0);
+            applied(from_slice(&set.iter().enumerate().map(|(i, value)| value + offset(i)).collect::<Vec<_>>()))
         };
-        let mut out = Vec::with_capacity(self.sets.len());
-        for group in self.sets.chunks(L::WIDTH) {
-            let lanes = follow::<L, N>(self.plant, self.recorded, &group.iter().map(own).collect::<Vec<_>>());
-            out.extend(kept_by_lane(lanes, self.recorded.samples(), self.decimator, group.len()));
+        let mut out = Vec::with_capacity(sets.len());
+        for group in sets.chunks(L::WIDTH) {
+            let lanes = follow::<L, N>(plant, recorded, &group.iter().map(own).collect::<Vec<_>>());
+            out.extend(kept_by_lane(lanes, recorded.samples(), decimator, group.len()));
         }
         out
     }

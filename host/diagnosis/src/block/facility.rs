@@ -132,7 +132,7 @@ pub(crate) fn wrench_section(
     };
     let unit = |name: &str| if name.starts_with("force") { "N" } else { "N m" };
     let channel = |(k, name): (usize, &&'static str)| Channel { name, output: MOTION.len() + k, unit: unit(name) };
-    let (section, decimator) = (Section::Facility(Arc::clone(&plant)), decimator(logs, WRENCH_RATE));
+    let (section, decimator) = (Section::Touch(Arc::clone(&plant)), decimator(logs, WRENCH_RATE));
     let base = to_vec(&nominal);
     let channels = WRENCH.iter().enumerate().map(channel).collect();
     MeasuredBlock {
