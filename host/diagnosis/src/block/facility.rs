@@ -122,7 +122,7 @@ pub(crate) fn wrench_section(
     let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
     let trial = |log: &DriveLog| {
-        let mut rows = held_rows(&plant, log, 1.0 / MOTION_RATE);
+        let mut rows = held_rows(&plant, log);
         // Told a tick ahead and that much late, so that stamps may be early as well.
         rows.rotate_left(1);
         let last = rows.len() - 1;

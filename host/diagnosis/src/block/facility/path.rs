@@ -10,6 +10,11 @@ use softdock_kernels::vector::{Pose, Quat, Vec3};
 /// Cycles over which a parabola tells how the robots move when a run begins: the difference of two readings would be
 /// noise, a longer stretch no parabola.
 const STRETCH: usize = 20;
+/// Longest time to either side over which motions are taken for parabolas \[s\].
+const LONGEST_REACH: f64 = 8e-3;
+/// A parabola strays that misses more than so large a share of the samples by more than so many deviations of their noise.
+const RARE: f64 = 1e-3;
+const FAR: f64 = 4.0;
 
 /// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.
 ///
@@ -28,13 +33,12 @@ pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     rows
 }
 
-/// Laboratory motions of the parts as the robots held them, tick by tick: by parabolas through what lies within a time
-/// \[s\] to either side. Differences of neighbours would be noise of the axes, which damping makes into force, and their
-/// places carry it into stiff contacts, where a lag that hides it would seem to be the sensor's.
-pub(super) fn held_rows(plant: &Plant, log: &DriveLog, aside: f64) -> Vec<Parts<f64>> {
-    let path = by_ticks(&held(plant, log), log.ticks);
-    let tick = log.cycle / log.ticks as f64;
-    let reach = ((aside / tick).round() as usize).max(1);
+/// Laboratory motions of the parts as the robots held them, tick by tick, by parabolas: the axes' noise makes force in a
+/// stiff contact, and a lag that hides it would seem to be the sensor's.
+pub(super) fn held_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let held = held(plant, log);
+    let reach = log.ticks * reach(&held, log.cycle);
+    let (path, tick) = (by_ticks(&held, log.ticks), log.cycle / log.ticks as f64);
     let inside = parabola(reach, 2 * reach + 1);
     let row = |i: usize| {
         let (first, last) = (i.saturating_sub(reach), (i + reach).min(path.len() - 1));
@@ -45,6 +49,49 @@ pub(super) fn held_rows(plant: &Plant, log: &DriveLog, aside: f64) -> Vec<Parts<
         }
     };
     (0..path.len()).map(row).collect()
+}
+
+/// Cycles to either side over which a parabola follows poses, a cycle \[s\] apart, as closely as their noise lets it be
+/// seen: what is longer loses motion, what is shorter leaves noise.
+fn reach(held: &[Parts<f64>], cycle: f64) -> usize {
+    let channels = coordinates(held);
+    let longest = (LONGEST_REACH / cycle) as usize;
+    let mut reach = 1;
+    while 2 * reach <= longest && !channels.iter().any(|channel| strays(channel, 2 * reach)) {
+        reach *= 2;
+    }
+    reach
+}
+
+/// Places \[m\] and turns \[rad\] of both parts from the first of some poses, a series each.
+fn coordinates(held: &[Parts<f64>]) -> Vec<Vec<f64>> {
+    let from_first = |of: fn(&Parts<f64>) -> Motion<f64>, parts: &Parts<f64>| {
+        let (first, own) = (of(&held[0]), of(parts));
+        [own.position - first.position, turn(first.attitude, own.attitude)].map(|way| [way.x, way.y, way.z]).concat()
+    };
+    let rows: Vec<Vec<f64>> =
+        held.iter().map(|parts| [from_first(|p| p.a, parts), from_first(|p| p.b, parts)].concat()).collect();
+    (0..12).map(|channel| rows.iter().map(|row| row[channel]).collect()).collect()
+}
+
+/// Whether parabolas over so many samples to either side of each miss more of a series than its noise explains.
+fn strays(series: &[f64], reach: usize) -> bool {
+    let noise = noise(series);
+    let [value, _] = parabola(reach, 2 * reach + 1);
+    let miss = |near: &[f64]| near.iter().zip(&value).map(|(x, weight)| x * weight).sum::<f64>() - near[reach];
+    let misses = series.windows(2 * reach + 1).map(miss).filter(|miss| miss.abs() > FAR * noise).count();
+    noise > 0.0 && misses as f64 > RARE * series.len() as f64
+}
+
+/// Standard deviation of a series' noise from sample to sample: by its sixth differences, to which motion gives nothing.
+fn noise(series: &[f64]) -> f64 {
+    let difference = |x: Vec<f64>| -> Vec<f64> { x.windows(2).map(|pair| pair[1] - pair[0]).collect() };
+    let mut differences = (0..6).fold(series.to_vec(), |x, _| difference(x));
+    differences.iter_mut().for_each(|x| *x = x.abs());
+    differences.sort_by(f64::total_cmp);
+    let median = differences.get(differences.len() / 2).copied().unwrap_or(0.0);
+    // The squares of their weights sum up to 12! / 6!^2; 0.6745 deviations hold half of a normal distribution.
+    median / (0.6745 * 924.0_f64.sqrt())
 }
 
 /// Where the parts were held when each cycle of the run began, laboratory, at rest.
@@ -128,4 +175,45 @@ fn moving(at: &Parts<f64>, neighbours: &[(&Parts<f64>, f64)], scale: f64) -> Par
 fn turn(from: Quat<f64>, to: Quat<f64>) -> Vec3<f64> {
     let way = to.compose(from.conjugate());
     way.v * (2.0 * way.w.signum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::philox;
+
+    const CYCLE: f64 = 1e-3;
+    const NOISE: f64 = 2e-6;
+
+    fn normal(i: usize) -> f64 {
+        (0..12).map(|k| philox::uniform(5, "axes", i as u64, k)).sum::<f64>() - 6.0
+    }
+
+    /// A part that approaches at 50 mm/s and is pushed back with 0.6 m/s^2 from 0.5 s on, over such a time \[s\]; the other
+    /// one stands.
+    fn pushed(over: f64, noise: f64) -> Vec<Parts<f64>> {
+        let at = |i: usize| {
+            let (time, blow) = (i as f64 * CYCLE, (i as f64 * CYCLE - 0.5).max(0.0));
+            // Second integral of 0.6 (1 - exp(-t / over)).
+            let back = 0.6 * (0.5 * blow * blow - over * blow + over * over * (1.0 - (-blow / over).exp()));
+            let place = |x: f64, i: usize| at_rest(Vec3 { x: x + noise * normal(i), y: 0.0, z: 0.0 }, Quat::identity());
+            Parts { a: place(0.05 * time - back, 2 * i), b: place(0.0, 2 * i + 1) }
+        };
+        (0..1000).map(at).collect()
+    }
+
+    #[test]
+    fn noise_is_told_from_motion() {
+        let told = noise(&coordinates(&pushed(0.014, NOISE))[0]);
+        assert!((told / NOISE - 1.0).abs() < 0.1, "{told}");
+        assert!(noise(&coordinates(&pushed(0.014, 0.0))[0]) < 1e-3 * NOISE);
+    }
+
+    #[test]
+    fn parabolas_reach_as_far_as_noise_hides_what_they_miss() {
+        let of = |over: f64, noise: f64| reach(&pushed(over, noise), CYCLE);
+        assert_eq!(of(0.014, NOISE), 8);
+        // What begins within a cycle is missed by more than the noise of fine axes, and by all where there is none.
+        assert_eq!([of(1e-3, 0.03 * NOISE), of(1e-3, 0.0)], [4, 1]);
+    }
 }
