@@ -18,7 +18,7 @@ use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
 use crate::inference::spread::scatter;
 use crate::library::Hypothesis;
-use crate::soundness::{drop_worthless, is_sound, is_strained_for_nothing};
+use crate::soundness::{drop_embellished, drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
 use softdock_engine::blocks::Kind;
 
@@ -243,6 +243,7 @@ impl<'a> Bench<'a> {
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&null, &clamped, &mut ranking);
         drop_worthless(&mut ranking, dispersion);
+        drop_embellished(&mut ranking, library);
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
             true => 1.0,

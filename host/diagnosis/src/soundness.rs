@@ -96,6 +96,25 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
+/// Drops the effects with all numbers of another, and more, that explain hardly more than it: a gear many times softer than
+/// the model's leaves what a gap of microradians takes up, and has none. What another leaves is to be a share of what it
+/// explains, as what a simulation tells wrong is.
+pub(crate) fn drop_embellished(ranking: &mut Vec<Candidate>, library: &[Hypothesis]) {
+    let fields = |candidate: &Candidate| -> Vec<usize> {
+        let members = candidate.hypotheses.iter().flat_map(|number| &library[*number].unknowns);
+        members.map(|unknown| unknown.field).collect()
+    };
+    let of_one = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && candidate.sound;
+    let plain: Vec<(Vec<usize>, f64)> =
+        ranking.iter().filter(of_one).map(|candidate| (fields(candidate), candidate.log_odds)).collect();
+    let embellishes = |candidate: &Candidate| {
+        let own = fields(candidate);
+        let is_within = |other: &[usize]| other.len() < own.len() && other.iter().all(|field| own.contains(field));
+        plain.iter().any(|(other, log_odds)| is_within(other) && (1.0 - WORTH) * candidate.log_odds < *log_odds)
+    };
+    ranking.retain(|candidate| candidate.hypotheses.len() > 1 || !embellishes(candidate));
+}
+
 /// Drops the combinations that explain hardly more of the held-out motion than one with fewer effects does, those that are
 /// dropped themselves aside; `dispersion` as in the evidence.
 pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {

@@ -344,3 +344,10 @@ fn a_sensor_that_is_late_is_named_whoever_else_is_told_to_be_early() {
     let (said, ids) = said_behind(NoiseColour::White, Rig::Facility, 983_606_371, &late, &[]);
     assert_eq!((said, ids), (Said::Named, vec!["S5_low_pass".to_owned()]));
 }
+
+#[test]
+fn a_soft_gear_has_no_gap_of_microradians() {
+    let (rig, soft) = (Rig::Drive { link_encoder: false }, ("J8_elasticity", 1.332_382_702_665_329_3e-5));
+    let found = said_behind(NoiseColour::Pink, rig, 1_831_741_631, &[soft], &[]);
+    assert_eq!(found, (Said::Named, vec!["J8_elasticity".to_owned()]));
+}
