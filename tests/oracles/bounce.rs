@@ -24,9 +24,14 @@ fn restitutions(bounces: &[(f64, f64)]) -> Vec<f64> {
 /// The same on a given engine.
 fn restitutions_on(engine: &mut dyn Engine, bounces: &[(f64, f64)]) -> Vec<f64> {
     let params: Vec<_> = bounces.iter().map(|(theta, zeta)| bounce(*theta, *zeta)).collect();
+    restitutions_with(engine, &params)
+}
+
+/// The same with given parameters.
+fn restitutions_with(engine: &mut dyn Engine, params: &[Params<f64>]) -> Vec<f64> {
     let mut model = two_bodies(STEP, 1.2, 1e-3);
     model.task.end_after_separation = 0.03;
-    let rows = engine.run(&job(model, &params), &numbered(&params), &|_| true).expect("nobody stops the batch");
+    let rows = engine.run(&job(model, params), &numbered(params), &|_| true).expect("nobody stops the batch");
     rows.iter().map(|row| row.hil.restitution).collect()
 }
 
@@ -66,18 +71,13 @@ fn restitution_grows_with_dead_time_as_the_exact_series_says() {
 
 #[test]
 fn a_sensor_that_is_later_than_the_loops_delay_holds_is_dead_time_as_well() {
-    let model = || {
-        let mut model = two_bodies(STEP, 1.2, 1e-3);
-        model.task.end_after_separation = 0.03;
-        model
-    };
     for (theta, exact) in SERIES.into_iter().filter(|(theta, _)| *theta >= 0.3) {
         let whole = bounce(theta, 0.0);
         let later = Params { loop_delay: 0.4 * DELAY, sensor_delay_error: 0.6 * DELAY, ..whole };
         let told_too_much =
             Params { loop_delay: 1.5 * DELAY, sensor_delay: 0.8 * DELAY, sensor_delay_error: -0.5 * DELAY, ..whole };
-        for row in run(model(), &[later, told_too_much]) {
-            assert_close(&format!("e({theta})"), row.hil.restitution, exact, 1e-2);
+        for e in restitutions_with(&mut CpuEngine::new(), &[later, told_too_much]) {
+            assert_close(&format!("e({theta})"), e, exact, 1e-2);
         }
     }
 }

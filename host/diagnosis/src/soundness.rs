@@ -100,19 +100,18 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
 /// the model's leaves what a gap of microradians takes up, and has none. What another leaves is to be a share of what it
 /// explains, as what a simulation tells wrong is.
 pub(crate) fn drop_embellished(ranking: &mut Vec<Candidate>, library: &[Hypothesis]) {
-    let fields = |candidate: &Candidate| -> Vec<usize> {
-        let members = candidate.hypotheses.iter().flat_map(|number| &library[*number].unknowns);
-        members.map(|unknown| unknown.field).collect()
+    let alone = |candidate: &Candidate| match candidate.hypotheses[..] {
+        [number] => Some(&library[number]),
+        _ => None,
     };
-    let of_one = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && candidate.sound;
-    let plain: Vec<(Vec<usize>, f64)> =
-        ranking.iter().filter(of_one).map(|candidate| (fields(candidate), candidate.log_odds)).collect();
-    let embellishes = |candidate: &Candidate| {
-        let own = fields(candidate);
-        let is_within = |other: &[usize]| other.len() < own.len() && other.iter().all(|field| own.contains(field));
-        plain.iter().any(|(other, log_odds)| is_within(other) && (1.0 - WORTH) * candidate.log_odds < *log_odds)
+    let sound = ranking.iter().filter(|candidate| candidate.sound);
+    let plain: Vec<(&Hypothesis, f64)> =
+        sound.filter_map(|candidate| Some((alone(candidate)?, candidate.log_odds))).collect();
+    let embellishes = |own: &Hypothesis, log_odds: f64| {
+        let is_within = |other: &Hypothesis| other.unknowns.len() < own.unknowns.len() && own.has_all_of(other);
+        plain.iter().any(|(other, least)| is_within(other) && (1.0 - WORTH) * log_odds < *least)
     };
-    ranking.retain(|candidate| candidate.hypotheses.len() > 1 || !embellishes(candidate));
+    ranking.retain(|candidate| !alone(candidate).is_some_and(|own| embellishes(own, candidate.log_odds)));
 }
 
 /// Drops the combinations that explain hardly more of the held-out motion than one with fewer effects does, those that are

@@ -74,8 +74,8 @@ impl Section {
     pub fn simulate(&self, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
         match self {
             Self::Block(kind) => simulate_decimated(*kind, recordings, sets, decimator),
-            Self::Facility(plant) => simulate_facility(plant, &|p| p, recordings, sets, decimator),
-            Self::Touch(plant) => simulate_facility(plant, &later_motion, recordings, sets, decimator),
+            Self::Facility(plant) => simulate_facility(plant, |p| p, recordings, sets, decimator),
+            Self::Touch(plant) => simulate_facility(plant, later_motion, recordings, sets, decimator),
         }
     }
 }
@@ -87,11 +87,11 @@ fn later_motion(p: Params<f64>) -> Params<f64> {
 }
 
 /// What a parameter set says, as it is simulated.
-type Applied<'a> = &'a (dyn Fn(Params<f64>) -> Params<f64> + Sync);
+type Applied = fn(Params<f64>) -> Params<f64>;
 
 fn simulate_facility(
     plant: &Plant,
-    applied: Applied<'_>,
+    applied: Applied,
     recordings: &[&Recorded],
     sets: &[Vec<f64>],
     decimator: &Decimator,
@@ -112,7 +112,7 @@ fn facility_tile<const N: usize>(instructions: InstructionSet, facility: Facilit
 /// A facility under as many parameter sets as there are lanes, or fewer, through one recording.
 struct Facility<'a> {
     plant: &'a Plant,
-    applied: Applied<'a>,
+    applied: Applied,
     recorded: &'a Recorded,
     sets: &'a [Vec<f64>],
     decimator: &'a Decimator,

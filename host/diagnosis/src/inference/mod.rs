@@ -12,3 +12,4 @@ pub mod noise;
 pub mod selection;
 pub mod spread;
 pub mod unknown;
+pub(crate) mod white_noise;

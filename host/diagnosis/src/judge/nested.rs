@@ -12,9 +12,8 @@ const AHEAD: f64 = 10.0;
 /// One start for every fit of a single hypothesis that ended above one which contains it: a gear with backlash whose gap
 /// comes out as nothing is an elastic gear, and has found a valley that the elastic gear's own starts missed.
 pub(super) fn starts(library: &[Hypothesis], singles: &[Fitted]) -> Vec<Start> {
-    let fields = |fitted: &Fitted| library[fitted.hypothesis].unknowns.iter().map(|unknown| unknown.field);
     let contains = |outer: &Fitted, inner: &Fitted| {
-        outer.hypothesis != inner.hypothesis && fields(inner).all(|own| fields(outer).any(|field| field == own))
+        outer.hypothesis != inner.hypothesis && library[outer.hypothesis].has_all_of(&library[inner.hypothesis])
     };
     let again = |inner: &Fitted| {
         let ahead = singles.iter().filter(|outer| outer.cost() < inner.cost() - AHEAD && contains(outer, inner));

@@ -37,6 +37,11 @@ impl Hypothesis {
     pub fn is_linear(&self) -> bool {
         !self.shaped && self.sizes.len() == self.unknowns.len()
     }
+
+    /// Whether it has all numbers of another, itself or any.
+    pub(crate) fn has_all_of(&self, other: &Self) -> bool {
+        other.unknowns.iter().all(|inner| self.unknowns.iter().any(|own| own.field == inner.field))
+    }
 }
 
 /// Builds hypotheses of one block.

@@ -4,6 +4,7 @@ use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
 use crate::inference::memory::power;
 use crate::inference::unknown::{Prior, Role};
+use crate::inference::white_noise::by_differences;
 use crate::steps::{self, FORCES, MOMENTS, raw_peak, seen_steps};
 use crate::variance::differences;
 
@@ -30,16 +31,9 @@ fn noise(block: &MeasuredBlock) -> f64 {
     if !repeats.is_empty() {
         return (FORCES.map(|channel| power(&repeats, channel)).sum::<f64>() / FORCES.len() as f64).sqrt();
     }
-    // The median is not misled by blows.
-    let steps = |samples: &[f64]| samples.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>();
-    let mut steps: Vec<f64> =
-        block.trials.iter().flat_map(|trial| trial.measured[FORCES].iter()).flat_map(|s| steps(s)).collect();
-    steps.sort_by(f64::total_cmp);
-    steps[steps.len() / 2] / (MEDIAN * 2_f64.sqrt())
+    let forces = block.trials.iter().flat_map(|trial| &trial.measured[FORCES]);
+    by_differences(forces.map(Vec::as_slice), 1)
 }
-
-/// Median of the size of a standard normal number.
-const MEDIAN: f64 = 0.6745;
 
 /// Free numbers of either sign, each about its nominal value.
 fn either(shelf: &Shelf, names: &[&'static str], sd: f64) -> Vec<Entry> {

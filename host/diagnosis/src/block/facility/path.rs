@@ -1,5 +1,6 @@
 //! Paths of the parts in the laboratory, from the log of a drive: as the robots were told, and as they held them.
 
+use crate::inference::white_noise::by_differences;
 use crate::recording::drive_log::{Cycle, DriveLog};
 use nalgebra::DMatrix;
 use softdock_kernels::plant::Plant;
@@ -54,10 +55,11 @@ pub(super) fn held_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
 /// Cycles to either side over which a parabola follows poses, a cycle \[s\] apart, as closely as their noise lets it be
 /// seen: what is longer loses motion, what is shorter leaves noise.
 fn reach(held: &[Parts<f64>], cycle: f64) -> usize {
-    let channels = coordinates(held);
+    let noisy = coordinates(held).into_iter().map(|series| (noise(&series), series)).filter(|(noise, _)| *noise > 0.0);
+    let channels: Vec<(f64, Vec<f64>)> = noisy.collect();
     let longest = (LONGEST_REACH / cycle) as usize;
     let mut reach = 1;
-    while 2 * reach <= longest && !channels.iter().any(|channel| strays(channel, 2 * reach)) {
+    while 2 * reach <= longest && !channels.iter().any(|(noise, series)| strays(series, *noise, 2 * reach)) {
         reach *= 2;
     }
     reach
@@ -75,23 +77,16 @@ fn coordinates(held: &[Parts<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Whether parabolas over so many samples to either side of each miss more of a series than its noise explains.
-fn strays(series: &[f64], reach: usize) -> bool {
-    let noise = noise(series);
+fn strays(series: &[f64], noise: f64, reach: usize) -> bool {
     let [value, _] = parabola(reach, 2 * reach + 1);
     let miss = |near: &[f64]| near.iter().zip(&value).map(|(x, weight)| x * weight).sum::<f64>() - near[reach];
     let misses = series.windows(2 * reach + 1).map(miss).filter(|miss| miss.abs() > FAR * noise).count();
-    noise > 0.0 && misses as f64 > RARE * series.len() as f64
+    misses as f64 > RARE * series.len() as f64
 }
 
-/// Standard deviation of a series' noise from sample to sample: by its sixth differences, to which motion gives nothing.
+/// Standard deviation of a series' noise from sample to sample: to its sixth differences motion gives nothing.
 fn noise(series: &[f64]) -> f64 {
-    let difference = |x: Vec<f64>| -> Vec<f64> { x.windows(2).map(|pair| pair[1] - pair[0]).collect() };
-    let mut differences = (0..6).fold(series.to_vec(), |x, _| difference(x));
-    differences.iter_mut().for_each(|x| *x = x.abs());
-    differences.sort_by(f64::total_cmp);
-    let median = differences.get(differences.len() / 2).copied().unwrap_or(0.0);
-    // The squares of their weights sum up to 12! / 6!^2; 0.6745 deviations hold half of a normal distribution.
-    median / (0.6745 * 924.0_f64.sqrt())
+    by_differences(std::iter::once(series), 6)
 }
 
 /// Where the parts were held when each cycle of the run began, laboratory, at rest.
