@@ -6,14 +6,16 @@ use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use softdock_engine::bench::{Scene, Speed, cpu_peak, device_peak, speed};
 use softdock_engine::cpu::CpuEngine;
-use softdock_engine::gpu::{Adapters, GpuEngine};
+use softdock_engine::gpu::{Adapters, GpuEngine, MOST_LANES};
 use softdock_engine::instructions::InstructionSet;
 use softdock_engine::{Engine, EngineError};
 
 /// Runs that fill every lane of a thread several times.
 const RUNS_PER_THREAD: u64 = 64;
 /// Runs that fill a device.
-const RUNS_ON_DEVICE: u64 = 4096;
+const RUNS_ON_DEVICE: u64 = MOST_LANES as u64;
+/// Runs of a software device, which has no more cores than this machine.
+const RUNS_ON_SOFTWARE: u64 = 4096;
 
 /// One line of the table.
 struct Row {
@@ -31,10 +33,14 @@ struct Row {
 /// Measures every backend at hand and prints the tables.
 pub(crate) fn bench(args: &BenchArgs) -> miette::Result<Exit> {
     let length = if args.quick { Length { seconds: 0.1, repeats: 1 } } else { Length { seconds: 1.0, repeats: 3 } };
-    let rows = backends(length)?;
-    let growth = growth(length).into_diagnostic()?;
+    let mut device = GpuEngine::new(Adapters::Any).map(Some).or_else(|error| match error {
+        EngineError::NoAdapter(_) => Ok(None),
+        error => Err(error).into_diagnostic(),
+    })?;
+    let rows = backends(device.as_mut(), length)?;
+    let growths = growths(device.as_mut(), length).into_diagnostic()?;
     let flops = Scene::IdealStep.flops();
-    say(if args.json { json(&in_json(flops, &rows, &growth)) } else { in_words(flops, &rows, &growth) });
+    say(if args.json { json(&in_json(flops, &rows, &growths)) } else { in_words(flops, &rows, &growths) });
     Ok(Exit::Done)
 }
 
@@ -45,7 +51,7 @@ struct Length {
     repeats: usize,
 }
 
-fn backends(length: Length) -> miette::Result<Vec<Row>> {
+fn backends(device: Option<&mut GpuEngine>, length: Length) -> miette::Result<Vec<Row>> {
     let widest = InstructionSet::detect();
     let mut rows = Vec::new();
     for threads in thread_counts() {
@@ -55,10 +61,8 @@ fn backends(length: Length) -> miette::Result<Vec<Row>> {
     if widest != InstructionSet::OneLane {
         rows.push(on_threads("cpu f64 one lane".to_owned(), InstructionSet::OneLane, 1, length)?);
     }
-    match GpuEngine::new(Adapters::Any) {
-        Ok(engine) => rows.push(on_device(engine, length).into_diagnostic()?),
-        Err(EngineError::NoAdapter(_)) => {}
-        Err(error) => return Err(error).into_diagnostic(),
+    if let Some(engine) = device {
+        rows.push(on_device(engine, length).into_diagnostic()?);
     }
     Ok(rows)
 }
@@ -78,12 +82,15 @@ fn on_threads(backend: String, set: InstructionSet, threads: usize, length: Leng
     Ok(Row { compilation: None, ..pool.install(row).into_diagnostic()? })
 }
 
-fn on_device(mut engine: GpuEngine, length: Length) -> Result<Row, EngineError> {
+fn on_device(engine: &mut GpuEngine, length: Length) -> Result<Row, EngineError> {
     // A software driver shares the cores' multipliers: f32 makes twice the f64 peak in the same registers.
     let cores = if engine.is_software() { 2.0 * cpu_peak(InstructionSet::detect(), length.seconds) } else { 0.0 };
-    let peak = device_peak(&engine)?.max(cores);
-    let threads = if engine.is_software() { rayon::current_num_threads() } else { 0 };
-    row(engine.device(), threads, RUNS_ON_DEVICE, &mut engine, peak, length)
+    let peak = device_peak(engine)?.max(cores);
+    let (threads, runs) = match engine.is_software() {
+        true => (rayon::current_num_threads(), RUNS_ON_SOFTWARE),
+        false => (0, RUNS_ON_DEVICE),
+    };
+    row(engine.device(), threads, runs, engine, peak, length)
 }
 
 fn row(
@@ -108,16 +115,29 @@ fn row(
     })
 }
 
-/// Cost against the number of runs: HIL ticks per second on all cores.
-fn growth(length: Length) -> Result<Vec<(u64, f64)>, EngineError> {
-    let mut engine = CpuEngine::new();
-    [1, 8, 64, 512, 4096]
-        .into_iter()
-        .map(|runs| {
-            let Speed { ticks, .. } = speed(&mut engine, Scene::HilLoop, runs, length.seconds, length.repeats)?;
-            Ok((runs, ticks))
-        })
-        .collect()
+/// HIL ticks per second of a backend against the number of runs that it is given at once.
+struct Growth {
+    backend: String,
+    /// Runs, and ticks per second over all of them.
+    rates: Vec<(u64, f64)>,
+}
+
+/// Of the CPU's lanes on all threads, and of the device if there is one.
+fn growths(device: Option<&mut GpuEngine>, length: Length) -> Result<Vec<Growth>, EngineError> {
+    let mut all = vec![growth(&mut CpuEngine::new(), &[1, 8, 64, 512, 4096], length)?];
+    if let Some(engine) = device.filter(|engine| !engine.is_software()) {
+        all.push(growth(engine, &[64, 512, 4096, RUNS_ON_DEVICE], length)?);
+    }
+    Ok(all)
+}
+
+fn growth(engine: &mut dyn Engine, runs: &[u64], length: Length) -> Result<Growth, EngineError> {
+    let mut rate = |runs| {
+        let Speed { ticks, .. } = speed(engine, Scene::HilLoop, runs, length.seconds, length.repeats)?;
+        Ok((runs, ticks))
+    };
+    let rates = runs.iter().map(|runs| rate(*runs)).collect::<Result<_, EngineError>>()?;
+    Ok(Growth { backend: engine.device(), rates })
 }
 
 impl Row {
@@ -127,7 +147,7 @@ impl Row {
     }
 }
 
-fn in_words(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> String {
+fn in_words(flops: usize, rows: &[Row], growths: &[Growth]) -> String {
     let mut out = format!(
         "Scene: free base, 7 joints, free target, sphere in a cone with friction; {flops} flop per ideal step of 1 ms.\n\
          Loops: tick 1 ms in 4 substeps; HIL = both loops, delay 8 ms, lagging robots, noisy sensor; joints = the same, robots \
@@ -151,14 +171,16 @@ fn in_words(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> String {
     for (row, seconds) in rows.iter().filter_map(|row| Some((row, row.compilation?))) {
         out += &format!("\n{} compiles the kernel of robots with joints in {seconds:.1} s\n", row.backend);
     }
-    out += "\nCost against the number of runs (HIL loop, CPU lanes, all threads):\n";
-    for (runs, rate) in growth {
-        out += &format!("{runs:>6} runs {rate:>12.0} tick/s   {:>9.2} us per tick and run\n", 1e6 / rate);
+    for Growth { backend, rates } in growths {
+        out += &format!("\nCost against the number of runs (HIL loop, {backend}):\n");
+        for (runs, rate) in rates {
+            out += &format!("{runs:>6} runs {rate:>12.0} tick/s   {:>9.3} us per tick and run\n", 1e6 / rate);
+        }
     }
     out.trim_end().to_owned()
 }
 
-fn in_json(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> Value {
+fn in_json(flops: usize, rows: &[Row], growths: &[Growth]) -> Value {
     let rows: Vec<Value> = rows
         .iter()
         .map(|row| {
@@ -170,7 +192,10 @@ fn in_json(flops: usize, rows: &[Row], growth: &[(u64, f64)]) -> Value {
             })
         })
         .collect();
+    let rates = |rates: &[(u64, f64)]| -> Vec<Value> {
+        rates.iter().map(|(runs, rate)| json!({ "runs": runs, "hil_ticks_per_s": rate })).collect()
+    };
     let growth: Vec<Value> =
-        growth.iter().map(|(runs, rate)| json!({ "runs": runs, "hil_ticks_per_s": rate })).collect();
+        growths.iter().map(|g| json!({ "backend": g.backend, "rates": rates(&g.rates) })).collect();
     json!({ "flop_per_ideal_step": flops, "backends": rows, "growth": growth })
 }

@@ -121,7 +121,13 @@ pub fn open(choice: Choice, tell: fn(&EngineError)) -> Result<Box<dyn Engine>, E
         Choice::Gpu => Ok(Box::new(gpu::GpuEngine::new(gpu::Adapters::Any)?)),
         Choice::Auto => match gpu::GpuEngine::new(gpu::Adapters::Hardware) {
             Ok(engine) => Ok(Box::new(failover::Failover::new(Box::new(engine), tell))),
-            Err(EngineError::NoAdapter(_)) => Ok(Box::new(cpu::CpuEngine::new())),
+            Err(EngineError::NoAdapter(why)) => {
+                // Without any GPU the CPU is no surprise; one that is there and gives no device is.
+                if !why.is_empty() {
+                    tell(&EngineError::NoAdapter(why));
+                }
+                Ok(Box::new(cpu::CpuEngine::new()))
+            }
             Err(error) => Err(error),
         },
     }

@@ -87,6 +87,15 @@ impl Compiled {
         let [begin, slice, end] = engine.compile(&kernel.text, ["begin", "slice", "end"], Some(&layout))?;
         Ok(Self { job: job.clone(), kernel, bindings, begin, slice, end })
     }
+
+    /// Lanes for up to `most` runs at once: whole workgroups, as many as each buffer's binding holds (at least one).
+    fn lanes(&self, engine: &GpuEngine, most: usize) -> usize {
+        let (inputs, outcome) = (self.kernel.inputs.len(), self.kernel.outcome);
+        let vectors = [inputs, self.kernel.state, self.kernel.lines].map(quads::words);
+        let words = vectors.into_iter().fold(outcome, usize::max);
+        let room = engine.device.limits().max_storage_buffer_binding_size as usize / (words * size_of::<f32>());
+        most.next_multiple_of(WORKGROUP).min(room / WORKGROUP * WORKGROUP).max(WORKGROUP)
+    }
 }
 
 /// One batch on the device: kernel, buffers, and who is in which lane.
@@ -137,8 +146,10 @@ impl Buffers {
 }
 
 impl<'a> Farm<'a> {
-    pub(super) fn new(engine: &'a GpuEngine, job: &Job, lanes: usize) -> Result<Self, EngineError> {
+    /// With a lane for each of `most` runs, as far as the device's bindings hold them.
+    pub(super) fn new(engine: &'a GpuEngine, job: &Job, most: usize) -> Result<Self, EngineError> {
         let compiled = Compiled::of(engine, job)?;
+        let lanes = compiled.lanes(engine, most);
         let inputs = vec![0.0; quads::words(compiled.kernel.inputs.len()) * lanes];
         let parameters = vec![Vec::new(); lanes];
         let buffers = engine.with_room(|| Buffers::new(engine, &compiled, lanes))?;
