@@ -346,6 +346,15 @@ fn a_sensor_that_is_late_is_named_whoever_else_is_told_to_be_early() {
 }
 
 #[test]
+fn what_a_tare_leaves_tells_no_gains_apart() {
+    // A tare over the approach is off by more than noise lets a gain be, so that one by one the sensor's fitted better than
+    // the stiffness that moved them all.
+    let stiffer = [("K1_stiffness", 6.815_673_329_157_861e-3)];
+    let (said, ids) = said_behind(NoiseColour::White, Rig::Facility, 2_649_549_486, &stiffer, &[]);
+    assert_eq!((said, ids), (Said::Named, vec!["K1_stiffness".to_owned()]));
+}
+
+#[test]
 fn a_soft_gear_has_no_gap_of_microradians() {
     let (rig, soft) = (Rig::Drive { link_encoder: false }, ("J8_elasticity", 1.332_382_702_665_329_3e-5));
     let found = said_behind(NoiseColour::Pink, rig, 1_831_741_631, &[soft], &[]);

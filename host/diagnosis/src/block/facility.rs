@@ -138,6 +138,7 @@ pub(crate) fn wrench_section(
     MeasuredBlock {
         trials: logs.iter().map(trial).collect(),
         quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
+        tared: true,
         decimator,
         ..MeasuredBlock::of(section, "R5 motion to wrench", base, &[("loop_delay", STAMPS)], channels)
     }

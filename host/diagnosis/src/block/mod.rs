@@ -82,6 +82,9 @@ pub struct MeasuredBlock {
     /// Whether judged instants are independent of one another, as segments are that each begin anew: how what they pull
     /// scatters then tells how much their residuals say.
     pub stands_alone: bool,
+    /// Whether each recording's channels are off by constants of its own, as those of a sensor that is tared before each:
+    /// what a tare leaves is no property of the block, and its mean over a short rest is no measure of it.
+    pub tared: bool,
     /// Parameters that are left as they are, and how far they may be off: what a fit finds is as uncertain as they are
     /// (the considered parameters of Tapley, Schutz and Born, Statistical Orbit Determination, 2004, ch. 6).
     pub considered: Vec<(&'static str, f64)>,
@@ -112,6 +115,7 @@ impl MeasuredBlock {
             quiet: Vec::new(),
             considered: Vec::new(),
             stands_alone: false,
+            tared: false,
         }
     }
 

@@ -208,10 +208,20 @@ impl<'a> Part<'a> {
     /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
-            let of = |(_, members): &(&str, Vec<usize>)| noise.whiten(&mean(&cut(members, &trials)), members.len());
+            let of = |(_, members): &(&str, Vec<usize>)| self.white(noise, mean(&cut(members, &trials)), members.len());
             bounded(self.experiments.iter().flat_map(of).collect())
         };
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
+    }
+
+    /// The innovations of a residual that is the mean of some repeats. Where a tare leaves what it likes, its own mean tells
+    /// nothing and is taken off, as from every parameter set's: the least squares' way to fit a constant with the rest.
+    pub(super) fn white(&self, noise: &Noise, mut residual: DMatrix<f64>, repeats: usize) -> Vec<f64> {
+        if self.block.tared {
+            let mean = residual.column_mean();
+            residual.column_iter_mut().for_each(|mut sample| sample -= &mean);
+        }
+        noise.whiten(&residual, repeats)
     }
 
     /// The experiments, with their rows of the whitened residuals.

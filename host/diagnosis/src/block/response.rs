@@ -30,17 +30,17 @@ impl Part<'_> {
         let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
         let of = |(name, members): &(&str, Vec<usize>)| {
             let recorded = self.recordings[members[0]];
-            let whiten = |residual: &DMatrix<f64>| DVector::from_vec(noise.whiten(residual, members.len()));
+            let whiten = |residual: DMatrix<f64>| DVector::from_vec(self.white(noise, residual, members.len()));
             let own = mean(&cut(members, &trials));
             let knots = knots(recorded, apart);
             let columns = self.columns(recorded, set, &knots).into_iter();
             let columns: Vec<DVector<f64>> =
-                columns.map(|column| whiten(&column.columns(0, own.ncols()).into())).collect();
+                columns.map(|column| whiten(column.columns(0, own.ncols()).into())).collect();
             Response {
                 recorded: recorded.clone(),
                 experiment: (*name).to_owned(),
                 knots,
-                residual: whiten(&own),
+                residual: whiten(own),
                 response: DMatrix::from_columns(&columns),
             }
         };

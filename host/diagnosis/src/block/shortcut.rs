@@ -28,7 +28,8 @@ impl Shortcut<'_> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
             let of = |(place, own): (usize, &DMatrix<f64>)| {
                 let rest = &self.rest[place];
-                self.noise.whiten(&(own.columns(0, rest.ncols()) + rest), self.part.experiments[place].1.len())
+                let repeats = self.part.experiments[place].1.len();
+                self.part.white(self.noise, own.columns(0, rest.ncols()) + rest, repeats)
             };
             bounded(trials.iter().enumerate().flat_map(of).collect())
         };
