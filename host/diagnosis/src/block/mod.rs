@@ -121,7 +121,10 @@ impl MeasuredBlock {
 
     /// The trials that are held out, or the others.
     pub fn part(&self, held_out: bool) -> Part<'_> {
-        Part::of(self, |trial| trial.held_out == held_out)
+        // What is held out is only compared: as a tare left it, the rest shows no misfit of the touch.
+        let mut part = Part::of(self, |trial| trial.held_out == held_out);
+        part.tares = self.tared && !held_out;
+        part
     }
 
     /// Sum of squares of each trial's residual, low-passed, at such parameters.

@@ -27,13 +27,16 @@ pub struct Part<'a> {
     pub(super) measured: Vec<DMatrix<f64>>,
     /// How many outputs the block has.
     outputs: usize,
+    /// Whether what a tare has left is fitted with the rest, see [`MeasuredBlock::tared`].
+    pub(super) tares: bool,
 }
 
 impl<'a> Part<'a> {
     /// Those of a block's recordings that belong to it.
     pub(super) fn of(block: &'a MeasuredBlock, is_member: impl Fn(&Trial) -> bool) -> Self {
         let outputs = block.section.outputs().len();
-        let mut part = Self { block, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new(), outputs };
+        let (recordings, experiments, measured) = Default::default();
+        let mut part = Self { block, recordings, experiments, measured, outputs, tares: false };
         for trial in block.trials.iter().filter(|trial| is_member(trial)) {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
@@ -214,10 +217,10 @@ impl<'a> Part<'a> {
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
     }
 
-    /// The innovations of a residual that is the mean of some repeats. Where a tare leaves what it likes, its own mean tells
-    /// nothing and is taken off, as from every parameter set's: the least squares' way to fit a constant with the rest.
+    /// The innovations of a residual that is the mean of some repeats. Where what a tare has left is fitted, the residual's
+    /// own mean tells nothing and is taken off, as from every parameter set's: the least squares' constant with the rest.
     pub(super) fn white(&self, noise: &Noise, mut residual: DMatrix<f64>, repeats: usize) -> Vec<f64> {
-        if self.block.tared {
+        if self.tares {
             let mean = residual.column_mean();
             residual.column_iter_mut().for_each(|mut sample| sample -= &mean);
         }
