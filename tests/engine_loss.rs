@@ -19,21 +19,23 @@ fn a_device_destroyed_in_mid_batch_is_an_error_and_stays_one() {
     });
     let error = first.expect_err("the device is gone");
     assert!(matches!(error, EngineError::DeviceLost(_)), "{error:?}");
-    let said = error.to_string();
-    for part in ["the GPU was lost in mid-batch (", "finished shards are safe", "--backend cpu"] {
-        assert!(said.contains(part), "`{part}` in {said}");
-    }
+    assert_says(&error, &["the GPU was lost in mid-batch (", "finished shards are safe", "--backend cpu"]);
     let again = engine.run(&job, &runs, &|_| true).expect_err("a lost device does not come back");
     assert!(matches!(again, EngineError::DeviceLost(_)), "{again:?}");
+}
+
+/// Asserts that an error is told with such words.
+fn assert_says(error: &EngineError, parts: &[&str]) {
+    let said = error.to_string();
+    for part in parts {
+        assert!(said.contains(part), "`{part}` in {said}");
+    }
 }
 
 /// Asserts that an error is told with its remedies.
 fn assert_no_room(error: &EngineError) {
     assert!(matches!(error, EngineError::OutOfMemory(_)), "{error:?}");
-    let said = error.to_string();
-    for part in ["the GPU has no room for a batch (", "finished shards are safe", "--backend cpu"] {
-        assert!(said.contains(part), "`{part}` in {said}");
-    }
+    assert_says(error, &["the GPU has no room for a batch (", "finished shards are safe", "--backend cpu"]);
 }
 
 /// llvmpipe of Mesa 22 reports no memory budget, so that nothing is refused there; a GPU without room gives no device.
@@ -44,11 +46,7 @@ fn a_batch_beyond_the_memory_budget_is_an_error() {
         Ok(engine) => engine,
         Err(error) => {
             assert!(matches!(error, EngineError::NoAdapter(_)), "{error:?}");
-            let said = error.to_string();
-            for part in ["gives a device (Not enough memory", "--backend cpu"] {
-                assert!(said.contains(part), "`{part}` in {said}");
-            }
-            return;
+            return assert_says(&error, &["gives a device (Not enough memory", "--backend cpu"]);
         }
     };
     let software = engine.device().contains("llvmpipe");

@@ -122,14 +122,12 @@ impl MeasuredBlock {
     /// The trials that are held out, or the others.
     pub fn part(&self, held_out: bool) -> Part<'_> {
         // What is held out is only compared: as a tare left it, the rest shows no misfit of the touch.
-        let mut part = Part::of(self, |trial| trial.held_out == held_out);
-        part.tares = self.tared && !held_out;
-        part
+        Part::of(self, self.tared && !held_out, |trial| trial.held_out == held_out)
     }
 
     /// Sum of squares of each trial's residual, low-passed, at such parameters.
     pub fn misfits(&self, set: &[f64]) -> Vec<f64> {
-        let all = Part::of(self, |_| true);
+        let all = Part::of(self, false, |_| true);
         let residuals = all.of_trials(&all.all(), &[set.to_vec()]).remove(0);
         residuals.iter().map(DMatrix::norm_squared).collect()
     }
@@ -169,7 +167,7 @@ impl MeasuredBlock {
 
     /// Whether what repeats differ by at such parameters grew with the session, otherwise than all alike.
     pub fn grew(&self, set: &[f64]) -> bool {
-        self.clock.is_some() && Part::of(self, |_| true).detrended(set).grew
+        self.clock.is_some() && Part::of(self, false, |_| true).detrended(set).grew
     }
 
     /// From one judged sample of a trial to the next \[s\].

@@ -28,15 +28,15 @@ pub struct Part<'a> {
     /// How many outputs the block has.
     outputs: usize,
     /// Whether what a tare has left is fitted with the rest, see [`MeasuredBlock::tared`].
-    pub(super) tares: bool,
+    tares: bool,
 }
 
 impl<'a> Part<'a> {
-    /// Those of a block's recordings that belong to it.
-    pub(super) fn of(block: &'a MeasuredBlock, is_member: impl Fn(&Trial) -> bool) -> Self {
+    /// Those of a block's recordings that belong to it; whether what their tares have left is fitted with the rest.
+    pub(super) fn of(block: &'a MeasuredBlock, tares: bool, is_member: impl Fn(&Trial) -> bool) -> Self {
         let outputs = block.section.outputs().len();
-        let (recordings, experiments, measured) = Default::default();
-        let mut part = Self { block, recordings, experiments, measured, outputs, tares: false };
+        let mut part =
+            Self { block, recordings: Vec::new(), experiments: Vec::new(), measured: Vec::new(), outputs, tares };
         for trial in block.trials.iter().filter(|trial| is_member(trial)) {
             let place = part.recordings.len();
             match part.experiments.iter_mut().find(|experiment| experiment.0 == trial.experiment) {
