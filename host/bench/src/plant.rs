@@ -383,6 +383,7 @@ mod tests {
     fn names_are_compared_by_the_catalogues_number() {
         assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
         assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
+        assert!(share_group("K4_friction", "S3_gain") && !share_group("K4_friction", "K1_stiffness"));
         assert!(is_random("C3_jitter") && !is_random("C2_lag"));
         assert!(hides_others("S7_noise") && hides_others("S6_quantisation") && !hides_others("S1_bias"));
     }

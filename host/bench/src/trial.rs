@@ -264,7 +264,7 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) 
         said: diagnosis.answer.into(),
         effects,
         blocks,
-        partner_missing: diagnosis.blocks.iter().any(|block| block.partner_missing),
+        partner_missing: diagnosis.blocks.iter().any(|block| !block.partner_missing.is_empty()),
         experiment: diagnosis.experiment.clone(),
         gain: diagnosis.gain.map(|gain| [gain.value, gain.lo, gain.hi]),
         gain_elsewhere: diagnosis.gain.and_then(|gain| gain.elsewhere).map(|Bounds { lo, hi }| [lo, hi]),

@@ -178,8 +178,8 @@ pub struct BlockAnswer {
     pub effects: Vec<EffectFound>,
     /// What it behaves like, if no cause of the library explains it.
     pub form: Option<FormFound>,
-    /// Whether a cause that looks alike was not in the library.
-    pub partner_missing: bool,
+    /// The causes that look like what is found, and were not in the library.
+    pub partner_missing: Vec<&'static str>,
     /// Log-odds of the best explanation against none, and from where on it counts.
     pub log_odds: f64,
     /// See `log_odds`.
@@ -215,8 +215,8 @@ impl BlockAnswer {
 
     /// The answer without any cause.
     fn nameless(self) -> Self {
-        let (effects, ruled_out) = (Vec::new(), Vec::new());
-        Self { effects, ruled_out, partner_missing: false, ..self }
+        let (effects, ruled_out, partner_missing) = (Vec::new(), Vec::new(), Vec::new());
+        Self { effects, ruled_out, partner_missing, ..self }
     }
 
     /// The answer where what is left may be no fault of this block: it finds nothing, and none of its library's effects

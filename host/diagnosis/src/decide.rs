@@ -36,8 +36,8 @@ pub(crate) fn decide(
     let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
-    let relatives = present.is_some_and(|best| context.lacks_partner(best, missing));
-    let answer = context.verdict(present, best, rivals.len() > 1 || relatives);
+    let partners = present.map_or_else(Vec::new, |best| missing_partners(library, best, missing));
+    let answer = context.verdict(present, best, rivals.len() > 1 || !partners.is_empty());
     let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
@@ -47,7 +47,7 @@ pub(crate) fn decide(
         answer,
         effects,
         form: None,
-        partner_missing: relatives && answer == Verdict::Ambiguous,
+        partner_missing: if answer == Verdict::Ambiguous { partners } else { Vec::new() },
         log_odds: best.map_or(0.0, |best| best.log_odds),
         threshold: judgement.threshold,
         gain: adequacy.as_ref().map(Gain::of),
@@ -153,15 +153,6 @@ impl Context<'_> {
         candidate.score(self.library.len())
     }
 
-    /// Whether an effect that shares any group with one of the best's was not in the library.
-    fn lacks_partner(&self, best: &Candidate, missing: &[&'static str]) -> bool {
-        let share = |group: &Group| {
-            let found = best.hypotheses.iter().any(|number| group.members.contains(&self.id(*number)));
-            found && missing.iter().any(|id| group.members.contains(id))
-        };
-        GROUPS.iter().any(|group| group.id != "own" && share(group))
-    }
-
     /// The effects of some candidates, each with its probability over all that were fitted.
     fn effects(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<EffectFound> {
         let probabilities = self.judgement.probabilities(self.library.len());
@@ -228,6 +219,16 @@ impl Context<'_> {
         let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
+}
+
+/// The effects not in the library that share any group with one of the best's.
+fn missing_partners(library: &[Hypothesis], best: &Candidate, missing: &[&'static str]) -> Vec<&'static str> {
+    let found: Vec<&str> = best.hypotheses.iter().map(|number| library[*number].effect.id).collect();
+    let look_alike = |group: &&Group| group.id != "own" && found.iter().any(|id| group.members.contains(id));
+    let alike: Vec<&Group> = GROUPS.iter().filter(look_alike).collect();
+    let partners = missing.iter().filter(|id| alike.iter().any(|group| group.members.contains(id)));
+    // Several hypotheses may be forms of one effect.
+    partners.copied().collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// The nuisances that a fit pulls so far that this is a finding of its own.

@@ -54,7 +54,7 @@ struct BlockRows {
     ruled_out: Vec<[String; 3]>,
     not_visible: Vec<[String; 3]>,
     alike: Vec<String>,
-    partner_missing: bool,
+    partner_missing: String,
     behaviour: String,
     drawings: Vec<(String, String)>,
 }
@@ -146,7 +146,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
             .map(|hidden| [hidden.id.to_owned(), hidden.name.to_owned(), significant(hidden.log_odds, 2)])
             .collect(),
         alike: answer.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
-        partner_missing: answer.partner_missing,
+        partner_missing: answer.partner_missing.join(", "),
         behaviour: answer.form.as_ref().map_or(String::new(), behaviour),
         drawings: drawings(answer, judged)?,
     })

@@ -191,7 +191,7 @@ fn answer(
         answer: if present { Verdict::Named } else { Verdict::NoEffect },
         effects: if present { vec![effect] } else { Vec::new() },
         form: None,
-        partner_missing: false,
+        partner_missing: Vec::new(),
         log_odds,
         threshold: THRESHOLD,
         gain: None,

@@ -101,8 +101,9 @@ fn block_text(block: &BlockAnswer) -> String {
     lines.push(format!("  {}", residual(block)));
     lines.extend(block.torque_error.as_ref().map(|error| format!("  {}", torque_error(error))));
     lines.extend(block.free_run.as_ref().map(|run| format!("  {}", free_run(run))));
-    if block.partner_missing {
-        lines.push("  a cause that looks alike was not in the library: it may be that one".to_owned());
+    if !block.partner_missing.is_empty() {
+        let told = block.partner_missing.join(", ");
+        lines.push(format!("  looks alike, was not in the library and may be the cause: {told}"));
     }
     for (name, z) in &block.strained {
         lines.push(format!("  {name} is {} tolerances off its nominal value", significant(*z, 2)));

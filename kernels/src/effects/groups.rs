@@ -3,7 +3,7 @@
 /// Effects that look alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// `G1`..`G10`, or `own` for effects that look like no other.
+    /// `G1`..`G11`, or `own` for effects that look like no other.
     pub id: &'static str,
     /// What they are about.
     pub name: &'static str,
@@ -133,6 +133,14 @@ pub const GROUPS: &[Group] = &[
         members: &["K1_stiffness", "K2_exponent", "K3_damping", "K10_fixture", "S3_gain", "S5_low_pass"],
         why: "each bends the curve of force over depth",
         splits: "a slow press (gain, stiffness, exponent), a ladder of speeds (damping), a hammer blow on the sensor",
+    },
+    Group {
+        id: "G11",
+        name: "sliding",
+        members: &["K4_friction", "S3_gain"],
+        why: "while surfaces slide, each scales the force along them and the moments that it makes",
+        splits: "a touch that holds without sliding, or a known weight hung sideways from the sensor (gain), and slides in \
+                 several directions (friction)",
     },
     Group {
         id: "own",

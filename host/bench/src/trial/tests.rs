@@ -355,6 +355,15 @@ fn what_a_tare_leaves_tells_no_gains_apart() {
 }
 
 #[test]
+fn friction_that_no_library_has_may_be_a_gain_of_the_sensor_and_is_not_named_so() {
+    let (friction, id) = (("K4_friction", 0.056_939_431_737_834_59), "K4_friction");
+    let answer = answer_behind(NoiseColour::FirstOrder, Rig::Facility, 2_510_826_665, &[friction], &[id]);
+    assert_eq!((answer.said, answer.partner_missing), (Said::Ambiguous, true), "{:?}", answer.effects);
+    let experiment = answer.experiment.expect("what splits them");
+    assert!(experiment.contains("without sliding") && !experiment.contains("posture"), "{experiment}");
+}
+
+#[test]
 fn a_soft_gear_has_no_gap_of_microradians() {
     let (rig, soft) = (Rig::Drive { link_encoder: false }, ("J8_elasticity", 1.332_382_702_665_329_3e-5));
     let found = said_behind(NoiseColour::Pink, rig, 1_831_741_631, &[soft], &[]);

@@ -30,12 +30,14 @@ pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_err
     }
 }
 
-/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share.
+/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share, with each other or
+/// with what was not in the library.
 fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
     let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
     let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
-        let members = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
-        group.id != "own" && members >= if ambiguous.partner_missing { 1 } else { 2 }
+        let found = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
+        let missing = ambiguous.partner_missing.iter().any(|id| group.members.contains(id));
+        group.id != "own" && found > 0 && (found > 1 || missing)
     });
     let told: Vec<&str> = groups.map(|group| group.splits).collect();
     (!told.is_empty()).then(|| told.join("; "))
