@@ -116,6 +116,8 @@ fn spoiled_facility_and_effects_files_name_the_key() {
         );
         assert!(said.contains(reason), "{text}\n{said}");
     }
+    let said = expect(2, "emulate campaigns/probe_drogue.toml --run 70000000 --seconds 1");
+    assert!(said.contains("run 70000000 of a campaign of"), "{said}");
 }
 
 #[test]

@@ -105,10 +105,9 @@ fn write_rsi_configurations(plan: &Plan, folder: &Path) -> miette::Result<Exit> 
 fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
     let station = Station::load(&args.facility).map_err(explain)?;
-    let run = run_of(args, &campaign)?;
-    if run >= campaign.runs {
-        let message = format!("run {run} of a campaign of {} runs", campaign.runs);
-        return Err(refuse(message, format!("take one of 0 to {}", campaign.runs - 1)));
+    let (run, repeats) = run_asked(&campaign, args.experiment.as_deref(), args.run)?;
+    if let Some(repeats) = repeats.filter(|repeats| args.repeat > *repeats) {
+        warn(format!("the experiment asks for {repeats} repeats, and this is number {}", args.repeat));
     }
     let addresses = Addresses::parse(&args.robot1, &args.robot2, &args.ft)?;
     refuse_unnamed(args.arm, &addresses, &station)?;
@@ -154,14 +153,22 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     })
 }
 
-/// The run that is asked for, by its number or by an experiment.
-fn run_of(args: &DriveArgs, campaign: &Campaign) -> miette::Result<u64> {
-    let Some(experiment) = &args.experiment else { return Ok(args.run.unwrap_or_default()) };
-    let (run, repeats) = campaign.experiment(experiment).map_err(explain)?;
-    if args.repeat > repeats {
-        warn(format!("the experiment asks for {repeats} repeats, and this is number {}", args.repeat));
+/// The run that an experiment asks for, and how often, or the one of a number.
+pub(crate) fn run_asked(
+    campaign: &Campaign,
+    experiment: Option<&Path>,
+    number: Option<u64>,
+) -> miette::Result<(u64, Option<u64>)> {
+    if let Some(file) = experiment {
+        let (run, repeats) = campaign.experiment(file).map_err(explain)?;
+        return Ok((run, Some(repeats)));
     }
-    Ok(run)
+    let run = number.unwrap_or_default();
+    if run >= campaign.runs {
+        let message = format!("run {run} of a campaign of {} runs", campaign.runs);
+        return Err(refuse(message, format!("take one of 0 to {}", campaign.runs - 1)));
+    }
+    Ok((run, None))
 }
 
 /// Motion of a real robot needs its name and the address that it speaks from.

@@ -3,6 +3,7 @@
 use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
+use crate::drive::run_asked;
 use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map};
 use crate::realtime::apply;
 use crate::secret::with_secret;
@@ -114,10 +115,9 @@ fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
             let params = scenario.model.nominal;
             (scenario, params, 1, 0)
         }
-        (experiment, run) => {
+        (experiment, number) => {
             let campaign = softdock_campaign::load(&args.scenario).map_err(explain)?;
-            let asked = experiment.as_ref().map(|file| campaign.experiment(file)).transpose().map_err(explain)?;
-            let run = asked.map_or(run.unwrap_or_default(), |(run, _)| run);
+            let (run, _) = run_asked(&campaign, experiment.as_deref(), number)?;
             let params = campaign.draw(run).params;
             (campaign.scenario, params, campaign.seed, run)
         }
