@@ -61,6 +61,8 @@ pub(super) struct Echo<'a> {
     pub(super) resolution: f64,
     /// The change of a command from which on a missed packet shows \[rad\].
     least: f64,
+    /// Rows by which a command comes late by the model.
+    late: usize,
 }
 
 /// Recordings with what came before such a lag and limit.
@@ -79,26 +81,27 @@ impl<'a> Echo<'a> {
             false => (quantum, MOVED * quantum),
         };
         let limited = (0..received.len()).map(limited).collect();
-        Self { piece, arrived: behind.arrived(received, step), limited, resolution, least }
+        let late = ((rig.values.transport_delay + rig.values.delay) / step).round().max(0.0) as usize;
+        Self { piece, arrived: behind.arrived(received, step), limited, resolution, least, late }
     }
 
-    /// Whether the command had moved by a row, and nothing hides what came of it.
+    /// Whether the command that comes at a row had moved, and nothing hides what came of it.
     pub(super) fn shows(&self, row: usize) -> bool {
         let sent = &self.piece.signals["sent"];
-        row > 0 && !self.limited[row] && (sent[row] - sent[row - 1]).abs() > self.least
+        let moved = |due: usize| due > 0 && (sent[due] - sent[due - 1]).abs() > self.least;
+        !self.limited[row] && row.checked_sub(self.late).is_some_and(moved)
     }
 
-    /// By how much the command that came changed at a row that has the packet of the row before, though the command had
-    /// moved.
+    /// By how much the command that came changed at a row, though it had moved; whatever packet brought it.
     pub(super) fn changed(&self, row: usize) -> Option<f64> {
-        let number = self.piece.signals.get("received.sequence");
-        let is_same = |row: usize| number.is_none_or(|number| (number[row] - number[row - 1]).abs() < 0.5);
-        (self.shows(row) && is_same(row)).then(|| (self.arrived[row] - self.arrived[row - 1]).abs())
+        self.shows(row).then(|| (self.arrived[row] - self.arrived[row - 1]).abs())
     }
 
     /// Rows whose value and number are those of the row before, though the command had moved.
     fn held(&self) -> Vec<bool> {
-        let same = |row: usize| self.changed(row).is_some_and(|change| change < 0.5 * self.resolution);
-        (0..self.arrived.len()).map(same).collect()
+        let number = self.piece.signals.get("received.sequence");
+        let has_number_before = |row: usize| number.is_none_or(|number| (number[row] - number[row - 1]).abs() < 0.5);
+        let has_value_before = |row: usize| self.changed(row).is_some_and(|change| change < 0.5 * self.resolution);
+        (0..self.arrived.len()).map(|row| has_value_before(row) && has_number_before(row)).collect()
     }
 }

@@ -161,7 +161,8 @@ fn losses(echoes: &[Echo], missed_rows: &[Missed]) -> Option<Found> {
     if repeats < 2 || rows == 0 {
         return None;
     }
-    // As many by chance as differ by any one of the next quanta, up or down.
+    // As many by chance as differ by any one of the next quanta, up or down. With another packet too: two values that are
+    // the same have one number, and the further apart, the less often.
     let chance = (near as f64 / (2.0 * NEAR) / rows as f64).max(CHANCE);
     let (missed, came) = (missed as f64, (rows - missed) as f64);
     let wide = came_before();
