@@ -87,13 +87,25 @@ impl<'a> Echo<'a> {
 
     /// Whether the command that comes at a row had moved, and nothing hides what came of it.
     pub(super) fn shows(&self, row: usize) -> bool {
+        !self.limited[row] && self.moved(row) > self.least
+    }
+
+    /// By how much the command that comes at a row had moved \[rad\].
+    fn moved(&self, row: usize) -> f64 {
         let sent = &self.piece.signals["sent"];
-        let moved = |due: usize| due > 0 && (sent[due] - sent[due - 1]).abs() > self.least;
-        !self.limited[row] && row.checked_sub(self.late).is_some_and(moved)
+        let due = row.checked_sub(self.late).filter(|due| *due > 0);
+        due.map_or(0.0, |due| (sent[due] - sent[due - 1]).abs())
+    }
+
+    /// Whether a row's command changed by some, up to so many times what it is known to, and by far less than it had moved.
+    pub(super) fn hardly_changed(&self, row: usize, most: f64) -> bool {
+        let is_little =
+            |change: f64| (0.5..most + 0.5).contains(&(change / self.resolution)) && 2.0 * change < self.moved(row);
+        self.changed(row).is_some_and(is_little)
     }
 
     /// By how much the command that came changed at a row, though it had moved; whatever packet brought it.
-    pub(super) fn changed(&self, row: usize) -> Option<f64> {
+    fn changed(&self, row: usize) -> Option<f64> {
         self.shows(row).then(|| (self.arrived[row] - self.arrived[row - 1]).abs())
     }
 

@@ -154,8 +154,7 @@ fn losses(echoes: &[Echo], missed_rows: &[Missed]) -> Option<Found> {
         missed += own.rows.iter().filter(|row| **row).count();
         let all = 0..echo.arrived.len();
         rows += all.clone().filter(|row| echo.shows(*row)).count();
-        let is_near = |change: &f64| (0.5..NEAR + 0.5).contains(&(change / echo.resolution));
-        near += all.filter_map(|row| echo.changed(row)).filter(is_near).count();
+        near += all.filter(|row| echo.hardly_changed(*row, NEAR)).count();
         repeats = repeats.max(echo.piece.repeat);
     }
     if repeats < 2 || rows == 0 {
