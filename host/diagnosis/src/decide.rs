@@ -36,7 +36,7 @@ pub(crate) fn decide(
     let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
-    let partners = present.map_or_else(Vec::new, |best| missing_partners(library, best, missing));
+    let partners = present.map_or_else(Vec::new, |best| context.missing_partners(best, missing));
     let answer = context.verdict(present, best, rivals.len() > 1 || !partners.is_empty());
     let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
@@ -153,6 +153,15 @@ impl Context<'_> {
         candidate.score(self.library.len())
     }
 
+    /// The effects not in the library that share any group with one of the best's.
+    fn missing_partners(&self, best: &Candidate, missing: &[&'static str]) -> Vec<&'static str> {
+        let is_found = |group: &Group| best.hypotheses.iter().any(|number| group.members.contains(&self.id(*number)));
+        let groups = || GROUPS.iter().filter(|group| group.id != "own" && is_found(group));
+        let partners = missing.iter().filter(|id| groups().any(|group| group.members.contains(id)));
+        // Several hypotheses may be forms of one effect.
+        partners.copied().collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
     /// The effects of some candidates, each with its probability over all that were fitted.
     fn effects(&self, shown: &[&Candidate], ranking: &[&Candidate]) -> Vec<EffectFound> {
         let probabilities = self.judgement.probabilities(self.library.len());
@@ -219,16 +228,6 @@ impl Context<'_> {
         let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
-}
-
-/// The effects not in the library that share any group with one of the best's.
-fn missing_partners(library: &[Hypothesis], best: &Candidate, missing: &[&'static str]) -> Vec<&'static str> {
-    let found: Vec<&str> = best.hypotheses.iter().map(|number| library[*number].effect.id).collect();
-    let look_alike = |group: &&Group| group.id != "own" && found.iter().any(|id| group.members.contains(id));
-    let alike: Vec<&Group> = GROUPS.iter().filter(look_alike).collect();
-    let partners = missing.iter().filter(|id| alike.iter().any(|group| group.members.contains(id)));
-    // Several hypotheses may be forms of one effect.
-    partners.copied().collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// The nuisances that a fit pulls so far that this is a finding of its own.

@@ -37,7 +37,7 @@ fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
     let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
         let found = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
         let missing = ambiguous.partner_missing.iter().any(|id| group.members.contains(id));
-        group.id != "own" && found > 0 && (found > 1 || missing)
+        group.id != "own" && found >= if missing { 1 } else { 2 }
     });
     let told: Vec<&str> = groups.map(|group| group.splits).collect();
     (!told.is_empty()).then(|| told.join("; "))

@@ -58,7 +58,7 @@ pub(super) struct Echo<'a> {
     /// Rows in which the limit hides them.
     pub(super) limited: Vec<bool>,
     /// What they are known to \[rad\].
-    pub(super) resolution: f64,
+    resolution: f64,
     /// The change of a command from which on a missed packet shows \[rad\].
     least: f64,
     /// Rows by which a command comes late by the model.
