@@ -2,13 +2,14 @@
 
 use crate::parity::evaluate;
 use proptest::prelude::*;
+use softdock_engine::blocks::Kind;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Batch;
-use softdock_kernels::kernel::kernel;
 use softdock_kernels::lanes::{Lane, plain};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::real::Real;
-use softdock_kernels::trace::{Sym, trace};
+use softdock_tracer::kernel::kernel;
+use softdock_tracer::trace::{Sym, trace};
 use std::path::Path;
 
 fn shipped(scenario: &str) -> Plant {
@@ -117,5 +118,15 @@ proptest! {
         let graph = trace(3, |inputs: &[Sym]| vec![program(&steps, [inputs[0], inputs[1], inputs[2]])]);
         // Folding changes signs of zeros and no other bit (-0 + 0 and 0 * -x).
         prop_assert_eq!(evaluate(&graph, &[x, y, z])[0].value, scalar);
+    }
+}
+
+#[test]
+fn the_kernels_of_blocks_are_whole() {
+    for kind in [Kind::Drive, Kind::Controller, Kind::Sensor, Kind::Contact, Kind::Command, Kind::Body, Kind::Toss] {
+        let text = kind.kernel(1e-3);
+        for name in ["lateness", "start", "advance", "output", "replay", "input_at", "params_of", "put_output"] {
+            assert_eq!(text.matches(&format!("fn {name}(")).count(), 1, "{kind:?}: {name}");
+        }
     }
 }

@@ -3,8 +3,8 @@
 use crate::args::KernelArgs;
 use crate::words::{Exit, say};
 use softdock_kernels::frame::Batch;
-use softdock_kernels::kernel::kernel;
 use softdock_kernels::plant::Plant;
+use softdock_tracer::kernel::kernel;
 
 /// Prints the module: structs with units and meanings, the frame, the traced stages with their operation counts.
 pub(crate) fn kernel_listing(args: &KernelArgs) -> miette::Result<Exit> {

@@ -1,6 +1,6 @@
 //! Delay lines: rings of bundles that each lane reads at its own age.
 
-use crate::fields::{Bundle, Sink, fields};
+use crate::fields::{Bundle, Sink, Source, fields};
 use crate::lanes::{Lane, MOST_LANES};
 use crate::plant::Plant;
 use crate::quads::words;
@@ -47,6 +47,40 @@ impl<L: Lane> Sink<L> for Slot<'_, L> {
     }
 }
 
+/// A slot that is read by all lanes.
+///
+/// Here and in [`Mixed`] no closures: they would be functions of their own, without the instruction set of the lanes.
+struct Stored<'a, L> {
+    places: std::slice::Iter<'a, L>,
+}
+
+impl<L: Lane> Source<L> for Stored<'_, L> {
+    #[inline(always)]
+    fn next(&mut self) -> L {
+        *self.places.next().expect("a slot as wide as the bundle")
+    }
+}
+
+/// Slots that each lane reads on its own.
+struct Mixed<'a, L> {
+    values: &'a [L],
+    slots: [usize; MOST_LANES],
+    width: usize,
+    field: usize,
+}
+
+impl<L: Lane> Source<L> for Mixed<'_, L> {
+    #[inline(always)]
+    fn next(&mut self) -> L {
+        let mut own = [0.0; MOST_LANES];
+        for (lane, own) in own.iter_mut().enumerate().take(L::WIDTH) {
+            *own = self.values[self.slots[lane] * self.width + self.field].lane(lane);
+        }
+        self.field += 1;
+        L::gather(|lane| own[lane])
+    }
+}
+
 impl<L: Lane, B: Bundle<L>> Line<L, B> {
     /// An empty ring.
     pub(crate) fn new(slots: usize) -> Self {
@@ -61,25 +95,25 @@ impl<L: Lane, B: Bundle<L>> Line<L, B> {
         value.write(&mut Slot { places, mask });
     }
 
-    /// Reads for each lane the slot that is `back(lane)` slots before slot `newest`.
+    /// Reads the slot that is `back` slots before slot `newest`.
     #[inline(always)]
-    pub(crate) fn recall(&self, newest: usize, back: impl Fn(usize) -> usize) -> B {
+    pub(crate) fn at(&self, newest: usize, back: usize) -> B {
+        let slot = (newest + self.slots - back) % self.slots;
+        B::read(&mut Stored { places: self.values[slot * self.width..].iter() })
+    }
+
+    /// Reads for each lane the slot that is `back` slots, a whole number of 0 or more, before slot `newest`.
+    #[inline(always)]
+    pub(crate) fn recall(&self, newest: usize, back: L) -> B {
         let mut slots = [0; MOST_LANES];
-        for (lane, slot) in slots.iter_mut().enumerate().take(L::WIDTH) {
-            *slot = (newest + self.slots - back(lane)) % self.slots;
+        let mut same = true;
+        for lane in 0..L::WIDTH {
+            slots[lane] = (newest + self.slots - back.lane(lane) as usize) % self.slots;
+            same &= slots[lane] == slots[0];
         }
-        let first = slots[0];
-        let mut field = 0;
-        if slots[..L::WIDTH].iter().all(|slot| *slot == first) {
-            return B::read(&mut || {
-                field += 1;
-                self.values[first * self.width + field - 1]
-            });
+        if same {
+            return B::read(&mut Stored { places: self.values[slots[0] * self.width..].iter() });
         }
-        B::read(&mut || {
-            let value = L::gather(|lane| self.values[slots[lane] * self.width + field].lane(lane));
-            field += 1;
-            value
-        })
+        B::read(&mut Mixed { values: &self.values, slots, width: self.width, field: 0 })
     }
 }

@@ -24,7 +24,7 @@ bundle! {
 }
 
 /// Whether part B's mount may give way at all.
-pub(crate) fn gives_way(m: &Plant) -> bool {
+pub fn gives_way(m: &Plant) -> bool {
     m.effects.has(FIXTURE)
 }
 

@@ -1,7 +1,7 @@
 //! The physics of the HIL loop, written once.
 //!
 //! One Rust text per stage, generic over the scalar ([`real::Real`]): f64 is the truth, [`lanes`] are the CPU farm,
-//! and the symbols of [`trace`] print the same text as straight-line WGSL. The frame around the stages (ticks,
+//! and the symbols of `softdock-tracer` print the same text as straight-line WGSL. The frame around the stages (ticks,
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
 pub mod block;
@@ -16,7 +16,7 @@ pub mod frame;
 pub mod guidance;
 pub mod impedance;
 pub mod joint_level;
-pub mod kernel;
+pub mod lane_layout;
 pub mod lanes;
 pub mod load;
 pub mod manipulator;
@@ -37,9 +37,6 @@ pub mod sensor;
 pub mod space;
 mod spatial;
 pub mod staged;
-pub mod stages;
 pub mod start;
 pub mod test_motion;
-pub mod trace;
 pub mod vector;
-pub mod wgsl;

@@ -24,7 +24,7 @@ bundle! {
 }
 
 /// Whether anything is felt or taken off besides the contact.
-pub(crate) fn loaded(m: &Plant) -> bool {
+pub fn loaded(m: &Plant) -> bool {
     m.facility.load.is_some() || m.facility.tared
 }
 

@@ -24,18 +24,18 @@ pub fn word(index: usize, lanes: usize, lane: usize) -> usize {
 }
 
 /// Statements that read numbers one after the other; `place` is the WGSL of a vector's place before the lane's.
-pub(crate) fn reads(buffer: &str, numbers: usize, place: impl Fn(usize) -> String) -> String {
+pub fn reads(buffer: &str, numbers: usize, place: impl Fn(usize) -> String) -> String {
     let read = |quad| format!("    let quad_{quad} = {buffer}[({}) * batch.lanes + lane];\n", place(quad));
     (0..quads(numbers)).map(read).collect()
 }
 
 /// Number `index` of those that were [read](reads).
-pub(crate) fn read(index: usize) -> String {
+pub fn read(index: usize) -> String {
     format!("quad_{}.{}", index / WIDTH, ["x", "y", "z", "w"][index % WIDTH])
 }
 
 /// Statements that store values one after the other, with zeros behind the last.
-pub(crate) fn stores(buffer: &str, values: &[String], place: impl Fn(usize) -> String) -> String {
+pub fn stores(buffer: &str, values: &[String], place: impl Fn(usize) -> String) -> String {
     let mut out = String::new();
     for (quad, values) in values.chunks(WIDTH).enumerate() {
         let rest = ", 0.0".repeat(WIDTH - values.len());

@@ -17,6 +17,6 @@ mod laws;
 mod load;
 mod map;
 mod nulls;
-mod rapier;
+mod scenes;
 mod shapes;
 mod stability;

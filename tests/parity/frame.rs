@@ -10,10 +10,11 @@ use softdock_kernels::delay_line::{line_places, line_slots};
 use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
 use softdock_kernels::frame::Tile;
 use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
-use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{self, quads, word};
 use softdock_kernels::space::{Parts, Wrench};
+use softdock_test_size::is_full;
+use softdock_tracer::kernel::{Kernel, kernel};
 use std::fmt::Write;
 
 /// How a frame function is called on the device.
@@ -423,10 +424,15 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
             let compensating = |name| [PREDICTED, OBSERVED].contains(&name) && COMPENSATING.contains(&row.name);
+            // In the short check a whole tick runs on one case, whose parts are rows of their own on the others.
+            let is_short_tick = row.name == "slice" && !is_full();
             let runs_on = |case: &&Case| match case.name {
                 ALONE => true,
+                _ if is_short_tick => false,
                 WHOLE => row.name == "slice",
                 JOINTS => ON_JOINTS.contains(&row.name),
+                PREDICTED if !is_full() => row.name == "compensated_wrench",
+                OBSERVED if !is_full() => row.name == "tick_facility",
                 other => compensating(other),
             };
             for case in CASES.iter().filter(runs_on) {
@@ -443,7 +449,8 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
                 }
                 worst = worst.max(seen);
             }
-            if row.allowed > SLACK * worst {
+            // Only all cases together come near to what is allowed.
+            if is_full() && row.allowed > SLACK * worst {
                 faults.push(format!("{}: {worst} roundings seen, {} allowed", row.name, row.allowed));
             }
         }

@@ -3,10 +3,10 @@
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, written};
 use softdock_kernels::frame::Batch;
-use softdock_kernels::kernel::kernel;
 use softdock_kernels::noise::uniforms;
 use softdock_kernels::philox::philox4x32;
 use softdock_kernels::real::Real;
+use softdock_tracer::kernel::kernel;
 use std::fmt::Write;
 
 /// A function of whole words: its call on the words `w`, and its twin.

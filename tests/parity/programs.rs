@@ -5,8 +5,8 @@ use super::samples::Stream;
 use super::{POISON, WORKGROUP, adapters, words, written};
 use crate::kernel::{Step, program};
 use softdock_kernels::fields::Field;
-use softdock_kernels::trace::{Sym, trace};
-use softdock_kernels::wgsl::{Function, Struct};
+use softdock_tracer::trace::{Sym, trace};
+use softdock_tracer::wgsl::{Function, Struct};
 use std::fmt::Write;
 
 /// Programs in a module, each on this many inputs.

@@ -5,7 +5,7 @@
 //! floor is too close to call, both outcomes are joined, so that no sample has to be left out.
 
 use softdock_kernels::real::Real;
-use softdock_kernels::trace::{Graph, Op};
+use softdock_tracer::trace::{Graph, Op};
 
 /// Rounding of one f32 operation, relative.
 pub(crate) const F32: f64 = 1.0 / 16_777_216.0;

@@ -1,13 +1,14 @@
 //! Depth one: every traced stage function on sampled inputs, against its Rust text in f64.
 
 use super::rounding::{F32, evaluate};
-use super::samples::{CASES, Case, SAMPLES, arguments};
+use super::samples::{CASES, Case, OBSERVED, SAMPLES, arguments};
 use super::table::{Row, Twin, stage_rows};
 use super::{POISON, WORKGROUP, adapters, words, written};
 use softdock_engine::gpu::GpuEngine;
 use softdock_kernels::fields::Field;
-use softdock_kernels::kernel::{Kernel, kernel};
-use softdock_kernels::wgsl::Function;
+use softdock_test_size::is_full;
+use softdock_tracer::kernel::{Kernel, kernel};
+use softdock_tracer::wgsl::Function;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -20,6 +21,8 @@ const ASSOCIATION: f64 = 2.0;
 pub(crate) const SLACK: f64 = 100.0;
 /// So many outputs of a function may be beyond what is allowed for that reason.
 const UNDECIDED_SHARE: f64 = 0.02;
+/// Cases of the short check: between them they have every stage, an arm, robots with joints, and a compensator.
+const SHORT: [&str; 3] = ["smoke_joint", "computed torque, Power law, box and ball", OBSERVED];
 
 /// Largest errors of a function's outputs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -192,7 +195,8 @@ pub(crate) fn group(name: &str) -> &str {
 fn every_stage_function_gives_what_its_rust_text_gives() {
     for gpu in adapters() {
         let (mut seen, mut faults) = (BTreeMap::new(), Vec::new());
-        for case in CASES.iter() {
+        let in_short = |case: &&Case| is_full() || SHORT.contains(&case.name);
+        for case in CASES.iter().filter(in_short) {
             match case.plant.joints() {
                 0 => compare::<0>(&gpu, case, &mut seen, &mut faults),
                 _ => compare::<6>(&gpu, case, &mut seen, &mut faults),
@@ -203,7 +207,9 @@ fn every_stage_function_gives_what_its_rust_text_gives() {
             let s = seen[row.name];
             let (name, allowed, reason) = (row.name, row.allowed, row.reason);
             println!("{name:<14} {:>9.2} {allowed:>8} {:>8.3} {:>9.4}  {reason}", s.scaled, s.of_bound, s.undecided);
-            if s.scaled > allowed || s.undecided > UNDECIDED_SHARE || allowed > SLACK * s.scaled {
+            // Only all cases together come near to what is allowed.
+            let is_loose = is_full() && allowed > SLACK * s.scaled;
+            if s.scaled > allowed || s.undecided > UNDECIDED_SHARE || is_loose {
                 faults.push(format!("{name}: {s:?}, allowed {allowed}"));
             }
         }

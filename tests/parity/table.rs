@@ -12,7 +12,6 @@ use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
 use softdock_kernels::impedance::{self, Yielding};
 use softdock_kernels::joint_level;
-use softdock_kernels::kernel::kernel;
 use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
 use softdock_kernels::monitor::{self, Touch, Watch};
@@ -25,6 +24,7 @@ use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
 use softdock_kernels::vector::Vec3;
+use softdock_tracer::kernel::kernel;
 use std::collections::BTreeSet;
 
 /// A stage's Rust text in f64, on flat inputs.

@@ -97,7 +97,7 @@ impl Kind {
 
     /// The WGSL module that simulates the block with a step \[s\].
     pub fn kernel(self, step: f64) -> String {
-        with_block!(self, block => softdock_kernels::block::kernel::kernel(block, step))
+        with_block!(self, block => softdock_tracer::block_kernel::kernel(block, step))
     }
 
     /// The field table of the outputs.

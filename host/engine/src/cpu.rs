@@ -59,7 +59,7 @@ impl Engine for CpuEngine {
         let mut finished: Vec<Finished> = (0..rayon::current_num_threads())
             .into_par_iter()
             .with_max_len(1)
-            .flat_map_iter(|_| by_joints(instructions, job, &queue))
+            .flat_map_iter(|_| by_joints(instructions, job, &queue, None))
             .collect();
         if queue.stopped.load(Ordering::Relaxed) {
             return Err(EngineError::Stopped);
@@ -90,11 +90,16 @@ impl Queue<'_> {
     }
 }
 
-/// Steps tiles until the queue is empty.
+/// Who watches the signals of a tile's first lane, tick by tick.
+type See<'s> = Option<&'s mut dyn FnMut(&Signals)>;
+
+/// Steps tiles until the queue is empty; `see` is handed the signals of the first lane after every tick.
 #[inline(always)]
-fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
+fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue, mut see: See) -> Vec<Finished> {
     let mut tile = Tile::<L, N>::new(&job.plant, job.batch);
     let mut out = Vec::new();
+    // A watcher sees no tick after the end of its run.
+    let slice = if see.is_some() { 1 } else { SLICE_TICKS };
     loop {
         let free: Vec<usize> = tile.free_lanes().collect();
         let entering: Vec<(usize, u64, Params<f64>)> =
@@ -104,8 +109,11 @@ fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
         } else if free.len() == L::WIDTH {
             return out;
         }
-        for _ in 0..SLICE_TICKS {
+        for _ in 0..slice {
             tile.step(&job.plant);
+        }
+        if let Some(see) = &mut see {
+            see(&tile.signals(&job.plant, 0));
         }
         let before = out.len();
         tile.take_finished(&job.plant, &mut out);
@@ -115,42 +123,32 @@ fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue) -> Vec<Finished> {
     }
 }
 
-/// Steps one run to its end and hands out its signals after every tick; the same bits as in any tile.
-fn watch_run<const N: usize>(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
-    let mut tile = Tile::<f64, N>::new(&job.plant, job.batch);
-    tile.load(&job.plant, &[(0, input.run, input.params)]);
-    let mut out = Vec::new();
-    while out.is_empty() {
-        tile.step(&job.plant);
-        see(&tile.signals(&job.plant, 0));
-        tile.take_finished(&job.plant, &mut out);
-    }
-    out[0]
-}
-
 /// A worker of the farm.
-struct Worker<'a, const N: usize> {
+struct Worker<'a, 's, const N: usize> {
     job: &'a Job,
     queue: &'a Queue<'a>,
+    see: See<'s>,
 }
 
-impl<const N: usize> OnLanes for Worker<'_, N> {
+impl<const N: usize> OnLanes for Worker<'_, '_, N> {
     type Output = Vec<Finished>;
     #[inline(always)]
     fn carry_out<L: Lane>(self) -> Vec<Finished> {
-        work::<L, N>(self.job, self.queue)
+        work::<L, N>(self.job, self.queue, self.see)
     }
 }
 
-fn dispatch<const N: usize>(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
-    instructions.run(Worker::<N> { job, queue })
+fn dispatch<const N: usize>(instructions: InstructionSet, job: &Job, queue: &Queue, see: See<'_>) -> Vec<Finished> {
+    instructions.run(Worker::<N> { job, queue, see })
 }
 
-fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue) -> Vec<Finished> {
-    with_joints!(job.plant.joints(), dispatch(instructions, job, queue))
+fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue, see: See<'_>) -> Vec<Finished> {
+    with_joints!(job.plant.joints(), dispatch(instructions, job, queue, see))
 }
 
-/// Repeats one run in f64, one lane, and shows its signals after every tick \[`see`\].
+/// Repeats one run in f64, one lane, and shows its signals after every tick \[`see`\]; the same bits as in any tile.
 pub fn replay(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
-    with_joints!(job.plant.joints(), watch_run(job, input, see))
+    let queue =
+        Queue { runs: &[input], next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress: &|_| true };
+    by_joints(InstructionSet::OneLane, job, &queue, Some(see))[0]
 }

@@ -10,7 +10,6 @@ use softdock_kernels::lanes::Lane;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Parts;
-use softdock_kernels::with_joints;
 use std::sync::Arc;
 
 /// A section of the loop.
@@ -98,15 +97,8 @@ fn simulate_facility(
 ) -> Outputs {
     let instructions = InstructionSet::detect();
     by_tiles(recordings, sets, &|recorded, sets| {
-        with_joints!(
-            plant.joints(),
-            facility_tile(instructions, Facility { plant, applied, recorded, sets, decimator })
-        )
+        instructions.run(Facility { plant, applied, recorded, sets, decimator })
     })
-}
-
-fn facility_tile<const N: usize>(instructions: InstructionSet, facility: Facility<'_>) -> Vec<Vec<f64>> {
-    instructions.run(Jointed::<N>(facility))
 }
 
 /// A facility under as many parameter sets as there are lanes, or fewer, through one recording.
@@ -118,21 +110,18 @@ struct Facility<'a> {
     decimator: &'a Decimator,
 }
 
-/// The same with robots of so many joints.
-struct Jointed<'a, const N: usize>(Facility<'a>);
-
-impl<const N: usize> OnLanes for Jointed<'_, N> {
+impl OnLanes for Facility<'_> {
     type Output = Vec<Vec<f64>>;
     #[inline(always)]
     fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
-        let Facility { plant, applied, recorded, sets, decimator } = self.0;
+        let Facility { plant, applied, recorded, sets, decimator } = self;
         let own = |set: &Vec<f64>| -> Params<f64> {
             let offset = |i: usize| recorded.offsets.get(i).copied().unwrap_or(0.0);
             applied(from_slice(&set.iter().enumerate().map(|(i, value)| value + offset(i)).collect::<Vec<_>>()))
         };
         let mut out = Vec::with_capacity(sets.len());
         for group in sets.chunks(L::WIDTH) {
-            let lanes = follow::<L, N>(plant, recorded, &group.iter().map(own).collect::<Vec<_>>());
+            let lanes = follow::<L>(plant, recorded, &group.iter().map(own).collect::<Vec<_>>());
             out.extend(kept_by_lane(lanes, recorded.samples(), decimator, group.len()));
         }
         out

@@ -10,7 +10,6 @@ pub mod contact;
 pub mod controller;
 pub mod drive;
 mod forms;
-pub mod kernel;
 pub mod low_pass;
 mod replay;
 pub mod sensor;

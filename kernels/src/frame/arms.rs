@@ -1,6 +1,6 @@
 //! The robots in the frame: those that lag, or joint by joint; the twin of `wgsl/robots_lag.wgsl` and `robots_joint.wgsl`.
 
-use super::{Tile, zero_wrench};
+use super::{FacilityLanes, zero_wrench};
 use crate::fields::filled;
 use crate::lanes::Lane;
 use crate::manipulator::cell::{Drives, SetPoint, first_set_point};
@@ -34,7 +34,7 @@ impl<L: Lane> Arms<L> {
     }
 }
 
-impl<L: Lane, const N: usize> Tile<L, N> {
+impl<L: Lane> FacilityLanes<L> {
     /// The controllers take a tick's command.
     #[inline(always)]
     pub(super) fn take_command(&mut self, m: &Plant, told: &Parts<L>) {

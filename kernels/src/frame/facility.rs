@@ -3,7 +3,7 @@
 //! Fed with what was told it shows the errors of robots, contact and sensor together; fed with what the robots were
 //! measured to do, and told that they are ideal, those of contact and sensor alone.
 
-use super::{Batch, Loops, Tile, zero_wrench};
+use super::{Batch, FacilityLanes, Interface, Loops, zero_wrench};
 use crate::block::{Recorded, Row, Samples};
 use crate::bundle;
 use crate::fields::{Bundle, fields};
@@ -53,20 +53,20 @@ fn turn<R: Real>(from: Quat<f64>, to: Quat<R>) -> Vec3<R> {
 /// The rows of the recording are the laboratory motions of [`Parts`]: the first one where the robots are at the start,
 /// the others what they are told to reach at the end of each tick.
 #[inline(always)]
-pub fn follow<L: Lane, const N: usize>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> Vec<L> {
-    let mut tile = Tile::<L, N>::new(m, Batch { key: [0; 2], noisy: false, loops: Loops::Both });
+pub fn follow<L: Lane>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> Vec<L> {
     let entering: Vec<_> = (0..L::WIDTH).map(|lane| (lane, 0, *sets.get(lane).unwrap_or(&sets[0]))).collect();
-    tile.load(m, &entering);
+    let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
+    let (mut facility, mut interface) = FacilityLanes::<L>::alone(m, batch, &entering);
     let start = m.start();
-    tile.begin(m, &told(recorded, 0), &told(recorded, 1));
+    facility.begin(m, &told(recorded, 0), &told(recorded, 1));
     let mut out = Vec::with_capacity(recorded.samples() * fields::<f64, Readings<f64>>().len());
     let mut wrench = zero_wrench();
     for row in 0..recorded.instants {
         if row > 0 {
-            wrench = tile.follow(m, &told(recorded, row));
+            wrench = facility.follow(m, &mut interface, &told(recorded, row));
         }
         if row % recorded.stride == 0 {
-            let parts = mounted_parts(m, &tile.params, &tile.robots);
+            let parts = mounted_parts(m, &facility.params, &facility.robots);
             readings(&start, &parts, wrench).write(&mut Samples(&mut out));
         }
     }
@@ -80,7 +80,7 @@ fn told<R: Real>(recorded: &Recorded, row: usize) -> Parts<R> {
     Parts::read(&mut Row::new(&recorded.inputs[row * width..(row + 1) * width]))
 }
 
-impl<L: Lane, const N: usize> Tile<L, N> {
+impl<L: Lane> FacilityLanes<L> {
     /// Robots where they are measured, on the way to what they are told first and have been told before.
     fn begin(&mut self, m: &Plant, at: &Parts<L>, first: &Parts<L>) {
         let all = L::lit(0.0).lt(L::lit(1.0));
@@ -93,14 +93,13 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// One tick towards the motions that the parts shall have at its end; gives the wrench that is measured then.
     #[inline(always)]
-    fn follow(&mut self, m: &Plant, told: &Parts<L>) -> Wrench<L> {
+    pub(super) fn follow(&mut self, m: &Plant, interface: &mut Interface<L>, told: &Parts<L>) -> Wrench<L> {
         let all = L::lit(0.0).lt(L::lit(1.0));
-        let now = self.tick * L::lit(m.timing.tick());
+        let now = self.now(m);
         let jitter = self.transmit(m, told, all);
-        self.tick_facility(m, told, now, jitter, all);
+        self.tick_facility(m, interface, told, now, jitter, all);
         let wrench = self.arriving_wrench(m, all);
-        self.tick = self.tick + L::lit(1.0);
-        self.step = (self.step + 1) % self.slots;
+        self.end_tick();
         wrench
     }
 }

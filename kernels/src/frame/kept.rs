@@ -2,7 +2,7 @@
 //!
 //! A tick works in place and copies nothing as long as all lanes are under way, which most ticks are.
 
-use super::{Tile, arms::Arms};
+use super::{FacilityLanes, Interface, arms::Arms};
 use crate::impedance::Yielding;
 use crate::lanes::Lane;
 use crate::load::Load;
@@ -23,10 +23,10 @@ pub(super) struct FacilityState<L: Lane> {
     watch: Watch<L>,
 }
 
-impl<L: Lane, const N: usize> Tile<L, N> {
+impl<L: Lane> FacilityLanes<L> {
     /// What a tick of the facility changes.
     #[inline(never)]
-    pub(super) fn facility(&self) -> FacilityState<L> {
+    pub(super) fn snapshot(&self, interface: &Interface<L>) -> FacilityState<L> {
         FacilityState {
             robots: self.robots,
             arms: self.arms.clone(),
@@ -34,13 +34,13 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             load: self.load,
             yielding: self.yielding,
             tracking: self.tracking,
-            watch: self.hil.watch,
+            watch: interface.watch,
         }
     }
 
     /// Puts back what stood before in the lanes outside the mask.
     #[inline(never)]
-    pub(super) fn keep_facility(&mut self, mask: L::Mask, before: &FacilityState<L>) {
+    pub(super) fn keep(&mut self, mask: L::Mask, interface: &mut Interface<L>, before: &FacilityState<L>) {
         set_where(!mask, &mut self.robots, &before.robots);
         if let (Some(arms), Some(before)) = (&mut self.arms, &before.arms) {
             arms.keep(mask, before);
@@ -49,6 +49,6 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         set_where(!mask, &mut self.load, &before.load);
         set_where(!mask, &mut self.yielding, &before.yielding);
         set_where(!mask, &mut self.tracking, &before.tracking);
-        set_where(!mask, &mut self.hil.watch, &before.watch);
+        set_where(!mask, &mut interface.watch, &before.watch);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Both step the farm's own tile with one lane, so that a drive of emulated robots gives the bits of the farm's HIL loop.
 
-use super::{Batch, Loops, Tile};
+use super::{Batch, FacilityLanes, Interface, Loops, Tile};
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::params::Params;
@@ -104,7 +104,12 @@ pub fn emulated_facility(
     run: u64,
     params: &Params<f64>,
 ) -> Box<dyn EmulatedFacility> {
-    crate::with_joints!(plant.joints(), boxed_facility(plant, key, run, params))
+    let mut model = (***plant).clone();
+    (model.facility.impedance, model.facility.test_motion) = (None, None);
+    let plant = Plant::new(model);
+    let batch = Batch { key, noisy: true, loops: Loops::Both };
+    let (lanes, interface) = FacilityLanes::alone(&plant, batch, &[(0, run, *params)]);
+    Box::new(Facility { plant, lanes, interface })
 }
 
 fn boxed_computer<const N: usize>(
@@ -124,20 +129,6 @@ fn boxed_computer<const N: usize>(
     Box::new(Computer { plant: Arc::clone(plant), tile, reading, late })
 }
 
-fn boxed_facility<const N: usize>(
-    plant: &Arc<Plant>,
-    key: [u32; 2],
-    run: u64,
-    params: &Params<f64>,
-) -> Box<dyn EmulatedFacility> {
-    let mut model = (***plant).clone();
-    (model.facility.impedance, model.facility.test_motion) = (None, None);
-    let plant = Plant::new(model);
-    let mut tile = Tile::<f64, N>::new(&plant, Batch { key, noisy: true, loops: Loops::Both });
-    tile.load(&plant, &[(0, run, *params)]);
-    Box::new(Facility { plant, tile })
-}
-
 struct Computer<const N: usize> {
     plant: Arc<Plant>,
     tile: Tile<f64, N>,
@@ -148,7 +139,7 @@ struct Computer<const N: usize> {
 
 impl<const N: usize> Computer<N> {
     fn now(&self) -> f64 {
-        self.tile.tick * self.plant.timing.tick()
+        self.tile.facility.tick * self.plant.timing.tick()
     }
 
     fn simulated(&self) -> Parts<f64> {
@@ -157,7 +148,7 @@ impl<const N: usize> Computer<N> {
 
     /// Watches the parts over the tick that ends now, as far as a facility can see them.
     fn watch(&mut self, measured: &Measured, simulated: &Parts<f64>) {
-        let (m, t) = (&*self.plant, &mut self.tile);
+        let (m, hil, t) = (&*self.plant, &mut self.tile.hil, &mut self.tile.facility);
         self.late.push_back(crate::sensor::feed_back(measured.parts.a, measured.wrench));
         let felt = self.late.pop_front().unwrap_or_else(Wrench::zero);
         let contact = felt_touch(felt, self.reading.touch_force);
@@ -165,15 +156,15 @@ impl<const N: usize> Computer<N> {
         for substep in 1..=m.timing.substeps {
             let ago = f64::from(m.timing.substeps - substep) * m.timing.substep;
             let time = (t.tick - held_back) * m.timing.tick() - ago;
-            let mut gate = latch(m, &t.params, &measured.parts, t.hil.watch.closed);
+            let mut gate = latch(m, &t.params, &measured.parts, hil.interface.watch.closed);
             // A sensor cannot tell contact from latch: what it measures is the one before capture, the other after.
             let (pull, push) = if gate.closed > 0.0 { (felt, Wrench::zero()) } else { (Wrench::zero(), felt) };
             gate.wrench = pull;
             let touch = Touch { wrench: push, ..contact };
-            in_place::observe(m, &mut t.hil.watch, time, &measured.parts, simulated, &touch, &gate);
+            in_place::observe(m, &mut hil.interface.watch, time, &measured.parts, simulated, &touch, &gate);
             in_place::yield_to(m, &mut t.yielding, measured.parts.a, measured.wrench);
         }
-        let seen = &mut t.hil.watch;
+        let seen = &mut hil.interface.watch;
         if seen.closed > 0.0 && seen.touch_time < 0.0 {
             // Captured at the first touch, whose force the latch has hidden.
             seen.touch_time = seen.capture_time;
@@ -194,33 +185,34 @@ fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
 impl<const N: usize> SimulationComputer for Computer<N> {
     fn told(&self) -> Parts<f64> {
         let m = &*self.plant;
-        let sent = with_test(m, &self.tile.params, &command(m, &self.simulated()), self.now());
-        displaced(m, &sent, &self.tile.yielding)
+        let sent = with_test(m, &self.tile.facility.params, &command(m, &self.simulated()), self.now());
+        displaced(m, &sent, &self.tile.facility.yielding)
     }
 
     fn tick(&mut self, measured: &Measured) {
         let now = self.now();
         let simulated = self.simulated();
         self.watch(measured, &simulated);
-        let (m, t) = (&*self.plant, &mut self.tile);
-        let live = t.hil.watch.done <= 0.0;
-        crate::staged::update_kinematics(m, &t.hil.masses, &t.hil.bodies, &mut t.hil.kinematics);
-        t.send_command(m, &simulated, now, live);
-        t.sensor.output = measured.wrench;
-        t.receive_wrench(m, &simulated, live);
-        t.tick_simulation(m, live);
-        let last = f64::from(u8::from(f64::from(m.timing.max_ticks) - 1.0 <= t.tick));
-        in_place::finish(m, &mut t.hil.watch, now + m.timing.tick(), &t.hil.kinematics.parts, last);
-        t.tick += 1.0;
-        t.step = (t.step + 1) % t.slots;
+        let m = &*self.plant;
+        let Tile { hil, facility, .. } = &mut self.tile;
+        let live = hil.interface.watch.done <= 0.0;
+        crate::staged::update_kinematics(m, &hil.masses, &hil.bodies, &mut hil.kinematics);
+        facility.send_command(m, &simulated, now, live);
+        facility.sensor.output = measured.wrench;
+        facility.receive_wrench(m, &mut hil.interface.watch, &simulated, live);
+        self.tile.tick_simulation(m, live);
+        let Tile { hil, facility, .. } = &mut self.tile;
+        let last = f64::from(u8::from(f64::from(m.timing.max_ticks) - 1.0 <= facility.tick));
+        in_place::finish(m, &mut hil.interface.watch, now + m.timing.tick(), &hil.kinematics.parts, last);
+        facility.end_tick();
     }
 
     fn progress(&self) -> Progress {
-        let watch = &self.tile.hil.watch;
+        let watch = &self.tile.hil.interface.watch;
         Progress {
             time: self.now(),
             parts: self.simulated(),
-            fed_back: self.tile.held,
+            fed_back: self.tile.facility.held,
             touched: watch.touch_time >= 0.0,
             touching: watch.touching > 0.0,
             captured: watch.closed > 0.0,
@@ -231,20 +223,21 @@ impl<const N: usize> SimulationComputer for Computer<N> {
     }
 
     fn metrics(&self) -> Metrics<f64> {
-        let (m, t) = (&*self.plant, &self.tile);
-        let seen = followed(m, &t.params, &t.tracking);
-        metrics(m, &t.hil.watch, &t.hil.bodies, &seen, 1.0)
+        let (m, hil, facility) = (&*self.plant, &self.tile.hil, &self.tile.facility);
+        let seen = followed(m, &facility.params, &facility.tracking);
+        metrics(m, &hil.interface.watch, &hil.bodies, &seen, 1.0)
     }
 }
 
-struct Facility<const N: usize> {
+struct Facility {
     plant: Plant,
-    tile: Tile<f64, N>,
+    lanes: FacilityLanes<f64>,
+    interface: Interface<f64>,
 }
 
-impl<const N: usize> EmulatedFacility for Facility<N> {
+impl EmulatedFacility for Facility {
     fn stand(&mut self, told: &Parts<f64>) {
-        let (m, t) = (&self.plant, &mut self.tile);
+        let (m, t) = (&self.plant, &mut self.lanes);
         let rest = |motion: Motion<f64>| Motion { velocity: Vec3::zero(), omega: Vec3::zero(), ..motion };
         let told = Parts { a: rest(told.a), b: rest(told.b) };
         for slot in 0..t.slots {
@@ -255,21 +248,16 @@ impl<const N: usize> EmulatedFacility for Facility<N> {
     }
 
     fn tick(&mut self, told: &Parts<f64>) -> Measured {
-        let (m, t) = (&self.plant, &mut self.tile);
-        let now = t.tick * m.timing.tick();
-        let jitter = t.transmit(m, told, true);
-        t.tick_facility(m, told, now, jitter, true);
-        let wrench = t.arriving_wrench(m, true);
-        t.tick += 1.0;
-        t.step = (t.step + 1) % t.slots;
+        let (m, t) = (&self.plant, &mut self.lanes);
+        let wrench = t.follow(m, &mut self.interface, told);
         Measured { parts: mounted_parts(m, &t.params, &t.robots), wrench }
     }
 
     fn watch(&self) -> Watch<f64> {
-        self.tile.hil.watch
+        self.interface.watch
     }
 
     fn drives(&self) -> Option<[crate::manipulator::cell::Drives<f64>; 2]> {
-        self.tile.arms.as_ref().map(|arms| arms.drives)
+        self.lanes.arms.as_ref().map(|arms| arms.drives)
     }
 }

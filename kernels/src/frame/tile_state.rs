@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
-use crate::kernel::{bristle_names, compensates, moves};
+use crate::lane_layout::{bristle_names, compensates, moves};
 use crate::manipulator::cell::{Drives, SetPoint};
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
@@ -82,8 +82,9 @@ impl<const N: usize> Tile<f64, N> {
     /// A tile in the middle of a run.
     pub fn resume(m: &Plant, batch: Batch, run: u64, tick: u32, params: Params<f64>, lane: &LaneState) -> Self {
         let mut tile = Self::new(m, batch);
-        tile.runs[0] = Some(run);
-        (tile.params, tile.tick, tile.step) = (params, f64::from(tick), tick as usize % tile.slots);
+        tile.facility.runs[0] = Some(run);
+        (tile.facility.params, tile.facility.tick, tile.facility.step) =
+            (params, f64::from(tick), tick as usize % tile.facility.slots);
         let mut kept = lane.state.iter();
         let mut whole = Vec::with_capacity(lane.state.len());
         // What is not kept is at rest.
@@ -95,30 +96,32 @@ impl<const N: usize> Tile<f64, N> {
             let bristles = lane.bristles(index == 1, m.contact.points.len()).chunks(3).map(from_slice).collect();
             let (bodies, watch) = (take(&mut state), take(&mut state));
             let kinematics = kinematics(m, &masses, &bodies);
-            *[&mut tile.space, &mut tile.hil][index] = Loop { masses, pair, bodies, kinematics, watch, bristles };
+            *[&mut tile.space, &mut tile.hil][index] =
+                Loop { masses, bodies, kinematics, interface: Interface { pair, watch, bristles } };
         }
-        (tile.robots, tile.sensor, tile.held) = (take(&mut state), take(&mut state), take(&mut state));
+        (tile.facility.robots, tile.facility.sensor, tile.facility.held) =
+            (take(&mut state), take(&mut state), take(&mut state));
         let link: Vec3<f64> = take(&mut state);
-        [tile.lost, tile.dropped] = [link.x, link.y];
-        tile.tracking = take(&mut state);
-        tile.yielding = take(&mut state);
+        [tile.facility.lost, tile.facility.dropped] = [link.x, link.y];
+        tile.facility.tracking = take(&mut state);
+        tile.facility.yielding = take(&mut state);
         if loaded(m) {
-            tile.load = take(&mut state);
+            tile.facility.load = take(&mut state);
         }
         if compensates(m) {
-            tile.compensation = take(&mut state);
+            tile.facility.compensation = take(&mut state);
         }
-        if let Some(arms) = &mut tile.arms {
+        if let Some(arms) = &mut tile.facility.arms {
             arms.drives = [take(&mut state), take(&mut state)];
             arms.set = [take(&mut state), take(&mut state)];
             arms.push = take(&mut state);
         }
-        let (commands, wrenches) = lane.lines.split_at(tile.slots * fields::<f64, Parts<f64>>().len());
-        for (slot, values) in commands.chunks(commands.len() / tile.slots).enumerate() {
-            tile.commands.put(slot, &from_slice(values), true);
+        let (commands, wrenches) = lane.lines.split_at(tile.facility.slots * fields::<f64, Parts<f64>>().len());
+        for (slot, values) in commands.chunks(commands.len() / tile.facility.slots).enumerate() {
+            tile.facility.commands.put(slot, &from_slice(values), true);
         }
-        for (slot, values) in wrenches.chunks(wrenches.len() / tile.slots).enumerate() {
-            tile.wrenches.put(slot, &from_slice(values), true);
+        for (slot, values) in wrenches.chunks(wrenches.len() / tile.facility.slots).enumerate() {
+            tile.facility.wrenches.put(slot, &from_slice(values), true);
         }
         tile
     }
@@ -128,36 +131,38 @@ impl<const N: usize> Tile<f64, N> {
         let mut state = Vec::new();
         for side in [&self.space, &self.hil] {
             state.extend(to_vec::<f64, _>(&side.bodies));
-            state.extend(to_vec::<f64, _>(&side.watch));
+            state.extend(to_vec::<f64, _>(&side.interface.watch));
         }
-        state.extend(to_vec::<f64, _>(&self.robots));
-        state.extend(to_vec::<f64, _>(&self.sensor));
-        state.extend(to_vec::<f64, _>(&self.held));
-        state.extend([self.lost, self.dropped, 0.0]);
-        state.extend(to_vec::<f64, _>(&self.tracking));
-        state.extend(to_vec::<f64, _>(&self.yielding));
+        state.extend(to_vec::<f64, _>(&self.facility.robots));
+        state.extend(to_vec::<f64, _>(&self.facility.sensor));
+        state.extend(to_vec::<f64, _>(&self.facility.held));
+        state.extend([self.facility.lost, self.facility.dropped, 0.0]);
+        state.extend(to_vec::<f64, _>(&self.facility.tracking));
+        state.extend(to_vec::<f64, _>(&self.facility.yielding));
         if loaded(m) {
-            state.extend(to_vec::<f64, _>(&self.load));
+            state.extend(to_vec::<f64, _>(&self.facility.load));
         }
         if compensates(m) {
-            state.extend(to_vec::<f64, _>(&self.compensation));
+            state.extend(to_vec::<f64, _>(&self.facility.compensation));
         }
-        if let Some(arms) = &self.arms {
+        if let Some(arms) = &self.facility.arms {
             state.extend(arms.drives.iter().flat_map(to_vec::<f64, _>));
             state.extend(arms.set.iter().flat_map(to_vec::<f64, _>));
             state.extend(to_vec::<f64, _>(&arms.push));
         }
-        let commands = (0..self.slots).flat_map(|slot| to_vec(&self.commands.recall(slot, |_| 0)));
-        let wrenches = (0..self.slots).flat_map(|slot| to_vec(&self.wrenches.recall(slot, |_| 0)));
-        state.extend(self.space.bristles.iter().chain(&self.hil.bristles).flat_map(to_vec::<f64, _>));
+        let commands = (0..self.facility.slots).flat_map(|slot| to_vec(&self.facility.commands.at(slot, 0)));
+        let wrenches = (0..self.facility.slots).flat_map(|slot| to_vec(&self.facility.wrenches.at(slot, 0)));
+        state.extend(
+            self.space.interface.bristles.iter().chain(&self.hil.interface.bristles).flat_map(to_vec::<f64, _>),
+        );
         let kept = all_fields::<N>(m).into_iter().zip(state).filter_map(|((kept, _), value)| kept.then_some(value));
         LaneState { state: kept.collect(), lines: commands.chain(wrenches).collect() }
     }
 
     /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
     fn clock(&self, m: &Plant) -> (f64, f64) {
-        let last = if f64::from(m.timing.max_ticks) - 1.0 <= self.tick { 1.0 } else { 0.0 };
-        (self.tick * m.timing.tick(), last)
+        let last = if f64::from(m.timing.max_ticks) - 1.0 <= self.facility.tick { 1.0 } else { 0.0 };
+        (self.facility.tick * m.timing.tick(), last)
     }
 }
 
@@ -169,15 +174,16 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
     vec![
         ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
         ("touch_space", |tile, m| {
-            let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.pair);
-            to_vec(&touch_points(m, &pair, &parts, &mut tile.space.bristles, true))
+            let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.interface.pair);
+            to_vec(&touch_points(m, &pair, &parts, &mut tile.space.interface.bristles, true))
         }),
         ("touch_facility", |tile, m| {
-            let (mounted, pair) = (crate::robot::mounted_parts(m, &tile.params, &tile.robots), tile.hil.pair);
-            to_vec(&touch_points(m, &pair, &mounted, &mut tile.hil.bristles, true))
+            let (mounted, pair) =
+                (crate::robot::mounted_parts(m, &tile.facility.params, &tile.facility.robots), tile.hil.interface.pair);
+            to_vec(&touch_points(m, &pair, &mounted, &mut tile.hil.interface.bristles, true))
         }),
         ("reset_bristles", |tile, _| {
-            let bristles = tile.space.bristles.iter_mut().chain(&mut tile.hil.bristles);
+            let bristles = tile.space.interface.bristles.iter_mut().chain(&mut tile.hil.interface.bristles);
             bristles.for_each(|bristle| *bristle = Vec3::zero());
             Vec::new()
         }),
@@ -193,45 +199,49 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         }),
         ("take_command", |tile, m| {
             let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.take_command(m, &told);
+            tile.facility.take_command(m, &told);
             Vec::new()
         }),
         ("move_robots", |tile, m| {
             let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.move_robots(m, &told);
+            tile.facility.move_robots(m, &told);
             Vec::new()
         }),
         ("push_robots", |tile, _| {
-            tile.push_robots(tile.held);
+            tile.facility.push_robots(tile.facility.held);
             Vec::new()
         }),
         ("place_robots", |tile, m| {
             let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.place_robots(m, &told, true);
+            tile.facility.place_robots(m, &told, true);
             Vec::new()
         }),
-        ("send_command", |tile, m| vec![tile.send_command(m, &simulated(m, &tile.hil).parts, tile.clock(m).0, true)]),
+        ("send_command", |tile, m| {
+            vec![tile.facility.send_command(m, &simulated(m, &tile.hil).parts, tile.clock(m).0, true)]
+        }),
         ("tick_facility", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
-            tile.commands.put(tile.step, &command(m, &parts), true);
-            let jitter = tile.tick % 7.0 * 1e-4;
-            tile.tick_facility(m, &parts, tile.clock(m).0, jitter, true);
+            tile.facility.commands.put(tile.facility.step, &command(m, &parts), true);
+            let jitter = tile.facility.tick % 7.0 * 1e-4;
+            let now = tile.clock(m).0;
+            tile.facility.tick_facility(m, &mut tile.hil.interface, &parts, now, jitter, true);
             Vec::new()
         }),
         ("receive_wrench", |tile, m| {
-            tile.receive_wrench(m, &simulated(m, &tile.hil).parts, true);
+            let parts = simulated(m, &tile.hil).parts;
+            tile.facility.receive_wrench(m, &mut tile.hil.interface.watch, &parts, true);
             Vec::new()
         }),
         ("compensated_wrench", |tile, m| {
-            let (parts, held) = (simulated(m, &tile.hil).parts, tile.held);
-            to_vec(&tile.compensated_wrench(m, &parts, held, true))
+            let (parts, held) = (simulated(m, &tile.hil).parts, tile.facility.held);
+            to_vec(&tile.facility.compensated_wrench(m, &parts, held, true))
         }),
         ("tick_simulation", |tile, m| {
             tile.hil.kinematics = simulated(m, &tile.hil);
             tile.tick_simulation(m, true);
             Vec::new()
         }),
-        ("sensor_noise", |tile, _| to_vec(&tile.sensor_noise())),
+        ("sensor_noise", |tile, _| to_vec(&tile.facility.sensor_noise())),
         ("reset", from_the_start),
         ("enter", |_, _| vec![1.0]),
         ("begin", from_the_start),
@@ -245,7 +255,7 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
 
 /// Puts the run at its start.
 fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
-    tile.step = 0;
+    tile.facility.step = 0;
     tile.reset(m, true);
     Vec::new()
 }
@@ -253,13 +263,18 @@ fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64
 /// What a finished run leaves, in the order of the kernel's outcome buffer.
 fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
     let (space, hil) = (&tile.space, &tile.hil);
-    let seen = followed(m, &tile.params, &tile.tracking);
-    let mut out = to_vec(&metrics(m, &space.watch, &space.bodies, &seen, 0.0));
-    out.extend(to_vec(&metrics(m, &hil.watch, &hil.bodies, &seen, 1.0)));
-    out.extend([space.watch.unstable, space.watch.contact_work, space.watch.absorbed, hil.watch.unstable]);
-    out.extend([tile.sensor.saturated, tile.robots.limited, tile.dropped]);
-    out.extend(to_vec::<f64, _>(&space.watch.normal));
-    out.extend(to_vec::<f64, _>(&space.watch.lever));
+    let seen = followed(m, &tile.facility.params, &tile.facility.tracking);
+    let mut out = to_vec(&metrics(m, &space.interface.watch, &space.bodies, &seen, 0.0));
+    out.extend(to_vec(&metrics(m, &hil.interface.watch, &hil.bodies, &seen, 1.0)));
+    out.extend([
+        space.interface.watch.unstable,
+        space.interface.watch.contact_work,
+        space.interface.watch.absorbed,
+        hil.interface.watch.unstable,
+    ]);
+    out.extend([tile.facility.sensor.saturated, tile.facility.robots.limited, tile.facility.dropped]);
+    out.extend(to_vec::<f64, _>(&space.interface.watch.normal));
+    out.extend(to_vec::<f64, _>(&space.interface.watch.lever));
     out
 }
 

@@ -1,13 +1,13 @@
 //! The scenes that are measured: an arm of seven joints on a free base, a sphere in a drogue, a free target.
 
 use softdock_kernels::frame::Batch;
-use softdock_kernels::kernel::kernel;
 use softdock_kernels::manipulator::cell::{Feedforward, Mount};
 use softdock_kernels::manipulator::sample;
 use softdock_kernels::model::*;
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
+use softdock_tracer::kernel::kernel;
 
 /// A limit that no run meets.
 const ENDLESS: f64 = f64::INFINITY;

@@ -3,11 +3,11 @@
 use super::{GpuEngine, WORKGROUP};
 use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
-use softdock_kernels::kernel::{Kernel, kernel};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
 use softdock_kernels::quads::{self, word};
 use softdock_kernels::vector::vec3;
+use softdock_tracer::kernel::{Kernel, kernel};
 use std::sync::Arc;
 
 /// Status of a lane, as the frame has it.

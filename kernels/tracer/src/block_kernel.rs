@@ -1,11 +1,11 @@
 //! The WGSL module that steps a block through a recording: structs and access from the field tables, traced functions,
 //! the frame.
 
-use super::Block;
-use crate::fields::Field;
 use crate::stages::{stage, structure};
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::block::Block;
+use softdock_kernels::fields::Field;
 use std::fmt::Write;
 
 /// The hand-written parts.

@@ -1,28 +1,28 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
-use crate::effects::EffectId;
-use crate::fields::Field;
-use crate::fixture::gives_way;
-use crate::frame::{Batch, Loops};
-use crate::load::loaded;
-use crate::model::CompensatorKind;
-use crate::noise::{LINK, SENSOR};
-use crate::plant::Plant;
-use crate::quads::{quads, read, reads, stores, words};
 use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::fields::Field;
+use softdock_kernels::fixture::gives_way;
+use softdock_kernels::frame::{Batch, Loops};
+use softdock_kernels::lane_layout::{bristle_names, compensates, moves};
+use softdock_kernels::load::loaded;
+use softdock_kernels::model::CompensatorKind;
+use softdock_kernels::noise::{LINK, SENSOR};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::quads::{quads, read, reads, stores, words};
 use std::fmt::Write;
 
 /// The hand-written part of the robots: those that lag, and those of the joint level.
-const ROBOTS: [&str; 2] = [include_str!("../wgsl/robots_lag.wgsl"), include_str!("../wgsl/robots_joint.wgsl")];
+const ROBOTS: [&str; 2] = [include_str!("../../wgsl/robots_lag.wgsl"), include_str!("../../wgsl/robots_joint.wgsl")];
 
 /// The hand-written parts.
 const FRAME: &str = concat!(
-    include_str!("../wgsl/math.wgsl"),
+    include_str!("../../wgsl/math.wgsl"),
     "\n",
-    include_str!("../wgsl/philox.wgsl"),
+    include_str!("../../wgsl/philox.wgsl"),
     "\n",
-    include_str!("../wgsl/frame.wgsl")
+    include_str!("../../wgsl/frame.wgsl")
 );
 
 /// Private variables that live across slices, with their structs; load, compensation and the joint level's, if there are
@@ -61,7 +61,7 @@ const EXTRAS: [&str; 13] = [
     "space_watch.lever_z",
 ];
 
-/// A scenario's kernel: its text and its buffers; inputs, state and delay lines lie in [`crate::quads`].
+/// A scenario's kernel: its text and its buffers; inputs, state and delay lines lie in [`softdock_kernels::quads`].
 #[derive(Clone, Debug)]
 pub struct Kernel {
     /// The WGSL module.
@@ -74,7 +74,7 @@ pub struct Kernel {
     pub inputs: Vec<usize>,
     /// Numbers per lane in the state buffer.
     pub state: usize,
-    /// Numbers per lane in the delay lines, see [`crate::delay_line::line_places`].
+    /// Numbers per lane in the delay lines, see [`softdock_kernels::delay_line::line_places`].
     pub lines: usize,
     /// f32 per lane in the outcome buffer.
     pub outcome: usize,
@@ -82,7 +82,7 @@ pub struct Kernel {
 
 /// The kernel of a plant for batches of one kind: what a batch never does is not in it.
 pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
-    crate::with_joints!(plant.joints(), build(plant, batch))
+    softdock_kernels::with_joints!(plant.joints(), build(plant, batch))
 }
 
 fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
@@ -91,7 +91,7 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let fields = |name: &str| -> &[Field] {
         &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
     };
-    let slots = crate::delay_line::line_slots(plant);
+    let slots = softdock_kernels::delay_line::line_slots(plant);
     let mut text = constants(plant, batch, slots);
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
     text.push_str(FRAME);
@@ -170,17 +170,6 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     )
 }
 
-/// Whether a facility has a compensator at all: one that it has not leaves no number in a lane's state.
-pub(crate) fn compensates(plant: &Plant) -> bool {
-    plant.facility.compensator.kind != CompensatorKind::None
-}
-
-/// Variables of the bristles of so many contact points: of the loop in space, then of the facility's.
-pub(crate) fn bristle_names(points: usize) -> Vec<String> {
-    let of = |side: &'static str| (0..points).map(move |i| format!("{side}_bristle_{i}"));
-    of("space").chain(of("hil")).collect()
-}
-
 /// Bristles as variables, and all contact points of a pair of parts one after the other.
 ///
 /// Written out point by point: a loop would have to keep the bristles in storage, which on some drivers costs more
@@ -217,19 +206,6 @@ fn in_order(quad: usize) -> String {
 fn loads(buffer: &str, variables: &[String]) -> String {
     let given = variables.iter().enumerate().map(|(index, variable)| format!("    {variable} = {};\n", read(index)));
     reads(buffer, variables.len(), in_order) + &given.collect::<String>()
-}
-
-/// Whether a member of the state ever leaves zero: one that only an absent effect moves is not kept between slices.
-pub(crate) fn moves(plant: &Plant, member: &str) -> bool {
-    let by = |id: EffectId| plant.effects.has(id);
-    match member {
-        _ if member.starts_with("sway_0_") => by(EffectId::of("P2_slosh")),
-        _ if member.starts_with("sway_1_") => by(EffectId::of("P3_appendage")),
-        _ if member.starts_with("fixture_") => by(EffectId::of("K10_fixture")),
-        _ if member.starts_with("axis_") && member.ends_with("_cable") => by(EffectId::of("J17_cable_drag")),
-        "age" | "cold" => by(EffectId::of("J6_temperature")),
-        _ => true,
-    }
 }
 
 /// Access functions of one delay line that begins `offset` vectors into a lane's share.

@@ -1,25 +1,25 @@
 //! The stage functions as the WGSL frame calls them: each traced once, listed by name.
 
-use crate::compensator::{self, Compensation};
-use crate::contact::{self, LatchState, Pair, Point, PointContact};
-use crate::fields::{Bundle, fields};
-use crate::fixture;
-use crate::impedance::{self, Yielding};
-use crate::joint_level;
-use crate::load::{self, Load};
-use crate::manipulator::cell::{self, Drives, SetPoint};
-use crate::metrics::Metrics;
-use crate::monitor::{self, Touch, Watch};
-use crate::noise::{self, Normals};
-use crate::params::Params;
-use crate::plant::Plant;
-use crate::robot::{self, Robots};
-use crate::sensor::{self, Sensor};
-use crate::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
-use crate::test_motion::{self, Followed, Tracking};
 use crate::trace::Sym;
-use crate::vector::Vec3;
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::compensator::{self, Compensation};
+use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
+use softdock_kernels::fields::{Bundle, fields};
+use softdock_kernels::fixture;
+use softdock_kernels::impedance::{self, Yielding};
+use softdock_kernels::joint_level;
+use softdock_kernels::load::{self, Load};
+use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::monitor::{self, Touch, Watch};
+use softdock_kernels::noise::{self, Normals};
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::robot::{self, Robots};
+use softdock_kernels::sensor::{self, Sensor};
+use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
+use softdock_kernels::test_motion::{self, Followed, Tracking};
+use softdock_kernels::vector::Vec3;
 
 /// The WGSL struct of a bundle, by the bundle's own name.
 pub fn structure<B: Bundle<Sym>>() -> Struct {
@@ -38,9 +38,9 @@ macro_rules! stage {
         let graph = $crate::trace::trace(count, |inputs| {
             let mut inputs = inputs.iter().copied();
             let mut _next = || inputs.next().expect("one symbol per field");
-            $(let $argument = <$ty as $crate::fields::Bundle<$crate::trace::Sym>>::read(&mut _next);)*
+            $(let $argument = <$ty as softdock_kernels::fields::Bundle<$crate::trace::Sym>>::read(&mut _next);)*
             let result: $result = $body;
-            $crate::fields::to_vec::<$crate::trace::Sym, _>(&result)
+            softdock_kernels::fields::to_vec::<$crate::trace::Sym, _>(&result)
         });
         $crate::wgsl::Function { name: stringify!($name).to_owned(), arguments, result: $crate::stages::structure::<$result>(), graph }
     }};
@@ -97,11 +97,11 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
     vec![
         stage!(space_masses(p: Params<Sym>) -> Masses<Sym> => space::space_masses(&p)),
         stage!(hil_masses(p: Params<Sym>) -> Masses<Sym> => space::hil_masses(&p)),
-        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => crate::start::start(m, &p, &masses)),
+        stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => softdock_kernels::start::start(m, &p, &masses)),
         stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, &masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
         stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
-            -> Actuation<Sym, N> => crate::guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
+            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
             -> Bodies<Sym, N> => space::advance(m, &masses, &s, &k, &u, w)),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),

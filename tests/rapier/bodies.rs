@@ -1,12 +1,15 @@
 //! Free bodies against an independent engine: tumbling, and an off-centre collision without friction.
 
-use super::bench::{at, closing, inertia, job, two_bodies};
+#[path = "../oracles/scenes.rs"]
+mod scenes;
+
 use rapier3d::prelude::*;
-use softdock_engine::RunInput;
-use softdock_engine::cpu::replay;
+use scenes::{at, closing, inertia, two_bodies};
+use softdock_kernels::frame::{Batch, Tile};
 use softdock_kernels::model::{ContactPoint, Model, Shape, Solid};
 use softdock_kernels::outcome::Signals;
 use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Vec3, vec3};
 
 fn vector(v: Vec3<f64>) -> Vector {
@@ -82,9 +85,15 @@ fn world(bodies: &[Free], step: f64, steps: u32) -> Vec<RigidBody> {
 
 /// The last signals of one run.
 fn last(model: Model, params: Params<f64>) -> Signals {
-    let mut last = None;
-    replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| last = Some(*signals));
-    last.expect("at least one tick")
+    let (plant, batch) = (Plant::new(model), Batch { noisy: false, ..Batch::whole() });
+    let mut tile = Tile::<f64, 0>::new(&plant, batch);
+    tile.load(&plant, &[(0, 0, params)]);
+    let mut finished = Vec::new();
+    while finished.is_empty() {
+        tile.step(&plant);
+        tile.take_finished(&plant, &mut finished);
+    }
+    tile.signals(&plant, 0)
 }
 
 fn distance(found: Vec3<f64>, other: Vector) -> f64 {

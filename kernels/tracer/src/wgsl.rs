@@ -1,7 +1,7 @@
 //! Prints traced stages and declared bundles as WGSL that a person can read.
 
-use crate::fields::Field;
 use crate::trace::{Graph, Op};
+use softdock_kernels::fields::Field;
 use std::fmt::Write;
 
 /// A WGSL struct made from a field table.

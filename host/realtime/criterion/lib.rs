@@ -1,0 +1,1 @@
+//! Empty: nothing of criterion is used, and its 30 crates are not compiled.

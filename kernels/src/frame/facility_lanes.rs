@@ -1,0 +1,365 @@
+//! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
+
+use super::{Batch, FacilityLanes, Interface, Loops, all, touch_points, zero_wrench};
+use crate::compensator::{look_back, new_compensation};
+use crate::contact::Pair;
+use crate::delay_line::{Line, line_slots};
+use crate::fields::Bundle;
+use crate::fixture::gives_way;
+use crate::frame::arms::Arms;
+use crate::impedance::not_yielding;
+use crate::lanes::{Lane, MOST_LANES, Stage};
+use crate::load::{load_at, loaded, sensor_at};
+use crate::model::CompensatorKind;
+use crate::monitor::{self, Watch};
+use crate::noise::{LINK, SENSOR, uniforms};
+use crate::params::Params;
+use crate::plant::Plant;
+use crate::robot::{mounted_parts, transport};
+use crate::sensor::Sensor;
+use crate::space::{Parts, Wrench, hil_masses};
+use crate::staged::{
+    carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate, kinematics, latch, normals,
+    set_where, start, substitute, with_test,
+};
+use crate::test_motion::no_tracking;
+use crate::vector::Vec3;
+
+/// A run that enters a lane: the lane, the run's number, its parameters.
+pub(super) type Entering = (usize, u64, Params<f64>);
+
+/// One tick of the facility under the simulation's command, as a function of its own.
+pub(super) struct TickFacility<'a, L: Lane> {
+    pub(super) facility: &'a mut FacilityLanes<L>,
+    pub(super) m: &'a Plant,
+    pub(super) interface: &'a mut Interface<L>,
+    pub(super) simulated: &'a Parts<L>,
+    pub(super) now: L,
+    pub(super) live: L::Mask,
+}
+
+impl<L: Lane> Stage for TickFacility<'_, L> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { facility, m, interface, simulated, now, live } = self;
+        let jitter = facility.send_command(m, simulated, now, live);
+        facility.tick_facility(m, interface, simulated, now, jitter, live);
+        facility.receive_wrench(m, &mut interface.watch, simulated, live);
+    }
+}
+
+/// [`FacilityLanes::reset`], compiled for the lanes.
+pub(super) struct ResetFacility<'a, L: Lane> {
+    pub(super) facility: &'a mut FacilityLanes<L>,
+    pub(super) m: &'a Plant,
+    pub(super) parts: &'a Parts<L>,
+    pub(super) fresh: L::Mask,
+}
+
+impl<L: Lane> Stage for ResetFacility<'_, L> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.facility.reset(self.m, self.parts, self.fresh);
+    }
+}
+
+impl<L: Lane> Interface<L> {
+    /// Before the first contact.
+    pub(super) fn new(m: &Plant, pair: Pair<L>) -> Self {
+        Self { pair, watch: monitor::new_watch(), bristles: vec![Vec3::zero(); m.contact.points.len()] }
+    }
+
+    /// Starts the runs of the lanes in the mask.
+    #[inline(always)]
+    pub(super) fn reset(&mut self, pair: &Pair<L>, fresh: L::Mask) {
+        self.pair.set_where(fresh, pair);
+        self.watch.set_where(fresh, &monitor::new_watch());
+        self.bristles.iter_mut().for_each(|b| *b = Vec3::select(fresh, Vec3::zero(), *b));
+    }
+}
+
+/// Motions of the parts at the start of a facility's run.
+fn start_parts<const N: usize>(m: &Plant, p: &Params<f64>) -> Parts<f64> {
+    let masses = hil_masses(p);
+    kinematics(m, &masses, &start::<f64, N>(m, p, &masses)).parts
+}
+
+impl<L: Lane> FacilityLanes<L> {
+    /// A facility without a run; its robots are not placed.
+    #[inline(never)]
+    pub(super) fn new(m: &Plant, batch: Batch) -> Self {
+        let params = Params::<L>::read(&mut {
+            let mut nominal = crate::fields::to_vec(&m.nominal).into_iter();
+            move || L::lit(nominal.next().expect("one value per field"))
+        });
+        let zero = L::lit(0.0);
+        Self {
+            batch,
+            runs: vec![None; L::WIDTH],
+            params,
+            tick: zero,
+            step: 0,
+            slots: line_slots(m),
+            robots: crate::fields::filled(zero),
+            arms: m.cells.as_ref().map(|_| Box::new(Arms::idle())),
+            sensor: Sensor { filtered: zero_wrench(), output: zero_wrench(), saturated: zero },
+            load: crate::fields::filled(zero),
+            held: zero_wrench(),
+            compensation: new_compensation(),
+            lost: zero,
+            dropped: zero,
+            tracking: no_tracking(),
+            yielding: not_yielding(),
+            commands: Line::new(line_slots(m)),
+            wrenches: Line::new(line_slots(m)),
+        }
+    }
+
+    /// A facility without the bodies in space, at the start of a run in every lane.
+    ///
+    /// `entering` has one run per lane.
+    pub(super) fn alone(m: &Plant, batch: Batch, entering: &[Entering]) -> (Self, Interface<L>) {
+        let mut facility = Self::new(m, batch);
+        let fresh = facility.enter(entering);
+        let of = |(_, _, p): &Entering| crate::fields::to_vec(&crate::with_joints!(m.joints(), start_parts(m, p)));
+        let starts: Vec<Vec<f64>> = entering.iter().map(of).collect();
+        let mut field = 0..;
+        let parts = Parts::read(&mut || {
+            let field = field.next().expect("an endless count");
+            L::gather(|lane| starts[lane][field])
+        });
+        let mut interface = Interface::new(m, crate::contact::hil_pair(&facility.params));
+        if batch.loops == Loops::SpaceOnly {
+            interface.watch.done = L::lit(1.0);
+        }
+        L::stage(ResetFacility { facility: &mut facility, m, parts: &parts, fresh });
+        (facility, interface)
+    }
+
+    /// Time at which this tick begins \[s\].
+    #[inline(always)]
+    pub(super) fn now(&self, m: &Plant) -> L {
+        self.tick * L::lit(m.timing.tick())
+    }
+
+    /// Ends the tick.
+    #[inline(always)]
+    pub(super) fn end_tick(&mut self) {
+        self.tick = self.tick + L::lit(1.0);
+        self.step = (self.step + 1) % self.slots;
+    }
+
+    /// Takes over the parameters of runs that enter; gives the mask of their lanes.
+    #[inline(never)]
+    pub(super) fn enter(&mut self, entering: &[Entering]) -> L::Mask {
+        let (mut fresh, mut values) = ([0.0; MOST_LANES], [const { Vec::new() }; MOST_LANES]);
+        for (lane, run, params) in entering {
+            self.runs[*lane] = Some(*run);
+            (fresh[*lane], values[*lane]) = (1.0, crate::fields::to_vec(params));
+        }
+        let mut old = crate::fields::to_vec::<L, _>(&self.params).into_iter().enumerate();
+        self.params = Params::read(&mut || {
+            let (field, old) = old.next().expect("as many as before");
+            L::gather(|lane| values[lane].get(field).copied().unwrap_or_else(|| old.lane(lane)))
+        });
+        L::lit(0.5).lt(L::gather(|lane| fresh[lane]))
+    }
+
+    /// Starts the runs of the lanes in the mask, whose parts have these motions.
+    #[inline(always)]
+    fn reset(&mut self, m: &Plant, parts: &Parts<L>, fresh: L::Mask) {
+        let zero = L::lit(0.0);
+        let told = command(m, parts);
+        // The line is full of the start carried backwards; the newest entry is one tick old.
+        for age in 1..self.slots {
+            let past = carry_on(m, &told, L::lit(-(age as f64)));
+            self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
+            self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
+        }
+        let at = carry_on(m, &told, -(transport(m, &self.params, zero) + L::lit(1.0)));
+        self.place_robots(m, &at, fresh);
+        let a = mounted_parts(m, &self.params, &self.robots).a;
+        let load = load_at(m, &self.params, a);
+        let sensor = sensor_at(m, &load, a);
+        self.load.set_where(fresh, &load);
+        self.sensor.set_where(fresh, &sensor);
+        self.held.set_where(fresh, &zero_wrench());
+        self.compensation.set_where(fresh, &new_compensation());
+        self.lost = L::select(fresh, zero, self.lost);
+        self.dropped = L::select(fresh, zero, self.dropped);
+        self.tracking.set_where(fresh, &no_tracking());
+        self.yielding.set_where(fresh, &not_yielding());
+        self.tick = L::select(fresh, zero, self.tick);
+    }
+
+    /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
+    #[inline(always)]
+    pub(super) fn send_command(&mut self, m: &Plant, parts: &Parts<L>, now: L, live: L::Mask) -> L {
+        let sent = with_test(m, &self.params, &command(m, parts), now);
+        self.transmit(m, &sent, live)
+    }
+
+    /// A command on its way to the robots.
+    #[inline(always)]
+    pub(super) fn transmit(&mut self, m: &Plant, sent: &Parts<L>, live: L::Mask) -> L {
+        let zero = L::lit(0.0);
+        if !self.batch.noisy {
+            self.commands.put(self.step, sent, live);
+            return zero;
+        }
+        let draws = self.uniforms(LINK);
+        let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
+        let before = self.commands.at(self.step, 1);
+        let mut command = *sent;
+        set_where(lost, &mut command, &substitute(m, &before, self.lost));
+        self.commands.put(self.step, &command, live);
+        self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
+        self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
+        normals(draws[0], draws[1]).first * self.params.delay_jitter
+    }
+
+    /// Robots, contact and sensor over the tick that ends now.
+    #[inline(always)]
+    pub(super) fn tick_facility(
+        &mut self,
+        m: &Plant,
+        interface: &mut Interface<L>,
+        simulated: &Parts<L>,
+        now: L,
+        jitter: L,
+        live: L::Mask,
+    ) {
+        let substeps = f64::from(m.timing.substeps);
+        let delay =
+            (crate::robot::transport(m, &self.params, now) + jitter * L::lit(1.0 / m.timing.tick())).max(L::lit(0.0));
+        // The oldest pair of commands of this tick, and how many slots back it is.
+        let oldest = (L::lit(1.0 / substeps) - delay).floor().max(L::lit(3.0 - self.slots as f64));
+        let [first, second, third] = self.recall_commands(oldest);
+        let before = if all::<L>(live) { None } else { Some(self.snapshot(interface)) };
+        let begin = (L::lit(1.0 / substeps) - delay) - oldest;
+        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &self.yielding));
+        for substep in 1..=m.timing.substeps {
+            let share = crate::robot::progress(m, &self.params, L::lit(f64::from(substep) / substeps));
+            let place = (share - delay) - oldest;
+            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.yielding));
+            let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
+            let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
+            let touch = touch_points(m, &interface.pair, &parts, &mut interface.bristles, live);
+            let latch = latch(m, &self.params, &parts, interface.watch.closed);
+            in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
+            let pushed = monitor::total_wrench(&touch, &latch);
+            self.push_robots(pushed);
+            if gives_way(m) {
+                in_place::push_fixture(m, &self.params, &mut self.robots, pushed);
+            }
+            let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
+            if loaded(m) {
+                in_place::carry(m, &mut self.load, parts.a);
+                wrench = felt(m, &self.load, parts.a, wrench);
+            }
+            in_place::low_pass(m, &self.params, &mut self.sensor, wrench);
+            if substep % m.facility.sensor_substeps.min(m.timing.substeps) == 0 {
+                let noise = self.sensor_noise();
+                in_place::sample(m, &self.params, &mut self.sensor, time, noise);
+                if loaded(m) {
+                    in_place::relieved(m, &self.params, &self.load, parts.a, &mut self.sensor);
+                }
+            }
+            in_place::yield_to(m, &mut self.yielding, parts.a, self.sensor.output);
+        }
+        if m.facility.test_motion.is_some() {
+            let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
+            in_place::track(m, &self.params, &mut self.tracking, &parts, now);
+        }
+        if let Some(before) = before {
+            self.keep(live, interface, &before);
+        }
+    }
+
+    /// Three neighbouring commands per lane, the first `oldest` ticks (0 or negative) before the last tick's.
+    #[inline(always)]
+    fn recall_commands(&self, oldest: L) -> [Parts<L>; 3] {
+        let newest = L::lit(1.0) - oldest;
+        let [second, third] = [1.0, 2.0].map(|offset| (newest - L::lit(offset)).max(L::lit(0.0)));
+        let line = &self.commands;
+        [line.recall(self.step, newest.max(L::lit(0.0))), line.recall(self.step, second), line.recall(self.step, third)]
+    }
+
+    /// The sensor's output as it arrives: delayed, between two samples.
+    #[inline(always)]
+    pub(super) fn arriving_wrench(&mut self, m: &Plant, live: L::Mask) -> Wrench<L> {
+        self.wrenches.put(self.step, &self.sensor.output, live);
+        let age = crate::sensor::wrench_age(m, &self.params);
+        let whole = age.floor();
+        let newer = self.wrenches.recall(self.step, whole);
+        let older = self.wrenches.recall(self.step, whole + L::lit(1.0));
+        crate::sensor::blend(newer, older, age - whole)
+    }
+
+    /// The measured wrench as it arrives, and what the compensator makes of it.
+    #[inline(always)]
+    pub(super) fn receive_wrench(&mut self, m: &Plant, watch: &mut Watch<L>, parts: &Parts<L>, live: L::Mask) {
+        let measured = self.arriving_wrench(m, live);
+        let held = self.compensated_wrench(m, parts, measured, live);
+        // Half a substep of the port's energy ends under the old wrench and begins under the new.
+        let half = L::lit(0.5 * m.timing.substep);
+        let power = |w| monitor::port_power(parts, feed_back(parts.a, w));
+        let correction = (power(self.held) - power(held)) * half;
+        watch.port_energy = L::select(live, watch.port_energy + correction, watch.port_energy);
+        set_where(live, &mut self.held, &held);
+    }
+
+    /// What acts on the simulated bodies for a measured wrench.
+    #[inline(always)]
+    pub(super) fn compensated_wrench(
+        &mut self,
+        m: &Plant,
+        parts: &Parts<L>,
+        measured: Wrench<L>,
+        live: L::Mask,
+    ) -> Wrench<L> {
+        let kind = m.facility.compensator.kind;
+        if kind == CompensatorKind::None {
+            return measured;
+        }
+        let mut past = *parts;
+        if kind == CompensatorKind::Smith {
+            let back = look_back(m, &self.params);
+            let whole = back.floor();
+            let newer = self.commands.recall(self.step, whole);
+            let older = self.commands.recall(self.step, whole + L::lit(1.0));
+            past = interpolate(m, &older, &newer, &newer, (whole - back) + L::lit(1.0));
+        }
+        let next = compensate(m, &self.params, &self.compensation, parts, &past, measured);
+        set_where(live, &mut self.compensation, &next);
+        next.output
+    }
+
+    /// Four uniforms of a channel for this tick, per lane.
+    #[inline(always)]
+    fn uniforms(&self, channel: u32) -> [L; 4] {
+        let mut draws = [[0.0; 4]; MOST_LANES];
+        for (lane, draw) in draws.iter_mut().enumerate().take(L::WIDTH) {
+            let run = self.runs[lane].unwrap_or(0);
+            *draw = uniforms(self.batch.key, run, self.tick.lane(lane) as u32, channel);
+        }
+        let at = |i: usize| L::gather(|lane| draws[lane][i]);
+        [at(0), at(1), at(2), at(3)]
+    }
+
+    /// Six normal deviates for a sample of the sensor.
+    #[inline(always)]
+    pub(super) fn sensor_noise(&self) -> Wrench<L> {
+        if !self.batch.noisy {
+            return zero_wrench();
+        }
+        let (a, b) = (self.uniforms(SENSOR[0]), self.uniforms(SENSOR[1]));
+        let (p, q, r) = (normals(a[0], a[1]), normals(a[2], a[3]), normals(b[0], b[1]));
+        Wrench {
+            force: crate::vector::vec3(p.first, p.second, q.first),
+            moment: crate::vector::vec3(q.second, r.first, r.second),
+        }
+    }
+}

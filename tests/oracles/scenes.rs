@@ -1,0 +1,91 @@
+//! Two bodies that meet along x, built in code: a scenario and its parameters. The rapier oracle includes this file too.
+
+use softdock_kernels::model::*;
+use softdock_kernels::params::Params;
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
+
+/// A pose without rotation.
+pub(crate) fn at(x: f64, y: f64, z: f64) -> Pose<f64> {
+    Pose { position: vec3(x, y, z), attitude: Quat::identity() }
+}
+
+/// A diagonal inertia \[kg m^2\].
+pub(crate) fn inertia(x: f64, y: f64, z: f64) -> Sym3<f64> {
+    Sym3::diagonal(vec3(x, y, z))
+}
+
+/// An ideal facility without limits.
+pub(crate) fn ideal_facility() -> Facility {
+    Facility {
+        robot1_share: 0.5,
+        rail: None,
+        drop_hold_ticks: 3,
+        sensor_substeps: 1,
+        crosstalk: [[0.0; 6]; 6],
+        unstable_speed: 1e6,
+        impedance: None,
+        test_motion: None,
+        joint_level: None,
+        compensator: Compensator::NONE,
+        load: None,
+        tared: false,
+    }
+}
+
+/// Success by touch, end by time alone.
+pub(crate) fn touch_task() -> Task {
+    Task {
+        capture: false,
+        touch: true,
+        max_force: f64::INFINITY,
+        max_time: f64::INFINITY,
+        max_restitution: f64::INFINITY,
+        end_after_separation: f64::INFINITY,
+        end_after_capture: f64::INFINITY,
+        max_depth: 1e6,
+    }
+}
+
+/// Two rigid bodies without arm: a point of A in front of a plane of B, `gap` apart along x; command period = substep.
+pub(crate) fn two_bodies(substep: f64, time: f64, gap: f64) -> Model {
+    Model {
+        timing: Timing { substep, substeps: 1, max_ticks: (time / substep).round() as u32 },
+        base_inertia: inertia(1.0, 1.0, 1.0),
+        base_pose: at(-gap, 0.0, 0.0),
+        links: Vec::new(),
+        tool: Pose::identity(),
+        start_angles: Vec::new(),
+        target_inertia: inertia(1.0, 1.0, 1.0),
+        target_pose: Pose::identity(),
+        seat: Pose::identity(),
+        contact: Contact {
+            points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
+            solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
+            law: NormalLaw::Linear,
+            bilateral: false,
+            latch: None,
+        },
+        guidance: Guidance {
+            thrust: Thrust::Off,
+            arm: ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] },
+        },
+        orbit_rate: 0.0,
+        orbit_axes: Quat::identity(),
+        field: Vec3::zero(),
+        facility: ideal_facility(),
+        task: touch_task(),
+        nominal: Params::null(),
+    }
+}
+
+/// Null parameters with two masses whose reduced mass is `mass`, closing at `speed` on a spring and damper.
+pub(crate) fn closing(mass: f64, speed: f64, stiffness: f64, damping: f64) -> Params<f64> {
+    Params {
+        base_mass: 2.0 * mass,
+        target_mass: 2.0 * mass,
+        closing_speed: speed,
+        contact_stiffness: stiffness,
+        contact_damping: damping,
+        ..Params::null()
+    }
+}
