@@ -1,5 +1,6 @@
 //! `softdock drive` and `emulate` from outside: rehearsals, replays, refusals, and a process that is killed.
 
+use softdock_test_size::sized;
 use std::fs;
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
@@ -161,8 +162,12 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
     let links = format!(
         "--robot1 rsi://127.0.0.1:{one} --robot2 rsi://127.0.0.1:{two} --ft netft://127.0.0.1:{rdt}?http={http}"
     );
-    let words =
-        format!("emulate campaigns/probe_drogue.toml --run 1244 {links} --seconds 20 --truth {}", truth.display());
+    // The drive starts after one second and takes three.
+    let seconds = sized(8, 20);
+    let words = format!(
+        "emulate campaigns/probe_drogue.toml --run 1244 {links} --seconds {seconds} --truth {}",
+        truth.display()
+    );
     let emulator = command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
     std::thread::sleep(Duration::from_secs(1));
     let said = expect(0, &format!("{DRIVE} {links} --no-band --out {}", out.display()));

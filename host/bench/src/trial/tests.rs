@@ -1,9 +1,13 @@
 //! Cases that were said wrongly once.
+//!
+//! In the short check a diagnosis has a library of what is hidden and its rivals, and lists of cases have their first.
 
 use super::*;
 use crate::plan::{Extent, Wanted, plan};
+use crate::plant::share_group;
 use softdock_diagnosis::judge;
 use softdock_gauntlet::{NoiseColour, Rig};
+use softdock_test_size::{first, is_full};
 
 /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
 fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (Said, Vec<String>) {
@@ -34,8 +38,31 @@ fn answer_behind(colour: NoiseColour, rig: Rig, seed: u64, hidden: &[(&'static s
     let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
     let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
     let exhibit = Exhibit::of(&set).expect("room");
-    let without = without.iter().map(|id| (*id).to_owned()).collect();
+    let mut without: Vec<String> = without.iter().map(|id| (*id).to_owned()).collect();
+    if !is_full() && !hidden.is_empty() {
+        without.extend(strangers(&exhibit, &hidden));
+    }
     answer(exhibit.path(), &Options { without, ..Options::default() }).answer
+}
+
+/// Rivals of an effect besides those that the catalogue groups with it: what was once named in its place, or beside it.
+const RIVALS: [(&str, &[&str]); 0] = [];
+
+/// Effects of the library that are neither hidden nor a rival of what is.
+fn strangers(exhibit: &Exhibit, hidden: &[Hidden]) -> Vec<String> {
+    let prepared = read(exhibit.path(), &[], &Options::default()).expect("good recordings");
+    let is_known = |id: &str| {
+        let rival = |hidden: &Hidden| {
+            let listed = RIVALS.iter().filter(|(own, _)| *own == hidden.id).any(|(_, rivals)| rivals.contains(&id));
+            listed || code(hidden.id) == code(id) || share_group(hidden.id, id)
+        };
+        hidden.iter().any(rival)
+    };
+    let library = prepared.blocks(1).into_iter().flat_map(|(_, library)| library);
+    let mut strangers: Vec<String> = library.map(|own| own.effect.id.to_owned()).filter(|id| !is_known(id)).collect();
+    strangers.sort();
+    strangers.dedup();
+    strangers
 }
 
 #[test]
@@ -57,15 +84,16 @@ fn a_scale_that_another_worker_was_told_is_not_asked_for_again() {
 /// experiment that is proposed is made.
 #[test]
 fn what_a_prototype_told_is_told() {
-    for (id, size, experiments) in [
+    let effects = [
+        ("J7_backlash", 5e-5, 0),
         ("C1_transport_delay", 0.001, 1),
         ("J3_stribeck", 8.0, 0),
-        ("J7_backlash", 5e-5, 0),
         // A link of 15 kg m^2 swings on it at 38 Hz.
         ("J8_elasticity", 1.17e-6, 0),
         ("J9_torque_ripple", 1.0, 0),
         ("J14_payload", 0.6, 0),
-    ] {
+    ];
+    for (id, size, experiments) in first(1, effects) {
         let (rig, colour, seed) = (Rig::Drive { link_encoder: false }, NoiseColour::White, 1);
         let hidden = [Hidden { id, size }];
         let set = generate(rig, &hidden, colour, seed).expect("effects of the bench");
@@ -84,7 +112,8 @@ fn what_a_prototype_told_is_told() {
 fn what_has_no_mean_is_named_behind_a_lag_a_limit_and_a_hold() {
     let (lag, limit, hold) = (("C2_lag", 0.003), ("C7_rate_limit", 1.2), ("C6_hold", 0.004_177));
     let (jitter, drops) = (("C3_jitter", 1.2e-4), ("C4_drops", 1.5e-3));
-    for pair in [[lag, jitter], [lag, drops], [jitter, limit], [drops, limit], [jitter, hold], [drops, hold]] {
+    let pairs = [[lag, jitter], [drops, limit], [drops, hold], [lag, drops], [jitter, limit], [jitter, hold]];
+    for pair in first(1, pairs) {
         let mut ids = pair.map(|(id, _)| id.to_owned()).to_vec();
         ids.sort();
         assert_eq!(said(&pair, &[]), (Said::Named, ids));
@@ -93,7 +122,8 @@ fn what_has_no_mean_is_named_behind_a_lag_a_limit_and_a_hold() {
 
 #[test]
 fn a_lag_that_seems_there_and_is_of_no_use_hides_neither_losses_nor_jitter() {
-    for (seed, id, size) in [(1_888_172_402, "C4_drops", 7.761_6e-4), (4_210_823_708, "C3_jitter", 4.390_6e-4)] {
+    let cases = [(1_888_172_402, "C4_drops", 7.761_6e-4), (4_210_823_708, "C3_jitter", 4.390_6e-4)];
+    for (seed, id, size) in first(1, cases) {
         assert_eq!(said_of(Rig::Command, seed, &[(id, size)], &[]), (Said::Named, vec![id.to_owned()]));
     }
 }
@@ -105,7 +135,7 @@ fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
         (11, "C1_transport_delay", 0.0041, 1.1),
         (4_009_981_770, "C1_transport_delay", 0.008_861, 1.0),
     ];
-    for (seed, id, late, limit) in cases {
+    for (seed, id, late, limit) in first(1, cases) {
         let found = (Said::Named, vec![id.to_owned(), "C7_rate_limit".to_owned()]);
         assert_eq!(said_of(Rig::Command, seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
     }
@@ -114,12 +144,15 @@ fn a_hold_behind_a_limit_and_a_delay_behind_a_deep_one_are_named() {
 #[test]
 fn an_effect_is_named_beside_another_that_is_lost_from_anywhere_but_where_it_is() {
     let named = |ids: [&str; 2]| (Said::Named, ids.map(str::to_owned).to_vec());
-    // Steps of a reading are in phase with its gain.
-    let hidden = [("S3_gain", 0.04), ("S6_quantisation", 4.0)];
-    assert_eq!(said_of(Rig::Sensor, 1_759_870_806, &hidden, &[]), named(["S3_gain", "S6_quantisation"]));
-    // A boom on either side of its body looks nearly alike.
-    let hidden = [("P1_mass", 12.188), ("P3_appendage", 0.078_834)];
-    assert_eq!(said_of(Rig::Body, 889_584_576, &hidden, &[]), named(["P1_mass", "P3_appendage"]));
+    let cases = [
+        // Steps of a reading are in phase with its gain.
+        (Rig::Sensor, 1_759_870_806, [("S3_gain", 0.04), ("S6_quantisation", 4.0)]),
+        // A boom on either side of its body looks nearly alike.
+        (Rig::Body, 889_584_576, [("P1_mass", 12.188), ("P3_appendage", 0.078_834)]),
+    ];
+    for (rig, seed, hidden) in first(1, cases) {
+        assert_eq!(said_of(rig, seed, &hidden, &[]), named(hidden.map(|(id, _)| id)));
+    }
 }
 
 #[test]
@@ -145,7 +178,7 @@ fn noise_is_not_taken_for_steps() {
 #[test]
 fn a_drift_beside_a_gain_or_a_lag_is_named() {
     let drift = ("S2_drift", 0.051_874);
-    for other in [("S3_gain", 0.030_844), ("S5_low_pass", 9.17e-4)] {
+    for other in first(1, [("S3_gain", 0.030_844), ("S5_low_pass", 9.17e-4)]) {
         let found = (Said::Named, vec![drift.0.to_owned(), other.0.to_owned()]);
         assert_eq!(said_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
     }
@@ -156,7 +189,7 @@ fn a_drift_is_named_behind_steps_of_the_reading() {
     let named = (Said::Named, ["S2_drift", "S6_quantisation"].map(str::to_owned).to_vec());
     let (white, pink) = (NoiseColour::White, NoiseColour::Pink);
     let cases = [(white, 2_537_318_737, 0.061_688, 3.830_4), (pink, 1_379_738_469, 0.091_103, 4.0)];
-    for (colour, seed, drift, step) in cases {
+    for (colour, seed, drift, step) in first(1, cases) {
         let hidden = [("S2_drift", drift), ("S6_quantisation", step)];
         assert_eq!(said_behind(colour, Rig::Sensor, seed, &hidden, &[]), named);
     }
@@ -205,7 +238,7 @@ fn a_delay_that_strains_the_clock_is_not_in_a_library_without_it() {
 
 #[test]
 fn losses_and_jitter_that_the_library_goes_without_are_not_in_it() {
-    for (id, size) in [("C3_jitter", 3e-4), ("C4_drops", 5e-3)] {
+    for (id, size) in first(1, [("C3_jitter", 3e-4), ("C4_drops", 5e-3)]) {
         assert_eq!(said(&[(id, size)], &[id]), (Said::NotInLibrary, Vec::new()));
     }
 }
@@ -295,9 +328,12 @@ fn is_found(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64), nam
 
 #[test]
 fn what_jumps_from_sample_to_sample_is_named_beside_a_clock_that_is_off() {
-    is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.033_416_761_037_677_25), "hold");
-    is_found(NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.008_354_190_259_419_31), "hold");
-    is_found(NoiseColour::White, 1_136_580_252, ("C7_rate_limit", 0.496_072_162_488_528_5), "rate_limit");
+    let cases = [
+        (NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.008_354_190_259_419_31), "hold"),
+        (NoiseColour::Pink, 3_411_720_222, ("C6_hold", 0.033_416_761_037_677_25), "hold"),
+        (NoiseColour::White, 1_136_580_252, ("C7_rate_limit", 0.496_072_162_488_528_5), "rate_limit"),
+    ];
+    first(1, cases).for_each(|(colour, seed, effect, name)| is_found(colour, seed, effect, name));
 }
 
 #[test]
@@ -312,16 +348,20 @@ fn a_gap_is_named_though_its_teeth_may_be_as_stiff_as_they_like() {
 
 #[test]
 fn a_limit_that_acts_for_a_moment_of_what_is_learnt_from_is_named() {
-    is_found(NoiseColour::Pink, 639_031_804, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
-    // A resample of its held-out motion may lack that moment, which leaves 44 times the noise.
-    is_found(NoiseColour::FirstOrder, 2_102_284_916, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
+    // A resample of the second one's held-out motion may lack that moment, which leaves 44 times the noise.
+    for (colour, seed) in first(1, [(NoiseColour::Pink, 639_031_804), (NoiseColour::FirstOrder, 2_102_284_916)]) {
+        is_found(colour, seed, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
+    }
 }
 
 #[test]
 fn a_nuisance_that_is_far_off_by_chance_hides_no_effect_that_another_made_up_for() {
     // A bias of 3.06 tolerances, and a friction of 3.06.
-    is_named_in_contact(NoiseColour::FirstOrder, 3_797_152_687, ("K7_surface_offset", 1.044_273_782_427_413_9e-4));
-    is_named_in_contact(NoiseColour::Pink, 4_276_366_337, ("K7_surface_offset", 9.575_976_032_806_985e-5));
+    let cases = [
+        (NoiseColour::FirstOrder, 3_797_152_687, 1.044_273_782_427_413_9e-4),
+        (NoiseColour::Pink, 4_276_366_337, 9.575_976_032_806_985e-5),
+    ];
+    first(1, cases).for_each(|(colour, seed, size)| is_named_in_contact(colour, seed, ("K7_surface_offset", size)));
 }
 
 #[test]
@@ -333,8 +373,11 @@ fn what_warms_up_is_named_though_a_gear_that_filters_noise_leaves_less() {
 
 #[test]
 fn a_lag_is_named_though_one_repeat_of_each_motion_has_it_elsewhere() {
-    is_named_in_contact(NoiseColour::Pink, 341_403_215, ("S5_low_pass", 1.138_788_634_756_691_8e-3));
-    is_named_in_contact(NoiseColour::FirstOrder, 1_390_257_130, ("S5_low_pass", 7.384_130_729_697_496e-4));
+    let cases = [
+        (NoiseColour::Pink, 341_403_215, 1.138_788_634_756_691_8e-3),
+        (NoiseColour::FirstOrder, 1_390_257_130, 7.384_130_729_697_496e-4),
+    ];
+    first(1, cases).for_each(|(colour, seed, size)| is_named_in_contact(colour, seed, ("S5_low_pass", size)));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, Prepared, prepar
 use softdock_diagnosis::{Error, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;
 use softdock_gauntlet::{Hidden, NoiseColour, generate};
+use softdock_kernels::effects::GROUPS;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -76,6 +77,12 @@ impl Bench {
         self.prepared(options)?.diagnose()
     }
 
+    /// Effects of the library but for these and their partners: what the short check leaves out of it.
+    pub(crate) fn strangers(&self, known: &[&str]) -> Vec<String> {
+        let prepared = self.prepared(&Options::default()).expect("good recordings");
+        strangers(&prepared, known)
+    }
+
     pub(crate) fn diagnose(&self) -> Diagnosis {
         self.diagnose_with(&Options::default()).expect("good recordings").0
     }
@@ -87,6 +94,18 @@ impl Bench {
         std::fs::write(self.model(), extended).expect("room");
         self
     }
+}
+
+/// Effects of a library that are none of these, and in no group of the catalogue with one of them.
+pub(crate) fn strangers(prepared: &Prepared, known: &[&str]) -> Vec<String> {
+    let code = |id: &str| id.split('_').next().unwrap_or_default().to_owned();
+    let groups = || GROUPS.iter().filter(|group| group.id != "own");
+    let share = |a: &str, b: &str| {
+        let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));
+        code(a) == code(b) || groups().any(|group| has(group.members, a) && has(group.members, b))
+    };
+    let ids = prepared.isolability.iter().flat_map(|view| view.effects.iter());
+    ids.filter(|id| !known.iter().any(|known| share(known, id))).map(|id| (*id).to_owned()).collect()
 }
 
 /// The drive's answer.
