@@ -141,11 +141,7 @@ touch "$peers/ready"
 real_peers=()
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip a_running_controller_is_held)
 SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"
-SOFTDOCK_MCAP="$scratch/others.mcap" \
-    cargo test "${all[@]}" --lib write_a_log_for_others -- --ignored >"$scratch/mcap.log" || {
-    cat "$scratch/mcap.log"
-    fail "no log was written for other programs"
-}
+SOFTDOCK_MCAP="$scratch/others.mcap" cargo test "${all[@]}" --lib write_a_log_for_others -- --ignored
 "$peers/bin/python" host/realtime/tests/peers/read_mcap.py "$scratch/others.mcap"
 
 step "a campaign, from its file to its verdict"

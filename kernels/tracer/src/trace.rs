@@ -302,143 +302,82 @@ impl Graph {
     }
 }
 
+// Not inlined: inside the always-inlined stages a copy per operation takes the compiler minutes.
+#[inline(never)]
 fn push(op: Op) -> u32 {
     GRAPH.with_borrow_mut(|graph| graph.push(op))
-}
-
-/// Functions that record an operation each.
-///
-/// The always-inlined stages consist of their calls. Inlined, or as calls that may unwind, they take the compiler
-/// minutes: `extern "C"` says that they do not unwind.
-mod record {
-    use super::{Op, push};
-
-    macro_rules! recorders {
-        ($($name:ident($($operand:ident),*) => $op:ident;)*) => {
-            $(
-                #[inline(never)]
-                pub(super) extern "C" fn $name($($operand: u32),*) -> u32 {
-                    push(Op::$op($($operand),*))
-                }
-            )*
-        };
-    }
-
-    recorders! {
-        add(a, b) => Add;
-        sub(a, b) => Sub;
-        mul(a, b) => Mul;
-        div(a, b) => Div;
-        neg(a) => Neg;
-        fma(a, b, c) => Fma;
-        sqrt(a) => Sqrt;
-        abs(a) => Abs;
-        floor(a) => Floor;
-        less(a, b) => Less;
-        less_equal(a, b) => LessEqual;
-        not(a) => Not;
-        and(a, b) => And;
-        or(a, b) => Or;
-        select(mask, then, other) => Select;
-        mantissa(a) => Mantissa;
-        exponent(a) => Exponent;
-        exp2(a) => Exp2;
-        min(a, b) => Min;
-        max(a, b) => Max;
-    }
-
-    #[inline(never)]
-    pub(super) extern "C" fn lit(value: f64) -> u32 {
-        push(Op::Const(value.to_bits()))
-    }
 }
 
 softdock_kernels::scalar_bundle!(Sym);
 
 macro_rules! symbolic {
-    ($ty:ident, $($trait:ident $function:ident => $record:ident),*) => {
+    ($ty:ident, $($trait:ident $function:ident => $op:ident),*) => {
         $(impl $trait for $ty {
             type Output = Self;
-            #[inline(always)]
             fn $function(self, o: Self) -> Self {
-                Self(record::$record(self.0, o.0))
+                Self(push(Op::$op(self.0, o.0)))
             }
         })*
     };
 }
 
-symbolic!(Sym, Add add => add, Sub sub => sub, Mul mul => mul, Div div => div);
-symbolic!(SymMask, BitAnd bitand => and, BitOr bitor => or);
+symbolic!(Sym, Add add => Add, Sub sub => Sub, Mul mul => Mul, Div div => Div);
+symbolic!(SymMask, BitAnd bitand => And, BitOr bitor => Or);
 
 impl Neg for Sym {
     type Output = Self;
-    #[inline(always)]
     fn neg(self) -> Self {
-        Self(record::neg(self.0))
+        Self(push(Op::Neg(self.0)))
     }
 }
 
 impl Not for SymMask {
     type Output = Self;
-    #[inline(always)]
     fn not(self) -> Self {
-        Self(record::not(self.0))
+        Self(push(Op::Not(self.0)))
     }
 }
 
 impl Real for Sym {
     type Mask = SymMask;
 
-    #[inline(always)]
     fn lit(value: f64) -> Self {
-        Self(record::lit(value))
+        Self(push(Op::Const(value.to_bits())))
     }
-    #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
-        Self(record::fma(self.0, factor.0, addend.0))
+        Self(push(Op::Fma(self.0, factor.0, addend.0)))
     }
-    #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(record::sqrt(self.0))
+        Self(push(Op::Sqrt(self.0)))
     }
-    #[inline(always)]
     fn abs(self) -> Self {
-        Self(record::abs(self.0))
+        Self(push(Op::Abs(self.0)))
     }
-    #[inline(always)]
     fn floor(self) -> Self {
-        Self(record::floor(self.0))
+        Self(push(Op::Floor(self.0)))
     }
-    #[inline(always)]
     fn lt(self, other: Self) -> SymMask {
-        SymMask(record::less(self.0, other.0))
+        SymMask(push(Op::Less(self.0, other.0)))
     }
-    #[inline(always)]
     fn le(self, other: Self) -> SymMask {
-        SymMask(record::less_equal(self.0, other.0))
+        SymMask(push(Op::LessEqual(self.0, other.0)))
     }
-    #[inline(always)]
     fn select(mask: SymMask, then: Self, other: Self) -> Self {
-        Self(record::select(mask.0, then.0, other.0))
+        Self(push(Op::Select(mask.0, then.0, other.0)))
     }
-    #[inline(always)]
     fn any(_mask: SymMask) -> bool {
         true
     }
-    #[inline(always)]
     fn frexp(self) -> (Self, Self) {
-        (Self(record::mantissa(self.0)), Self(record::exponent(self.0)))
+        (Self(push(Op::Mantissa(self.0))), Self(push(Op::Exponent(self.0))))
     }
-    #[inline(always)]
     fn exp2_whole(self) -> Self {
-        Self(record::exp2(self.0))
+        Self(push(Op::Exp2(self.0)))
     }
-    #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self(record::min(self.0, other.0))
+        Self(push(Op::Min(self.0, other.0)))
     }
-    #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(record::max(self.0, other.0))
+        Self(push(Op::Max(self.0, other.0)))
     }
 }

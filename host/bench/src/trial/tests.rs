@@ -45,24 +45,12 @@ fn answer_behind(colour: NoiseColour, rig: Rig, seed: u64, hidden: &[(&'static s
     answer(exhibit.path(), &Options { without, ..Options::default() }).answer
 }
 
-/// Rivals of an effect besides those that the catalogue groups with it: what was once named in its place, or beside it.
-const RIVALS: [(&str, &[&str]); 0] = [];
-
-/// Effects of the library that are neither hidden nor a rival of what is.
+/// Effects of the library that are neither hidden nor in a group with what is.
 fn strangers(exhibit: &Exhibit, hidden: &[Hidden]) -> Vec<String> {
     let prepared = read(exhibit.path(), &[], &Options::default()).expect("good recordings");
-    let is_known = |id: &str| {
-        let rival = |hidden: &Hidden| {
-            let listed = RIVALS.iter().filter(|(own, _)| *own == hidden.id).any(|(_, rivals)| rivals.contains(&id));
-            listed || code(hidden.id) == code(id) || share_group(hidden.id, id)
-        };
-        hidden.iter().any(rival)
-    };
+    let is_known = |id: &str| hidden.iter().any(|own| code(own.id) == code(id) || share_group(own.id, id));
     let library = prepared.blocks(1).into_iter().flat_map(|(_, library)| library);
-    let mut strangers: Vec<String> = library.map(|own| own.effect.id.to_owned()).filter(|id| !is_known(id)).collect();
-    strangers.sort();
-    strangers.dedup();
-    strangers
+    library.map(|own| own.effect.id.to_owned()).filter(|id| !is_known(id)).collect()
 }
 
 #[test]

@@ -14,14 +14,13 @@ fn diagnosed(hidden: &[Hidden]) -> Diagnosis {
     std::fs::write(&model, made.model).expect("room");
     std::fs::write(&log, made.log).expect("room");
     let rig = Rig::load(&model).expect("a legal model");
-    let options = Options { hold_out_experiments: "4:1".parse().ok(), ..Options::default() };
-    let prepared = |options: &Options| prepare(rig.clone(), &[&log], &[], options).expect("good recordings");
-    let mut options = options;
+    let mut options = Options { hold_out_experiments: "4:1".parse().ok(), ..Options::default() };
     if !is_full() && hidden.iter().all(|hidden| hidden.id != "K11_shape") {
         // A library without what costs most and is like nothing that is hidden.
         options.without = vec!["K11_shape".to_owned()];
     }
-    prepared(&options).diagnose().expect("tosses that show something").0
+    let prepared = prepare(rig, &[&log], &[], &options).expect("good recordings");
+    prepared.diagnose().expect("tosses that show something").0
 }
 
 /// A number that was found.

@@ -11,7 +11,7 @@ use softdock_diagnosis::diagnosis::Options;
 use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;
-use softdock_test_size::{first, is_full, sized};
+use softdock_test_size::{first, is_full};
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
@@ -111,8 +111,7 @@ fn a_drive_that_warms_up_shows_it_from_repeat_to_repeat() {
 fn told(options: &Options) -> (Verdict, Vec<&'static str>, Vec<f64>) {
     let bench = Bench::drive(&[("J2_viscous", 5.0), ("C2_lag", 0.004)], 9);
     // In the short check a library of what is hidden and what comes nearest to it.
-    let without = sized(bench.strangers(&["J2_viscous", "C2_lag"]), Vec::new());
-    let options = Options { without, ..options.clone() };
+    let options = Options { without: bench.strangers(&["J2_viscous", "C2_lag"]), ..options.clone() };
     let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
     let numbers = diagnosis.effects.iter().flat_map(|effect| effect.parameters.values().map(|number| number.value));
     (diagnosis.answer, diagnosis.effects.iter().map(|effect| effect.id).collect(), numbers.collect())
@@ -141,7 +140,7 @@ fn a_device_gives_the_same_answer_in_single_precision() {
 #[test]
 fn an_axis_of_a_robot_is_named_and_its_model_extended() {
     let bench = Bench::of(Kind::Robot, NoiseColour::FirstOrder, &[("J2_viscous", 8.0)], 4);
-    let options = Options { without: sized(bench.strangers(&["J2_viscous"]), Vec::new()), ..Options::default() };
+    let options = Options { without: bench.strangers(&["J2_viscous"]), ..Options::default() };
     let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
     assert_named(&diagnosis, &["J2_viscous"]);
     assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
