@@ -10,6 +10,7 @@ use softdock_kernels::frame::facility::{Readings, readings};
 use softdock_kernels::frame::single::emulated_facility;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Parts;
+use softdock_test_size::first;
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
@@ -110,9 +111,10 @@ impl Secret {
         serde_json::from_str(&text).expect("JSON")
     }
 
-    /// The answer to three drives.
+    /// The answer to three drives; to two in the short check.
     fn diagnosed(&self) -> Value {
-        let logs = [3, 11, 40].map(|run| self.driven(&format!("--run {run}"), &run.to_string()));
+        let logs: Vec<String> =
+            first(2, [3, 40, 11]).map(|run| self.driven(&format!("--run {run}"), &run.to_string())).collect();
         self.answer(&logs.join(" "))
     }
 }

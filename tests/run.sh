@@ -58,15 +58,23 @@ if [ "${#missing[@]}" -gt 0 ]; then
 fi
 has_vulkan_loader && has_lavapipe || fail "no Vulkan loader or no lavapipe after installing them"
 
+# Two Python environments, made while the lints are compiled: readers of results, and peers of the protocols.
 python="$target/venv/bin/python3"
-if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null; then
-    python3 -m venv "$target/venv"
-    "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb
-fi
-"$python" -c 'import duckdb, pyarrow; print("duckdb", duckdb.__version__, " pyarrow", pyarrow.__version__)'
+peers="$(realpath -m "$target")/peers"
+make_environments() {
+    if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null; then
+        python3 -m venv "$target/venv"
+        "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb
+    fi
+    [ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
+    touch "$peers/ready"
+}
+mkdir -p "$target"
+make_environments >"$scratch/environments.log" 2>&1 &
+environments=$!
 
-# The software driver writes nothing outside the scratch folder.
-export MESA_SHADER_CACHE_DISABLE=true
+# The software driver writes nothing outside the scratch folder, and compiles a kernel that several tests run once.
+export MESA_SHADER_CACHE_DIR="$scratch/shaders"
 if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
     export XDG_RUNTIME_DIR="$scratch/runtime"
     mkdir -m 700 "$XDG_RUNTIME_DIR"
@@ -94,18 +102,23 @@ if [ "$full" = yes ]; then
     echo "the long check: every test at its full size, and parity on SwiftShader; 40 minutes more than the short one"
 fi
 
-# Rapier has features of its own: with the others it would build their dependencies anew.
+# Rapier has features of its own: with the others it would build the program's dependencies anew.
 all=(--release --workspace --exclude softdock-oracle-rapier)
 
 step "format"
 cargo fmt --all --check
 
 step "lints"
-cargo clippy "${all[@]}" --all-targets -- -D warnings
-cargo clippy --release -p softdock-oracle-rapier --all-targets -- -D warnings
+cargo clippy --release --workspace --all-targets -- -D warnings
 
 step "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc "${all[@]}" --no-deps --quiet
+RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps --quiet
+
+wait "$environments" || {
+    cat "$scratch/environments.log" >&2
+    fail "the Python environments could not be made"
+}
+"$python" -c 'import duckdb, pyarrow; print("duckdb", duckdb.__version__, " pyarrow", pyarrow.__version__)'
 
 step "tests"
 cargo test "${all[@]}" --no-fail-fast
@@ -135,9 +148,6 @@ fi
 
 # The whole workspace, so that nothing is built again with other features.
 step "third parties: Net F/T, FANUC, EGM and MCAP against programs of others"
-peers="$(realpath -m "$target")/peers"
-[ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
-touch "$peers/ready"
 real_peers=()
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip a_running_controller_is_held)
 SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"

@@ -167,6 +167,17 @@ const JOINTS: &str = "smoke_joint";
 const ON_JOINTS: [&str; 5] = ["take_command", "move_robots", "push_robots", "place_robots", "slice"];
 /// What those that have a compensator are run for besides.
 const COMPENSATING: [&str; 5] = ["tick_facility", "receive_wrench", "compensated_wrench", "reset", "slice"];
+/// What the short check runs on a case: the functions that call all others, and two that have compensators.
+fn short(case: &str) -> &'static [&'static str] {
+    match case {
+        ALONE => &["begin", "end", "slice"],
+        JOINTS => &["slice"],
+        PREDICTED => &["compensated_wrench"],
+        OBSERVED => &["tick_facility"],
+        _ => &[],
+    }
+}
+
 /// Repetitions of the truth from inputs moved by their own rounding: what shows how well a sample is conditioned.
 const REPETITIONS: usize = 3;
 /// The allowance grows by so many times the spread of these repetitions.
@@ -423,17 +434,13 @@ fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
         println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");
         for row in &FRAME_ROWS {
             let mut worst = 0.0_f64;
-            let compensating = |name| [PREDICTED, OBSERVED].contains(&name) && COMPENSATING.contains(&row.name);
-            // In the short check a whole tick runs on one case, whose parts are rows of their own on the others.
-            let is_short_tick = row.name == "slice" && !is_full();
             let runs_on = |case: &&Case| match case.name {
+                name if !is_full() => short(name).contains(&row.name),
                 ALONE => true,
-                _ if is_short_tick => false,
                 WHOLE => row.name == "slice",
                 JOINTS => ON_JOINTS.contains(&row.name),
-                PREDICTED if !is_full() => row.name == "compensated_wrench",
-                OBSERVED if !is_full() => row.name == "tick_facility",
-                other => compensating(other),
+                PREDICTED | OBSERVED => COMPENSATING.contains(&row.name),
+                _ => false,
             };
             for case in CASES.iter().filter(runs_on) {
                 let (seen, undecided, at) = match case.plant.joints() {

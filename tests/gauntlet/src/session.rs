@@ -127,6 +127,23 @@ pub struct Set {
 }
 
 impl Set {
+    /// A smaller set: the first repeats of every experiment, and `share` of the rows of each, from its beginning.
+    #[must_use]
+    pub fn shortened(mut self, repeats: u64, share: f64) -> Self {
+        let is_kept = |(file, _): &(String, String)| {
+            let repeat = file.trim_end_matches(".csv").rsplit('_').next().and_then(|number| number.parse::<u64>().ok());
+            repeat.is_none_or(|repeat| repeat <= repeats)
+        };
+        self.logs.retain(is_kept);
+        self.holdout.retain(is_kept);
+        for (_, text) in self.logs.iter_mut().chain(&mut self.holdout) {
+            let rows = text.lines().count() - 1;
+            let lines = 1 + (share * rows as f64).round() as usize;
+            text.truncate(text.split_inclusive('\n').take(lines).map(str::len).sum());
+        }
+        self
+    }
+
     /// Writes `model.toml`, what it names, `training/*.csv` and `holdout/*.csv` into a folder. The truth is not written.
     ///
     /// # Errors

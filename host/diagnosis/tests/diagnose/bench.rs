@@ -5,7 +5,7 @@ use softdock_diagnosis::answer::{BlockAnswer, Verdict};
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, Prepared, prepare};
 use softdock_diagnosis::{Error, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;
-use softdock_gauntlet::{Hidden, NoiseColour, generate};
+use softdock_gauntlet::{Hidden, NoiseColour, Set, generate};
 use softdock_kernels::effects::GROUPS;
 use softdock_test_size::is_full;
 use std::path::{Path, PathBuf};
@@ -27,10 +27,18 @@ impl Bench {
         Self::of(Kind::Drive { link_encoder: false }, noise, hidden, seed)
     }
 
-    /// A bench of any kind.
+    /// A drive in records of full length in every check, for what shows late or from repeat to repeat.
+    pub(crate) fn long_drive(hidden: &[(&'static str, f64)], seed: u64) -> Self {
+        Self::write(&set(Kind::Drive { link_encoder: false }, NoiseColour::FirstOrder, hidden, seed))
+    }
+
+    /// A bench of any kind; in the short check the beginnings of two repeats of every experiment.
     pub(crate) fn of(kind: Kind, noise: NoiseColour, hidden: &[(&'static str, f64)], seed: u64) -> Self {
-        let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
-        let set = generate(kind, &hidden, noise, seed).expect("a legal size");
+        let set = set(kind, noise, hidden, seed);
+        Self::write(&if is_full() { set } else { set.shortened(2, 0.6) })
+    }
+
+    fn write(set: &Set) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         set.write(folder.path()).expect("room");
         Self { folder }
@@ -106,6 +114,11 @@ impl Bench {
         std::fs::write(self.model(), extended).expect("room");
         self
     }
+}
+
+fn set(kind: Kind, noise: NoiseColour, hidden: &[(&'static str, f64)], seed: u64) -> Set {
+    let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
+    generate(kind, &hidden, noise, seed).expect("a legal size")
 }
 
 /// The drive's answer.

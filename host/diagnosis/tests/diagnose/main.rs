@@ -12,6 +12,7 @@ use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;
 use softdock_test_size::{first, is_full};
+use std::sync::LazyLock;
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
@@ -48,7 +49,7 @@ fn a_reference_that_is_held_or_limited_shows_in_the_controller_alone() {
         ("C7_rate_limit", 1.024_909_771_281_022_7, "rate_limit", 1_822_722_398),
     ];
     for (id, size, number, seed) in first(1, cases) {
-        let diagnosis = Bench::drive(&[(id, size)], seed).diagnose();
+        let diagnosis = Bench::long_drive(&[(id, size)], seed).diagnose();
         let ids: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
         assert_eq!((diagnosis.answer, &ids[..]), (Verdict::Named, &[id][..]), "{size}");
         assert_eq!(drive(&diagnosis).answer, Verdict::NoEffect, "{id}: torque jumps between the log's samples");
@@ -82,7 +83,7 @@ fn friction_is_told_by_where_it_acts() {
         ("J18_direction_friction", 6.0, "J18_drive_offset", "coulomb_asymmetry"),
     ];
     for (id, size, named, number) in first(1, cases) {
-        let diagnosis = Bench::drive(&[(id, size)], 7).diagnose();
+        let diagnosis = Bench::long_drive(&[(id, size)], 7).diagnose();
         assert_named(&diagnosis, &[named]);
         let found = &diagnosis.effects[0].parameters[number];
         assert!((found.value / size - 1.0).abs() < 0.1 && found.lo < size && size < found.hi, "{id}: {found:?}");
@@ -91,7 +92,7 @@ fn friction_is_told_by_where_it_acts() {
 
 #[test]
 fn a_drive_that_warms_up_shows_it_from_repeat_to_repeat() {
-    let warm = Bench::drive(&[("J6_warm_up", 0.8)], 7).diagnose();
+    let warm = Bench::long_drive(&[("J6_warm_up", 0.8)], 7).diagnose();
     assert_named(&warm, &["J6_temperature"]);
     let loss = &warm.effects[0].parameters["warm_loss"];
     assert!(loss.lo < 0.8 && 0.8 < loss.hi && loss.hi - loss.lo < 0.4, "{loss:?}");
@@ -107,8 +108,14 @@ fn a_drive_that_warms_up_shows_it_from_repeat_to_repeat() {
     assert!(loaded.findings.iter().any(|finding| drifts(&finding.what)), "{:?}", loaded.findings);
 }
 
-/// What is said of a drive with two hidden effects: verdict, causes, numbers.
-fn told(options: &Options) -> (Verdict, Vec<&'static str>, Vec<f64>) {
+/// What is said: verdict, causes, numbers.
+type Said = (Verdict, Vec<&'static str>, Vec<f64>);
+
+/// What is said in the usual steps and precision.
+static USUAL: LazyLock<Said> = LazyLock::new(|| told(&Options::default()));
+
+/// What is said of a drive with two hidden effects.
+fn told(options: &Options) -> Said {
     let bench = Bench::drive(&[("J2_viscous", 5.0), ("C2_lag", 0.004)], 9);
     // In the short check a library of what is hidden and what comes nearest to it.
     let options = Options { without: bench.strangers(&["J2_viscous", "C2_lag"]), ..options.clone() };
@@ -119,7 +126,7 @@ fn told(options: &Options) -> (Verdict, Vec<&'static str>, Vec<f64>) {
 
 /// The same in other steps or another precision: the same words, and numbers that differ a little.
 fn assert_told_alike(options: &Options) {
-    let (usual, other) = (told(&Options::default()), told(options));
+    let (usual, other) = (&*USUAL, told(options));
     assert_eq!((usual.0, &usual.1), (other.0, &other.1));
     assert_eq!((usual.0, &usual.1[..]), (Verdict::Named, &["C2_lag", "J2_viscous"][..]));
     let same = usual.2.iter().zip(&other.2).all(|(usual, other)| (usual / other - 1.0).abs() < 0.01);
@@ -165,7 +172,7 @@ fn the_extended_model_leaves_nothing_to_find() {
 
 #[test]
 fn an_elastic_gear_is_named_though_its_resonance_carries_the_torques_noise() {
-    let diagnosis = Bench::drive(&[("J8_elasticity", 2e-6)], 3).diagnose();
+    let diagnosis = Bench::long_drive(&[("J8_elasticity", 2e-6)], 3).diagnose();
     assert!(diagnosis.effects.iter().any(|effect| effect.id == "J8_elasticity"), "{:?}", diagnosis.effects);
     assert!(diagnosis.effects[0].p > 0.9 && diagnosis.answer >= Verdict::Named, "{:?}", diagnosis.answer);
 }
@@ -230,7 +237,7 @@ fn two_effects_are_named_together() {
 
 #[test]
 fn rivals_that_look_alike_come_with_the_motion_that_tells_them_apart() {
-    let diagnosis = Bench::drive(&[("C1_transport_delay", 9e-4)], 4).diagnose();
+    let diagnosis = Bench::long_drive(&[("C1_transport_delay", 9e-4)], 4).diagnose();
     let rivals: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
     assert_eq!(diagnosis.answer, Verdict::Ambiguous);
     assert!(rivals.contains(&"C1_transport_delay") && rivals.contains(&"C2_lag"), "{rivals:?}");

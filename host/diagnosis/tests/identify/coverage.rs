@@ -12,9 +12,14 @@ use softdock_diagnosis::identify::series::Series;
 use softdock_diagnosis::identify::system::{System, shapes};
 use softdock_kernels::manipulator::{bristle, inverse_dynamics};
 use softdock_kernels::philox;
+use softdock_test_size::sized;
 use std::collections::BTreeMap;
 
-const TRIALS: u64 = 100;
+/// Draws of the noise.
+fn trials() -> u64 {
+    sized(50, 100)
+}
+
 const STEP: f64 = 0.02;
 const PERIOD: f64 = 10.0;
 
@@ -77,13 +82,13 @@ fn coverage(preparation: Preparation, periods: usize) -> Vec<f64> {
     let base = Base::of(&robot);
     let truth = &base.map * DVector::from_vec(Layout::of(&robot).values(&robot));
     let mut hits = vec![0.0; base.len()];
-    for trial in 0..TRIALS {
+    for trial in 0..trials() {
         let motions = [Motion::new(&noisy(&robot, &clean, trial), &preparation).expect("a motion")];
         let system = System::new(&robot, &motions, &shapes(&robot));
         let found = LeastSquares::new(&system, &base, &motions);
         for (index, error) in found.standard_errors().iter().enumerate() {
             if (found.beta[index] - truth[index]).abs() <= 1.96 * error {
-                hits[index] += 1.0 / TRIALS as f64;
+                hits[index] += 1.0 / trials() as f64;
             }
         }
     }
@@ -95,7 +100,7 @@ fn holds(hits: &[f64]) {
     let least = hits.iter().copied().fold(1.0, f64::min);
     println!("pooled {pooled:.4}, least {least:.2} of {} parameters", hits.len());
     assert!((0.92..=0.97).contains(&pooled), "pooled {pooled}");
-    assert!(least >= 0.85, "the worst parameter: {least}");
+    assert!(least >= sized(0.8, 0.85), "the worst parameter: {least}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use softdock_realtime::protocol::{Controller, Outbox};
 use softdock_realtime::signals::{AXES, Order, RAIL, Robot, RobotState};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
+use softdock_test_size::sized;
 use std::f64::consts::TAU;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -89,7 +90,7 @@ fn drive(version: &str, periods: f64) {
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
 fn our_driver_moves_the_strict_controller_without_a_violation() {
-    drive("4", 5.0);
+    drive("4", sized(1.0, 5.0));
 }
 
 #[test]
