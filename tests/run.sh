@@ -102,6 +102,9 @@ if [ "$full" = yes ]; then
     echo "the long check: every test at its full size, and parity on SwiftShader; 40 minutes more than the short one"
 fi
 
+# One test more at a time than there are cores: some of them wait.
+export RUST_TEST_THREADS=$(($(nproc) + 1))
+
 # Rapier has features of its own: with the others it would build the program's dependencies anew.
 all=(--release --workspace --exclude softdock-oracle-rapier)
 
