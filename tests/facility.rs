@@ -10,7 +10,7 @@ use softdock_kernels::frame::facility::{Readings, readings};
 use softdock_kernels::frame::single::emulated_facility;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Parts;
-use softdock_test_size::first;
+use softdock_test_size::sized;
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
@@ -113,8 +113,9 @@ impl Secret {
 
     /// The answer to three drives; to two in the short check.
     fn diagnosed(&self) -> Value {
-        let logs: Vec<String> =
-            first(2, [3, 40, 11]).map(|run| self.driven(&format!("--run {run}"), &run.to_string())).collect();
+        // The last one is judged by.
+        let runs = sized(&[3, 40][..], &[3, 11, 40]);
+        let logs: Vec<String> = runs.iter().map(|run| self.driven(&format!("--run {run}"), &run.to_string())).collect();
         self.answer(&logs.join(" "))
     }
 }
