@@ -6,6 +6,7 @@ mod check;
 pub mod columns;
 pub mod compare;
 pub mod derived;
+pub mod difference;
 pub mod dispersion;
 pub mod distribution;
 mod effects;
