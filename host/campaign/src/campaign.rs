@@ -1,5 +1,6 @@
 //! A campaign: the file checked, with its scenario, dispersions and requirements.
 
+use crate::cases::Cases;
 use crate::check::Checker;
 use crate::compare::{self, Comparison};
 use crate::derived::{self, Derived};
@@ -27,7 +28,7 @@ use std::path::{Path, PathBuf};
 pub(crate) const FORMAT: &str = "campaign/1";
 
 /// Most runs, and most runs in a shard.
-const MOST_RUNS: u64 = 1_000_000_000;
+pub(crate) const MOST_RUNS: u64 = 1_000_000_000;
 const MOST_SHARD_RUNS: u64 = 1_000_000;
 
 /// Runs that are repeated at half the substep unasked: enough to see a difference, cheap beside any campaign.
@@ -155,6 +156,8 @@ pub struct Campaign {
     /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
     pub hash: String,
     pub(crate) files: Vec<PathBuf>,
+    /// Inputs in the place of the draws, and the hash without them.
+    pub(crate) cases: Option<(Cases, String)>,
 }
 
 impl Campaign {
@@ -340,6 +343,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         derived,
         variants: Vec::new(),
         comparison: Comparison::default(),
+        cases: None,
         variables: fields[parameters..].iter().map(|field| field.name.clone()).collect(),
     };
     let bounds = campaign.bounds(c);

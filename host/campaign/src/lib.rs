@@ -2,6 +2,7 @@
 
 mod arm;
 pub mod campaign;
+pub mod cases;
 mod check;
 pub mod columns;
 pub mod compare;
@@ -37,6 +38,7 @@ mod variant;
 mod written;
 
 pub use campaign::Campaign;
+pub use cases::Cases;
 pub use compare::Comparison;
 pub use found::FoundEffect;
 pub use histogram::histograms;

@@ -28,8 +28,26 @@ impl Campaign {
         block.min(draws - 1) as u32
     }
 
+    /// Why the draws of its first runs would change with the number of runs; `None` if they stay as they are.
+    ///
+    /// Random draws and points of a Sobol' sequence depend on seed and run number alone.
+    pub fn draws_depend_on_runs(&self) -> Option<String> {
+        let outer = self.outer_draws.filter(|draws| *draws > 1);
+        match (&self.cases, outer, self.method) {
+            (Some(_), _, _) => Some("its runs are the rows of a table of cases".to_owned()),
+            (_, Some(draws), _) => Some(format!("its {draws} outer draws share out the runs by their number")),
+            (_, _, Method::LatinHypercube) => {
+                Some("the strata of a Latin hypercube sample depend on the number of runs".to_owned())
+            }
+            _ => None,
+        }
+    }
+
     /// The inputs of a run.
     pub fn draw(&self, run: u64) -> Draw {
+        if let Some((cases, _)) = &self.cases {
+            return Draw { outer: 0, params: self.given(cases, run) };
+        }
         let outer = self.outer_of(run);
         let mut shares: Vec<f64> = (0..self.dispersions.len()).map(|index| self.share(index, run, outer)).collect();
         for group in &self.correlations {
@@ -88,7 +106,7 @@ impl Campaign {
 }
 
 /// Evaluates the derived values in their order.
-fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
+pub(crate) fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
     for derived in derived {
         values[derived.field] = derived.expression.value(&values);
     }

@@ -12,7 +12,7 @@ use crate::written::compare::VariantTable;
 use softdock_kernels::fields::Field;
 
 /// What a results folder holds besides variants.
-const TAKEN: [&str; 4] = ["campaign", "runs", "traces", "replays"];
+const TAKEN: [&str; 5] = ["campaign", "partial", "runs", "traces", "replays"];
 
 /// One facility, and the campaign that is run on it.
 #[derive(Clone, Debug)]
