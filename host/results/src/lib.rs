@@ -9,6 +9,7 @@ mod error;
 pub mod foreign;
 pub mod merge;
 pub mod parity;
+pub mod partial;
 mod read;
 pub mod runs;
 mod schema;

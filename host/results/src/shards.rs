@@ -13,6 +13,9 @@ use crate::{Error, Result};
 /// Version of the runs contract; a change of the first number breaks readers, columns are only added.
 pub const RUNS_SCHEMA: &str = "runs/1";
 
+/// Key of the place of a shard's first case in a table of given cases, whose run numbers may have gaps.
+const FIRST_CASE: &str = "softdock.first_case";
+
 /// How a campaign's runs are cut into files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShardPlan {
@@ -188,7 +191,9 @@ fn belongs(
         return Err(format!("the file says that it is shard {shard}"));
     }
     let rows = range.end - range.start;
-    expect("first_run", &range.start.to_string())?;
+    // Given cases may have run numbers of their own; then the file states the place of its first case.
+    let first = if metadata.contains_key(FIRST_CASE) { "first_case" } else { "first_run" };
+    expect(first, &range.start.to_string())?;
     expect("rows", &rows.to_string())?;
     if reader.rows() != rows {
         return Err(format!("{} rows, expected {rows}", reader.rows()));
@@ -258,7 +263,7 @@ pub fn read_run(results: &Path, run: u64) -> Result<Option<RunRow>> {
         let reader = TableReader::open(&path)?;
         let metadata = reader.metadata();
         let first = metadata.get("softdock.first_run").and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
-        if !(first..first + reader.rows()).contains(&run) {
+        if !metadata.contains_key(FIRST_CASE) && !(first..first + reader.rows()).contains(&run) {
             continue;
         }
         for batch in reader.batches()? {
