@@ -4,6 +4,7 @@
 //! Early fail, never early pass. No share without its interval.
 
 pub mod compare;
+pub mod compare_results;
 mod error;
 pub mod exact;
 pub mod facts;
@@ -11,6 +12,7 @@ pub mod number;
 pub mod parity;
 pub mod plan;
 pub mod plots;
+pub mod proportions;
 mod reading;
 pub mod report;
 mod summarise;
@@ -19,6 +21,7 @@ mod tally;
 mod terminal;
 
 pub use compare::{Compared, VariantInput, compare, compare_text, write_compare};
+pub use compare_results::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use plots::map::{MapCurve, map_page};

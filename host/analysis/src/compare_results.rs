@@ -1,0 +1,666 @@
+//! Two results folders side by side: failures, rates and their difference, runs that changed, metrics.
+//!
+//! With one seed, runs of the same number are pairs: each parameter has a random stream of its own. Else the folders are
+//! two independent samples.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+use softdock_campaign::requirement::Requirement;
+use softdock_results::shards::{ShardIndex, read_columns, run_columns};
+use softdock_results::{Column, Kind, Table, Values};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::exact::{Interval, READING_CONFIDENCE};
+use crate::facts::{CampaignFacts, InvalidRuns};
+use crate::number::{digits_of, interval, with_unit};
+use crate::proportions::{PairedFailures, independent_difference};
+use crate::summary::{PerLoop, Share};
+use crate::tally::LOOPS;
+use crate::terminal::table;
+use crate::{Error, Result};
+
+/// Version of the comparison as JSON; keys are only added within one major.
+pub const COMPARE_RESULTS_SCHEMA: &str = "compare_results/1";
+
+/// Runs of a list that are shown.
+const LISTED: usize = 20;
+
+/// Metrics that the text shows.
+const SHOWN_METRICS: usize = 12;
+
+/// One results folder.
+#[derive(Clone, Debug)]
+pub struct ResultsInput<'a> {
+    /// Name in the answer.
+    pub name: &'a str,
+    /// Where it lies.
+    pub results: &'a Path,
+    /// Its campaign.
+    pub facts: CampaignFacts<'a>,
+    /// Number of outer draws; 1 without an outer loop.
+    pub outer_draws: u32,
+}
+
+/// Two results folders, the second against the first.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResultsComparison {
+    /// [`COMPARE_RESULTS_SCHEMA`].
+    pub schema: &'static str,
+    /// The first folder.
+    pub first: ComparedResults,
+    /// The second folder.
+    pub second: ComparedResults,
+    /// Whether runs of the same number are pairs; else the samples are independent.
+    pub paired: bool,
+    /// Runs in both folders.
+    pub pairs: u64,
+    /// Pairs whose inputs are not the same in both.
+    pub pairs_of_other_inputs: u64,
+    /// Input columns that differ in some pair.
+    pub input_columns_that_differ: Vec<String>,
+    /// Requirements that both campaigns have, in the order of the first.
+    pub requirements: Vec<RequirementDifference>,
+    /// Requirements of one campaign alone.
+    pub requirements_of_one: Vec<String>,
+    /// Pairs whose status changed, most frequent first; empty without pairs.
+    pub status_changes: Vec<StatusChange>,
+    /// Metrics with a mean in both folders, in file order.
+    pub metrics: Vec<MetricDifference>,
+}
+
+/// What is known of a folder.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedResults {
+    /// Name in the answer.
+    pub name: String,
+    /// Campaign id.
+    pub campaign: String,
+    /// Campaign hash.
+    pub campaign_hash: String,
+    /// Seed.
+    pub seed: u64,
+    /// Runs of the campaign.
+    pub runs_planned: u64,
+    /// Runs that are there.
+    pub runs_done: u64,
+    /// Whether every shard is there.
+    pub complete: bool,
+    /// Whether the runs are an independent sample.
+    pub independent_runs: bool,
+    /// Number of outer draws.
+    pub outer_draws: u32,
+}
+
+/// One requirement in both folders.
+#[derive(Clone, Debug, Serialize)]
+pub struct RequirementDifference {
+    /// Id.
+    pub id: String,
+    /// Whether metric, side and limit are the same in both.
+    pub same_limit: bool,
+    /// In space and on the facility.
+    pub loops: PerLoop<FailureDifference>,
+}
+
+/// Failures of one requirement in one loop.
+#[derive(Clone, Debug, Serialize)]
+pub struct FailureDifference {
+    /// Failures in the first folder, invalid runs as its campaign counts them.
+    pub first: Share,
+    /// Failures in the second folder.
+    pub second: Share,
+    /// Second failure rate less the first.
+    pub difference: f64,
+    /// Newcombe's interval of the difference.
+    pub interval: Interval,
+    /// The pairs, if there are any.
+    pub pairs: Option<PairedFailures>,
+    /// Exact two-sided p-value of McNemar's test, if there are pairs.
+    pub mcnemar: Option<f64>,
+    /// The first runs that fail in the second folder alone.
+    pub newly_failed: Vec<u64>,
+    /// The first runs that fail in the first folder alone.
+    pub newly_passed: Vec<u64>,
+}
+
+/// Runs whose status is another in the second folder.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StatusChange {
+    /// Column: `status` or `agreement`.
+    pub column: &'static str,
+    /// Word in the first folder.
+    pub first: String,
+    /// Word in the second folder.
+    pub second: String,
+    /// Number of runs.
+    pub runs: u64,
+    /// The first of them, at most 20.
+    pub examples: Vec<u64>,
+}
+
+/// A metric in both folders.
+#[derive(Clone, Debug, Serialize)]
+pub struct MetricDifference {
+    /// Column.
+    pub column: String,
+    /// SI unit.
+    pub unit: String,
+    /// Runs that the means stand on: pairs that both have the metric, or the runs of each folder that have it.
+    pub runs: [u64; 2],
+    /// Mean in the first folder.
+    pub first: f64,
+    /// Mean in the second folder.
+    pub second: f64,
+    /// Second mean less the first.
+    pub difference: f64,
+    /// Interval of the difference (Student, in pairs; Welch, of independent samples); none from fewer than two runs.
+    pub interval: Option<Interval>,
+}
+
+/// Compares two folders in one pass over both.
+///
+/// # Errors
+/// If a folder holds no run, a file of another campaign, or a damaged one.
+pub fn compare_results(first: &ResultsInput, second: &ResultsInput) -> Result<ResultsComparison> {
+    let (one, two) = (described(first)?, described(second)?);
+    let same_seed = first.facts.seed == second.facts.seed;
+    let shared: Vec<(&Requirement, &Requirement)> = first
+        .facts
+        .requirements
+        .iter()
+        .filter_map(|own| Some((own, second.facts.requirements.iter().find(|r| r.column_id() == own.column_id())?)))
+        .collect();
+    let columns = [run_columns(first.results)?, run_columns(second.results)?];
+    let layout = Layout::of(&columns, &shared);
+    let mut cursors = [Cursor::open(first, &layout)?, Cursor::open(second, &layout)?];
+    let mut sums = Sums::new(&layout);
+    let mut rows = [cursors[0].next()?, cursors[1].next()?];
+    loop {
+        let order = match (&rows[0], &rows[1]) {
+            (None, None) => break,
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (Some(one), Some(two)) => one.run.cmp(&two.run),
+        };
+        let taken = [
+            if order.is_le() { std::mem::replace(&mut rows[0], cursors[0].next()?) } else { None },
+            if order.is_ge() { std::mem::replace(&mut rows[1], cursors[1].next()?) } else { None },
+        ];
+        sums.add(&taken, [first.facts.invalid, second.facts.invalid], same_seed);
+    }
+    let paired = same_seed && sums.pairs > 0;
+    let only = |own: &ResultsInput, other: &ResultsInput| {
+        let other: Vec<String> = other.facts.requirements.iter().map(Requirement::column_id).collect();
+        let own = own.facts.requirements.iter().filter(|r| !other.contains(&r.column_id()));
+        own.map(|r| r.id.clone()).collect::<Vec<_>>()
+    };
+    Ok(ResultsComparison {
+        schema: COMPARE_RESULTS_SCHEMA,
+        paired,
+        pairs: if paired { sums.pairs } else { 0 },
+        pairs_of_other_inputs: sums.other_inputs,
+        input_columns_that_differ: sums.differing_inputs(&layout),
+        requirements: shared.iter().enumerate().map(|(at, pair)| sums.requirement(at, *pair, paired)).collect(),
+        requirements_of_one: [only(first, second), only(second, first)].concat(),
+        status_changes: sums.status_changes(),
+        metrics: layout.metrics.iter().enumerate().filter_map(|(at, column)| sums.metric(at, column, paired)).collect(),
+        first: one,
+        second: two,
+    })
+}
+
+fn described(input: &ResultsInput) -> Result<ComparedResults> {
+    let facts = &input.facts;
+    let index = ShardIndex::scan(input.results, facts.plan, facts.hash, facts.seed)?;
+    if let Some((path, reason)) = index.foreign.first() {
+        return Err(Error::Results { path: path.clone(), what: reason.clone() });
+    }
+    let runs = index.complete.keys().map(|shard| facts.plan.range(*shard)).map(|range| range.end - range.start).sum();
+    if runs == 0 {
+        return Err(Error::Results { path: input.results.to_owned(), what: "no whole shard".to_owned() });
+    }
+    Ok(ComparedResults {
+        name: input.name.to_owned(),
+        campaign: facts.id.to_owned(),
+        campaign_hash: facts.hash.to_owned(),
+        seed: facts.seed,
+        runs_planned: facts.plan.runs,
+        runs_done: runs,
+        complete: index.is_complete(),
+        independent_runs: facts.independent_runs,
+        outer_draws: input.outer_draws,
+    })
+}
+
+/// The columns that both folders have.
+struct Layout {
+    /// Per requirement: pass columns in space and on the facility.
+    passes: Vec<[String; 2]>,
+    metrics: Vec<Column>,
+    inputs: Vec<String>,
+    /// All that is read.
+    names: Vec<String>,
+}
+
+impl Layout {
+    fn of([first, second]: &[Table; 2], shared: &[(&Requirement, &Requirement)]) -> Self {
+        let both = |column: &&Column| {
+            let other = second.column(&column.name);
+            other.is_some_and(|other| matches!((&column.values, &other.values), (Values::F64(_), Values::F64(_))))
+        };
+        let of = |kind: Kind| first.columns.iter().filter(move |column| column.kind == kind).filter(both).cloned();
+        let pass = |requirement: &Requirement| LOOPS.map(|side| format!("{side}_pass_{}", requirement.column_id()));
+        let passes: Vec<[String; 2]> = shared.iter().map(|(requirement, _)| pass(requirement)).collect();
+        let metrics: Vec<Column> = of(Kind::Metric).collect();
+        let inputs: Vec<String> = of(Kind::Input).map(|column| column.name).collect();
+        let fixed = ["run", "status", "agreement"].map(str::to_owned).into_iter();
+        let columns = metrics.iter().map(|column| &column.name).chain(&inputs);
+        let names = fixed.chain(passes.iter().flatten().chain(columns).cloned()).collect();
+        Self { passes, metrics, inputs, names }
+    }
+}
+
+/// One run as the comparison looks at it.
+struct Row {
+    run: u64,
+    status: String,
+    agreement: String,
+    /// Per requirement: fails in space, on the facility.
+    fails: Vec<[bool; 2]>,
+    metrics: Vec<Option<f64>>,
+    inputs: Vec<Option<f64>>,
+}
+
+impl Row {
+    fn is_invalid(&self) -> bool {
+        self.status == "invalid"
+    }
+}
+
+/// The runs of a folder, one after the other.
+struct Cursor<'a> {
+    batches: Box<dyn Iterator<Item = softdock_results::Result<Table>> + 'a>,
+    batch: Table,
+    row: usize,
+    results: &'a Path,
+    layout: &'a Layout,
+}
+
+impl<'a> Cursor<'a> {
+    fn open(input: &'a ResultsInput, layout: &'a Layout) -> Result<Self> {
+        let batches = Box::new(read_columns(input.results, &layout.names)?);
+        Ok(Self { batches, batch: Table::default(), row: 0, results: input.results, layout })
+    }
+
+    fn next(&mut self) -> Result<Option<Row>> {
+        while self.row == self.batch.rows() {
+            match self.batches.next() {
+                Some(batch) => (self.batch, self.row) = (batch?, 0),
+                None => return Ok(None),
+            }
+        }
+        let (batch, row) = (&self.batch, self.row);
+        self.row += 1;
+        let lacking = |name: &str| Error::Results {
+            path: self.results.to_owned(),
+            what: format!("no column `{name}` of the expected type"),
+        };
+        let word = |name: &str| {
+            let word = batch.column(name).and_then(|column| column.values.word(row));
+            word.map(str::to_owned).ok_or_else(|| lacking(name))
+        };
+        let fails =
+            |name: &String| -> Result<bool> { Ok(batch.bools(name).ok_or_else(|| lacking(name))?[row] != Some(true)) };
+        let number = |name: &str| -> Result<Option<f64>> { Ok(batch.f64s(name).ok_or_else(|| lacking(name))?[row]) };
+        Ok(Some(Row {
+            run: batch.u64s("run").ok_or_else(|| lacking("run"))?[row],
+            status: word("status")?,
+            agreement: word("agreement")?,
+            fails: self
+                .layout
+                .passes
+                .iter()
+                .map(|[space, facility]| Ok([fails(space)?, fails(facility)?]))
+                .collect::<Result<_>>()?,
+            metrics: self.layout.metrics.iter().map(|column| number(&column.name)).collect::<Result<_>>()?,
+            inputs: self.layout.inputs.iter().map(|name| number(name)).collect::<Result<_>>()?,
+        }))
+    }
+}
+
+/// Count, mean and sum of squares about it (Welford's recurrence).
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    runs: u64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Moments {
+    fn add(&mut self, value: f64) {
+        self.runs += 1;
+        let off = value - self.mean;
+        self.mean += off / self.runs as f64;
+        self.squares += off * (value - self.mean);
+    }
+
+    /// Variance of the mean, and its degrees of freedom.
+    fn of_mean(&self) -> Option<(f64, f64)> {
+        let (runs, free) = (self.runs as f64, self.runs.checked_sub(1)? as f64);
+        (free > 0.0).then(|| (self.squares / free / runs, free))
+    }
+}
+
+/// Failures of one requirement in one loop.
+#[derive(Clone, Default)]
+struct Failures {
+    /// Failures and runs of each folder, paired or not.
+    single: [(u64, u64); 2],
+    pairs: PairedFailures,
+    newly_failed: Vec<u64>,
+    newly_passed: Vec<u64>,
+}
+
+/// What is summed over both folders.
+struct Sums {
+    pairs: u64,
+    other_inputs: u64,
+    inputs_differ: Vec<bool>,
+    failures: Vec<[Failures; 2]>,
+    changes: BTreeMap<(usize, String, String), (u64, Vec<u64>)>,
+    /// Per metric: each folder alone.
+    single: Vec<[Moments; 2]>,
+    /// Per metric: first, second and their difference in pairs.
+    paired: Vec<[Moments; 3]>,
+}
+
+/// Columns whose changes are listed.
+const CHANGING: [&str; 2] = ["status", "agreement"];
+
+impl Sums {
+    fn new(layout: &Layout) -> Self {
+        Self {
+            pairs: 0,
+            other_inputs: 0,
+            inputs_differ: vec![false; layout.inputs.len()],
+            failures: vec![Default::default(); layout.passes.len()],
+            changes: BTreeMap::new(),
+            single: vec![Default::default(); layout.metrics.len()],
+            paired: vec![Default::default(); layout.metrics.len()],
+        }
+    }
+
+    /// Adds a run of one folder, or of both.
+    fn add(&mut self, rows: &[Option<Row>; 2], policy: [InvalidRuns; 2], same_seed: bool) {
+        let counts = |at: usize, row: &Row| !(row.is_invalid() && policy[at] == InvalidRuns::ReportOnly);
+        for (at, row) in rows.iter().enumerate() {
+            let Some(row) = row else { continue };
+            for (failures, fails) in self.failures.iter_mut().zip(&row.fails).filter(|_| counts(at, row)) {
+                for (failures, fails) in failures.iter_mut().zip(fails) {
+                    failures.single[at].0 += u64::from(*fails || row.is_invalid());
+                    failures.single[at].1 += 1;
+                }
+            }
+            for (moments, value) in self.single.iter_mut().zip(&row.metrics) {
+                if let Some(value) = value {
+                    moments[at].add(*value);
+                }
+            }
+        }
+        let [Some(one), Some(two)] = rows else { return };
+        if !same_seed {
+            return;
+        }
+        self.pairs += 1;
+        let mut other = false;
+        for (differ, (one, two)) in self.inputs_differ.iter_mut().zip(one.inputs.iter().zip(&two.inputs)) {
+            let same = one.map(f64::to_bits) == two.map(f64::to_bits);
+            *differ |= !same;
+            other |= !same;
+        }
+        self.other_inputs += u64::from(other);
+        let words = [(&one.status, &two.status), (&one.agreement, &two.agreement)];
+        for (column, (before, after)) in words.into_iter().enumerate().filter(|(_, (before, after))| before != after) {
+            let (runs, examples) = self.changes.entry((column, before.clone(), after.clone())).or_default();
+            *runs += 1;
+            if examples.len() < LISTED {
+                examples.push(one.run);
+            }
+        }
+        if counts(0, one) && counts(1, two) {
+            for (failures, (before, after)) in self.failures.iter_mut().zip(one.fails.iter().zip(&two.fails)) {
+                for (failures, (before, after)) in failures.iter_mut().zip(before.iter().zip(after)) {
+                    let (before, after) = (*before || one.is_invalid(), *after || two.is_invalid());
+                    failures.pairs.add(before, after);
+                    let list = if after { &mut failures.newly_failed } else { &mut failures.newly_passed };
+                    if before != after && list.len() < LISTED {
+                        list.push(one.run);
+                    }
+                }
+            }
+        }
+        for (moments, (before, after)) in self.paired.iter_mut().zip(one.metrics.iter().zip(&two.metrics)) {
+            if let (Some(before), Some(after)) = (before, after) {
+                moments[0].add(*before);
+                moments[1].add(*after);
+                moments[2].add(after - before);
+            }
+        }
+    }
+
+    fn differing_inputs(&self, layout: &Layout) -> Vec<String> {
+        let differing = layout.inputs.iter().zip(&self.inputs_differ).filter(|(_, differs)| **differs);
+        differing.map(|(name, _)| name.clone()).collect()
+    }
+
+    fn requirement(&self, at: usize, (one, two): (&Requirement, &Requirement), paired: bool) -> RequirementDifference {
+        let [space, facility] = [0, 1].map(|side: usize| failure_difference(&self.failures[at][side], paired));
+        let same_limit = one.metric == two.metric && one.side == two.side && one.limit == two.limit;
+        RequirementDifference { id: one.id.clone(), same_limit, loops: PerLoop { space, facility } }
+    }
+
+    fn status_changes(&self) -> Vec<StatusChange> {
+        let change = |((column, first, second), (runs, examples)): (&(usize, String, String), &(u64, Vec<u64>))| {
+            let (first, second, examples) = (first.clone(), second.clone(), examples.clone());
+            (*column, StatusChange { column: CHANGING[*column], first, second, runs: *runs, examples })
+        };
+        let mut all: Vec<(usize, StatusChange)> = self.changes.iter().map(change).collect();
+        all.sort_by_key(|(column, change)| (*column, std::cmp::Reverse(change.runs)));
+        all.into_iter().map(|(_, change)| change).collect()
+    }
+
+    fn metric(&self, at: usize, column: &Column, paired: bool) -> Option<MetricDifference> {
+        let (runs, [first, second], error) = if paired {
+            let [first, second, difference] = &self.paired[at];
+            ([first.runs; 2], [first.mean, second.mean], difference.of_mean())
+        } else {
+            let [one, two] = &self.single[at];
+            let error = one.of_mean().zip(two.of_mean()).map(|((one, free_one), (two, free_two))| {
+                // Welch and Satterthwaite.
+                let whole = one + two;
+                let free = whole * whole / (one * one / free_one + two * two / free_two);
+                (whole, if free.is_finite() { free.max(1.0) } else { 1.0 })
+            });
+            ([one.runs, two.runs], [one.mean, two.mean], error)
+        };
+        let difference = second - first;
+        let interval = error.map(|(variance, free)| {
+            let student = StudentsT::new(0.0, 1.0, free).expect("at least one degree of freedom");
+            let half = student.inverse_cdf(0.5 + 0.5 * READING_CONFIDENCE) * variance.sqrt();
+            Interval { lo: difference - half, hi: difference + half, confidence: READING_CONFIDENCE }
+        });
+        let (column, unit) = (column.name.clone(), column.unit.clone());
+        let there = runs.iter().all(|runs| *runs > 0);
+        there.then_some(MetricDifference { column, unit, runs, first, second, difference, interval })
+    }
+}
+
+fn failure_difference(failures: &Failures, paired: bool) -> FailureDifference {
+    if !paired {
+        let [one, two] = failures.single;
+        let (difference, interval) = independent_difference(one, two, READING_CONFIDENCE);
+        let (first, second) = (Share::of(one.0, one.1), Share::of(two.0, two.1));
+        let (newly_failed, newly_passed) = (Vec::new(), Vec::new());
+        return FailureDifference {
+            first,
+            second,
+            difference,
+            interval,
+            pairs: None,
+            mcnemar: None,
+            newly_failed,
+            newly_passed,
+        };
+    }
+    let pairs = failures.pairs;
+    let [first, second] = pairs.failures().map(|count| Share::of(count, pairs.pairs()));
+    let (difference, interval) = pairs.difference(READING_CONFIDENCE);
+    FailureDifference {
+        first,
+        second,
+        difference,
+        interval,
+        pairs: Some(pairs),
+        mcnemar: Some(pairs.mcnemar()),
+        newly_failed: failures.newly_failed.clone(),
+        newly_passed: failures.newly_passed.clone(),
+    }
+}
+
+/// The comparison as aligned plain text for the terminal.
+pub fn compare_results_text(compared: &ResultsComparison) -> String {
+    let mut out = String::new();
+    for (name, folder) in [("A", &compared.first), ("B", &compared.second)] {
+        let _ = writeln!(
+            out,
+            "{name}  {}  {}, {} of {} runs, seed {}",
+            folder.name, folder.campaign, folder.runs_done, folder.runs_planned, folder.seed
+        );
+    }
+    design_lines(&mut out, compared);
+    failure_lines(&mut out, compared);
+    change_lines(&mut out, compared);
+    metric_lines(&mut out, compared);
+    out
+}
+
+/// How the two are compared, and what that does not cover.
+fn design_lines(out: &mut String, compared: &ResultsComparison) {
+    let (one, two) = (&compared.first, &compared.second);
+    let _ = if compared.paired {
+        let alone = [one, two].map(|folder| folder.runs_done.saturating_sub(compared.pairs));
+        let left_out = match alone {
+            [0, 0] => String::new(),
+            [one, two] => format!("; {one} runs of A and {two} of B without a partner are left out"),
+        };
+        writeln!(out, "  {} pairs of runs with the same number and seed{left_out}", compared.pairs)
+    } else {
+        writeln!(out, "  two independent samples: seeds or run numbers differ")
+    };
+    if compared.pairs_of_other_inputs > 0 {
+        let columns = &compared.input_columns_that_differ;
+        let shown = columns.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
+        let more = if columns.len() > 6 { ", ..." } else { "" };
+        let _ = writeln!(out, "  {} pairs have other inputs: {shown}{more}", compared.pairs_of_other_inputs);
+    }
+    if [one, two].iter().any(|folder| !folder.independent_runs) {
+        out.push_str("  the runs are no independent sample: intervals and p-values are for reading, as if they were\n");
+    }
+    if [one, two].iter().any(|folder| folder.outer_draws > 1) {
+        out.push_str("  intervals do not contain the spread of the outer draws: runs of one draw share its inputs\n");
+    }
+    if [one, two].iter().any(|folder| !folder.complete) {
+        out.push_str("  incomplete: only the runs of whole shards are compared\n");
+    }
+}
+
+fn failure_lines(out: &mut String, compared: &ResultsComparison) {
+    out.push_str("\nfailures: A, B, and the rate of B less that of A\n");
+    let mut rows = Vec::new();
+    for requirement in &compared.requirements {
+        let name =
+            if requirement.same_limit { requirement.id.clone() } else { format!("{} (other limit)", requirement.id) };
+        for (name, side, failures) in
+            [(name, "space", &requirement.loops.space), (String::new(), "facility", &requirement.loops.facility)]
+        {
+            let share = |share: &Share| format!("{} of {} ({})", share.count, share.cases, interval(&share.interval));
+            let difference = format!("{} points, {}", signed(100.0 * failures.difference), points(&failures.interval));
+            let pairs = failures.mcnemar.map_or(String::new(), |p| format!("McNemar p = {}", digits_of(p, 2)));
+            rows.push([name, side.to_owned(), share(&failures.first), share(&failures.second), difference, pairs]);
+        }
+    }
+    if rows.is_empty() {
+        out.push_str("  the campaigns share no requirement\n");
+    }
+    table(out, &rows);
+    if !compared.requirements_of_one.is_empty() {
+        let _ = writeln!(out, "  in one campaign alone: {}", compared.requirements_of_one.join(", "));
+    }
+}
+
+fn change_lines(out: &mut String, compared: &ResultsComparison) {
+    if !compared.paired {
+        return;
+    }
+    out.push_str("\nruns that changed from A to B\n");
+    let list = |runs: &[u64], all: u64| {
+        let numbers = runs.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        if all > runs.len() as u64 { format!("{numbers}, ...") } else { numbers }
+    };
+    let change = |change: &StatusChange| {
+        let words = format!("{} -> {}", change.first, change.second);
+        [change.column.to_owned(), words, change.runs.to_string(), list(&change.examples, change.runs)]
+    };
+    let mut rows: Vec<[String; 4]> = compared.status_changes.iter().map(change).collect();
+    for requirement in &compared.requirements {
+        for (side, failures) in [("space", &requirement.loops.space), ("facility", &requirement.loops.facility)] {
+            let Some(pairs) = failures.pairs else { continue };
+            let kinds = [
+                ("pass -> fail", pairs.second_only, &failures.newly_failed),
+                ("fail -> pass", pairs.first_only, &failures.newly_passed),
+            ];
+            for (words, count, runs) in kinds.into_iter().filter(|(_, count, _)| *count > 0) {
+                let name = format!("{} {side}", requirement.id);
+                rows.push([name, words.to_owned(), count.to_string(), list(runs, count)]);
+            }
+        }
+    }
+    if rows.is_empty() {
+        out.push_str("  none\n");
+    }
+    table(out, &rows);
+}
+
+fn metric_lines(out: &mut String, compared: &ResultsComparison) {
+    // In units of its own interval, so that metrics of any unit can be ordered; one without spread comes first.
+    let weight = |metric: &&MetricDifference| {
+        let half = metric.interval.map_or(f64::INFINITY, |interval| 0.5 * (interval.hi - interval.lo));
+        metric.difference.abs() / half.max(f64::MIN_POSITIVE)
+    };
+    let mut metrics: Vec<&MetricDifference> = compared.metrics.iter().filter(|m| m.difference != 0.0).collect();
+    metrics.sort_by(|one, two| weight(two).total_cmp(&weight(one)));
+    let _ = writeln!(out, "\nmeans: A, B, and B less A (95 %)");
+    let row = |metric: &&MetricDifference| {
+        let value = |value: f64| with_unit(value, &metric.unit);
+        let ends = metric.interval.map_or("-".to_owned(), |i| format!("{} to {}", value(i.lo), value(i.hi)));
+        [metric.column.clone(), value(metric.first), value(metric.second), value(metric.difference), ends]
+    };
+    table(out, &metrics.iter().take(SHOWN_METRICS).map(row).collect::<Vec<_>>());
+    let same = compared.metrics.len() - metrics.len();
+    let more = metrics.len().saturating_sub(SHOWN_METRICS);
+    let _ = writeln!(out, "  {more} metrics more that differ are in --json; {same} have equal means");
+}
+
+/// `+1.2`.
+fn signed(value: f64) -> String {
+    if value > 0.0 { format!("+{}", digits_of(value, 3)) } else { digits_of(value, 3) }
+}
+
+/// An interval of a difference of shares, in percentage points.
+fn points(interval: &Interval) -> String {
+    format!("{} to {} ({} %)", signed(100.0 * interval.lo), signed(100.0 * interval.hi), 100.0 * interval.confidence)
+}
