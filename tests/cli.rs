@@ -7,12 +7,12 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// A folder of its own with the smoke campaign, cut into shards of eight runs.
-struct Bench {
-    folder: tempfile::TempDir,
+pub(crate) struct Bench {
+    pub(crate) folder: tempfile::TempDir,
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let bench = Self { folder: tempfile::tempdir().expect("a temporary folder") };
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
         fs::create_dir_all(bench.path("c/scenarios")).expect("a folder");
@@ -23,30 +23,30 @@ impl Bench {
         bench
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Rewrites a part of the campaign file.
-    fn edit(&self, old: &str, new: &str) {
+    pub(crate) fn edit(&self, old: &str, new: &str) {
         let text = fs::read_to_string(self.path("c/smoke.toml")).expect("the campaign");
         assert!(text.contains(old), "`{old}`");
         fs::write(self.path("c/smoke.toml"), text.replace(old, new)).expect("the campaign");
     }
 
-    fn command(&self, words: &str) -> Command {
+    pub(crate) fn command(&self, words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
         command.current_dir(self.folder.path()).args(words.split(' ')).stdin(Stdio::null());
         command
     }
 
     /// Runs a command to its end.
-    fn softdock(&self, words: &str) -> Output {
+    pub(crate) fn softdock(&self, words: &str) -> Output {
         self.command(words).output().expect("softdock starts")
     }
 
     /// Runs a command that must end with this exit code; returns what it said.
-    fn expect(&self, code: i32, words: &str) -> String {
+    pub(crate) fn expect(&self, code: i32, words: &str) -> String {
         let output = self.softdock(words);
         let said = text(&output.stdout);
         assert_eq!(output.status.code(), Some(code), "softdock {words}\n{said}\n{}", text(&output.stderr));
@@ -65,12 +65,12 @@ impl Bench {
     }
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// Every file of a results folder with its bytes; what a killed writer leaves is no file of the results.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+pub(crate) fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut open = vec![folder.to_owned()];
     while let Some(next) = open.pop() {
@@ -90,7 +90,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// Asserts that two folders hold the same files with the same bytes.
-fn assert_same(one: &Path, two: &Path) {
+pub(crate) fn assert_same(one: &Path, two: &Path) {
     let (one, two) = (files(one), files(two));
     assert_eq!(one.keys().collect::<Vec<_>>(), two.keys().collect::<Vec<_>>());
     let different: Vec<_> = one.iter().filter(|(name, bytes)| two[*name] != **bytes).map(|(name, _)| name).collect();
@@ -342,7 +342,7 @@ fn answers_for_programs_are_json() {
 #[test]
 fn every_command_explains_itself_with_an_example() {
     let bench = Bench::new();
-    for command in ["check", "plan", "run", "status", "merge", "report", "replay", "schema"] {
+    for command in ["check", "plan", "run", "status", "merge", "compare", "report", "replay", "schema"] {
         let said = bench.expect(0, &format!("{command} --help"));
         assert!(said.contains("Example") && said.contains(&format!("softdock {command} ")), "{said}");
     }

@@ -2,7 +2,7 @@
 
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::gpu::{Adapters, GpuEngine};
-use softdock_engine::{Engine, Job, RunInput};
+use softdock_engine::{Engine, EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::Finished;
@@ -67,9 +67,30 @@ fn applied_parameters_are_the_drawn_ones_rounded_once() {
 }
 
 #[test]
-fn a_stopped_batch_gives_nothing() {
-    let (job, runs) = job_and_runs("smoke.toml", 8);
-    assert!(gpu().run(&job, &runs, &|_| false).is_err());
+fn a_stopped_batch_gives_back_the_runs_that_have_ended() {
+    let (job, runs) = job_and_runs("smoke.toml", 48);
+    let mut engine = gpu();
+    match engine.run(&job, &runs, &|_| false) {
+        Err(EngineError::Stopped { finished }) => {
+            assert!(!finished.is_empty() && finished.len() < runs.len(), "{} runs", finished.len());
+            let first: Vec<RunInput> = runs.iter().filter(|run| run.run == finished[0].run).copied().collect();
+            assert_eq!(engine.run(&job, &first, &|_| true).expect("one run")[0], finished[0], "the run is whole");
+        }
+        other => panic!("{} runs instead of a stopped batch", other.map_or(0, |rows| rows.len())),
+    }
+}
+
+#[test]
+fn a_stopped_batch_of_the_cpu_gives_back_the_runs_that_have_ended() {
+    let (job, runs) = job_and_runs("smoke.toml", 64);
+    let whole = CpuEngine::new().run(&job, &runs, &|_| true).expect("the batch ends");
+    match CpuEngine::new().run(&job, &runs, &|_| false) {
+        Err(EngineError::Stopped { finished }) => {
+            assert!(!finished.is_empty() && finished.len() < runs.len(), "{} runs", finished.len());
+            assert!(finished.iter().all(|run| *run == whole[run.run as usize]), "as in the whole batch");
+        }
+        other => panic!("{} runs instead of a stopped batch", other.map_or(0, |rows| rows.len())),
+    }
 }
 
 #[test]

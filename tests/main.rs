@@ -13,3 +13,4 @@ mod identify;
 mod kernel;
 mod oracles;
 mod parity;
+mod resume;

@@ -42,6 +42,8 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Join the results folders of several workers into one, and judge them.
     Merge(MergeArgs),
+    /// Compare two results folders: failures, rates, runs that changed, metrics, and keys that differ.
+    Compare(CompareArgs),
     /// Write summary and report page of a results folder again.
     Report(ReportArgs),
     /// Repeat one run of a results folder, or the log of a drive, and compare it bit by bit.
@@ -292,22 +294,40 @@ pub(crate) struct PlanArgs {
 Examples:
   softdock run campaigns/probe_drogue.toml
   softdock run campaigns/probe_drogue.toml --out /data/dock --shard 2/8    (the second of eight workers)
-  softdock run campaigns/compensators.toml --variant smith                 (one facility of several)")]
+  softdock run campaigns/probe_drogue.toml --runs 4000                     (2000 more of a campaign of 2000)
+  softdock run campaigns/compensators.toml --variant smith                 (one facility of several)
+  softdock run campaigns/probe_drogue.toml --cases corners.csv             (these inputs; no verdict)
+  softdock run --only-failed results/probe_drogue                          (into results/probe_drogue_failed)")]
 pub(crate) struct RunArgs {
     /// Campaign file.
-    pub(crate) campaign: PathBuf,
-    /// Results folder; `results/ID` if not given.
+    #[arg(required_unless_present = "only_failed", conflicts_with = "only_failed")]
+    pub(crate) campaign: Option<PathBuf>,
+    /// Results folder; `results/ID` if not given, `results/ID_cases` with --cases, `DIR_failed` with --only-failed.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Where the runs are made, instead of what the campaign says.
     #[arg(long, value_enum)]
     pub(crate) backend: Option<BackendArg>,
-    /// Number of runs, instead of the campaign's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    /// Number of runs, instead of the campaign's; more than a results folder has extend it, its runs stay.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000_000),
+        conflicts_with_all = ["cases", "only_failed"]
+    )]
     pub(crate) runs: Option<u64>,
     /// Seed, instead of the campaign's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "only_failed")]
     pub(crate) seed: Option<u64>,
+    /// Start over: delete what softdock has written in the results folder; other files in it are refused.
+    #[arg(long, conflicts_with = "shard")]
+    pub(crate) fresh: bool,
+    /// Run these inputs (CSV or Parquet, a column per parameter, SI) instead of drawing any: no verdict.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) cases: Option<PathBuf>,
+    /// Repeat the runs of a finished results folder that failed in space or on the facility, or are invalid.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["cases", "model", "variant"])]
+    pub(crate) only_failed: Option<PathBuf>,
     /// Make only the I-th of N parts of the campaign; `merge` joins them.
     #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
@@ -342,6 +362,28 @@ pub(crate) struct MergeArgs {
     /// Results folders of the parts.
     #[arg(required = true, value_name = "DIR")]
     pub(crate) parts: Vec<PathBuf>,
+}
+
+/// Arguments of `compare`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Runs with the same number are compared in pairs where both folders have the same seed; else the folders are two
+independent samples. Differences are those of the second folder less the first.
+
+Exit codes: 0 compared, 2 bad input, 3 compared, but a folder is incomplete.
+
+Example:
+  softdock compare results/probe_drogue results/probe_drogue_soft")]
+pub(crate) struct CompareArgs {
+    /// First results folder.
+    #[arg(value_name = "A")]
+    pub(crate) first: PathBuf,
+    /// Second results folder.
+    #[arg(value_name = "B")]
+    pub(crate) second: PathBuf,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Arguments of `report`.

@@ -89,18 +89,34 @@ impl<'a> Farm<'a> {
 
     /// Makes the runs of a range.
     pub(crate) fn make(&mut self, runs: Range<u64>, watch: Watcher) -> Result<Vec<RunRow>, EngineError> {
-        let inputs: Vec<RunInput> =
-            runs.into_par_iter().map(|run| RunInput { run, params: self.campaign.draw(run).params }).collect();
-        self.make_rows(&inputs, watch)
+        self.make_rows(&self.inputs(&runs.collect::<Vec<_>>()), watch)
+    }
+
+    /// Makes runs by their numbers; if the user stops, the rows of those that have ended, and `false`.
+    pub(crate) fn make_numbered(&mut self, runs: &[u64], watch: Watcher) -> Result<(Vec<RunRow>, bool), EngineError> {
+        let inputs = self.inputs(runs);
+        let (mut finished, is_whole) = match self.engine.run(&self.ledger.job, &inputs, watch) {
+            Ok(finished) => (finished, true),
+            Err(EngineError::Stopped { finished }) => (finished, false),
+            Err(error) => return Err(error),
+        };
+        self.repair(&mut finished)?;
+        Ok((self.ledger.rows(&finished), is_whole))
     }
 
     /// Makes given runs; what the GPU could not make is repeated in f64.
     pub(crate) fn make_rows(&mut self, inputs: &[RunInput], watch: Watcher) -> Result<Vec<RunRow>, EngineError> {
         let mut finished = self.engine.run(&self.ledger.job, inputs, watch)?;
-        if self.backend() == "gpu" {
-            self.retry(&mut finished)?;
-        }
+        self.repair(&mut finished)?;
         Ok(self.ledger.rows(&finished))
+    }
+
+    fn inputs(&self, runs: &[u64]) -> Vec<RunInput> {
+        runs.par_iter().map(|run| RunInput { run: *run, params: self.campaign.draw(*run).params }).collect()
+    }
+
+    fn repair(&self, finished: &mut [Finished]) -> Result<(), EngineError> {
+        if self.backend() == "gpu" { self.retry(finished) } else { Ok(()) }
     }
 
     fn retry(&self, finished: &mut [Finished]) -> Result<(), EngineError> {

@@ -1,20 +1,26 @@
 //! A results folder: which campaign it belongs to, with that campaign's files beside the results.
 //!
-//! `campaign.json` says which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
-//! to another machine on its own.
+//! `campaign.json` states which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
+//! to another machine on its own. A table of given cases lies beside them as `cases.csv` or `cases.parquet`.
 
-use crate::words::{explain, json, refuse};
+use crate::changes::{changed_files, files_below, listed};
+use crate::words::{explain, json, refuse, warn};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
-use softdock_analysis::{CampaignFacts, InvalidRuns};
+use softdock_analysis::{CampaignFacts, Extension, InvalidRuns};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
+use softdock_results::partial::reopen_shard;
 use softdock_results::shards::{ShardIndex, ShardPlan};
 use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Component, Path, PathBuf};
 
 /// Version of `campaign.json`.
 const SCHEMA: &str = "results/1";
+
+/// Files that follow from all runs together.
+const DERIVED: [&str; 6] =
+    ["summary.json", "report.html", "parity.parquet", "half_step.parquet", "compare.json", "compare.html"];
 
 /// Version of softdock, as the files state it.
 pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -29,32 +35,104 @@ pub(crate) struct Folder {
     pub(crate) file: String,
     /// Likewise the scenario in the place of the campaign's own.
     pub(crate) model: Option<String>,
+    /// When the campaign got more runs, in order of time.
+    pub(crate) extensions: Vec<Extension>,
 }
 
 impl Folder {
     /// Takes a folder for a campaign: an empty one gets the campaign's files, one of another campaign is refused.
     ///
-    /// What killed writers left in it is cleared away.
+    /// A folder of the same campaign with fewer runs is extended. What killed writers left in it is cleared away.
     pub(crate) fn claim(path: &Path, campaign: Campaign) -> miette::Result<Self> {
-        let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
-        let root = common_root(&files);
-        let within = |file: &Path| slashed(file.strip_prefix(&root).unwrap_or(file));
-        let model = campaign.model.as_ref().map(|model| within(&normal(model)));
-        let folder = Self { path: path.to_owned(), file: within(&files[0]), model, campaign };
-        match read_manifest(path)? {
+        Self::claim_extended(path, campaign, Vec::new())
+    }
+
+    fn claim_extended(path: &Path, campaign: Campaign, extensions: Vec<Extension>) -> miette::Result<Self> {
+        let files = named_files(&campaign);
+        let name_of =
+            |path: &Path| files.iter().find(|(_, other)| *other == normal(path)).map(|(name, _)| name.clone());
+        let (file, model) = (files[0].0.clone(), campaign.model.as_deref().and_then(name_of));
+        let mut folder = Self { path: path.to_owned(), file, model, campaign, extensions };
+        let found = read_manifest(path)?;
+        if let Some(found) = &found {
+            folder.extensions = extensions_of(found);
+        }
+        match found {
             Some(found) if found == folder.manifest() => drop(remove_abandoned(path).into_diagnostic()?),
+            Some(found) if with_runs(&found, 0) == with_runs(&folder.manifest(), 0) => {
+                folder.extend(found["runs"].as_u64().unwrap_or(0))?;
+            }
             Some(found) => return Err(folder.other(path, &found)),
             None => {
                 folder.refuse_strangers()?;
-                for file in &files {
+                for (name, file) in &files {
                     let bytes = std::fs::read(file).into_diagnostic()?;
-                    write_file(&path.join("campaign").join(within(file)), &bytes).into_diagnostic()?;
+                    write_file(&path.join("campaign").join(name), &bytes).into_diagnostic()?;
                 }
-                let manifest = json(&folder.manifest()) + "\n";
-                write_file(&path.join("campaign.json"), manifest.as_bytes()).into_diagnostic()?;
+                if let Some(cases) = folder.campaign.cases() {
+                    write_file(&path.join(cases.file_name()), cases.bytes()).into_diagnostic()?;
+                }
+                folder.write_manifest()?;
             }
         }
         Ok(folder)
+    }
+
+    fn write_manifest(&self) -> miette::Result<()> {
+        let manifest = json(&self.manifest()) + "\n";
+        write_file(&self.path.join("campaign.json"), manifest.as_bytes()).into_diagnostic()
+    }
+
+    /// Gives the folder's campaign more runs: whole shards stay, the last one is completed if it was not full.
+    ///
+    /// What follows from all runs together (summary, page, time histories, repeated runs) is removed, to be made anew.
+    fn extend(&mut self, before: u64) -> miette::Result<()> {
+        let (after, shown) = (self.campaign.runs, self.path.display());
+        if after < before {
+            let message = format!("`{shown}` holds a campaign of {before} runs, and {after} are asked for");
+            let remedy = format!("write --runs {before} or more, or --out DIR for a folder of {after} runs of its own");
+            return Err(refuse(message, remedy));
+        }
+        if let Some(reason) = self.campaign.draws_depend_on_runs() {
+            let message = format!("`{shown}` cannot go from {before} to {after} runs: {reason}");
+            let remedy = "write --out DIR to make all runs anew in a folder of its own, or --fresh to start over here";
+            return Err(refuse(message, remedy));
+        }
+        let old = Self { campaign: self.campaign.clone().with_sample(before, self.campaign.seed), ..self.alike() };
+        let (index, last) = (old.shards()?, before / old.plan().shard_runs.max(1));
+        let last = index.complete.get(&(last as u32)).map(|file| (last as u32, file));
+        if let Some((shard, file)) = last {
+            reopen_shard(&self.path, shard, file).into_diagnostic()?;
+        }
+        for name in DERIVED {
+            remove(&self.path.join(name))?;
+        }
+        let traces = self.path.join("traces");
+        if traces.is_dir() {
+            std::fs::remove_dir_all(&traces).into_diagnostic()?;
+        }
+        self.extensions.push(Extension { runs_before: before, runs_after: after });
+        self.write_manifest()?;
+        if let Some((_, file)) = last {
+            remove(&file.path)?;
+        }
+        warn(format!(
+            "{}  extended from {before} to {after} runs; who decides this by the verdict seen so far stops optionally: \
+             then the stated confidence does not hold (campaign.json records the extension)",
+            self.campaign.id
+        ));
+        Ok(())
+    }
+
+    /// The same folder, without its runs.
+    fn alike(&self) -> Self {
+        Self {
+            path: self.path.clone(),
+            campaign: self.campaign.clone(),
+            file: self.file.clone(),
+            model: self.model.clone(),
+            extensions: self.extensions.clone(),
+        }
     }
 
     /// Opens a folder by the campaign files that it holds.
@@ -70,7 +148,12 @@ impl Folder {
         let campaign = variant.map_or_else(|| whole.clone(), |variant| variant.campaign.clone());
         let number = |key: &str| manifest[key].as_u64().ok_or_else(nothing);
         let campaign = campaign.with_sample(number("runs")?, number("seed")?);
-        let folder = Self { path: path.to_owned(), campaign, file, model };
+        let campaign = match manifest["cases"].as_str() {
+            Some(cases) => campaign.with_cases(crate::cases::read(&path.join(cases))?).map_err(explain)?,
+            None => campaign,
+        };
+        let extensions = extensions_of(&manifest);
+        let folder = Self { path: path.to_owned(), campaign, file, model, extensions };
         if folder.manifest() == manifest {
             return Ok(folder);
         }
@@ -80,7 +163,7 @@ impl Folder {
 
     /// Takes `path` for the same campaign as this folder.
     pub(crate) fn claim_alike(&self, path: &Path) -> miette::Result<Self> {
-        let mut folder = Self::claim(path, self.campaign.clone())?;
+        let mut folder = Self::claim_extended(path, self.campaign.clone(), self.extensions.clone())?;
         folder.file.clone_from(&self.file);
         folder.model.clone_from(&self.model);
         Ok(folder)
@@ -88,13 +171,18 @@ impl Folder {
 
     /// Refuses a folder of another campaign.
     pub(crate) fn same_campaign(&self, other: &Self) -> miette::Result<()> {
-        let found = other.manifest();
-        if found == self.manifest() { Ok(()) } else { Err(self.other(&other.path, &found)) }
+        let found = without_extensions(other.manifest());
+        if found == without_extensions(self.manifest()) { Ok(()) } else { Err(self.other(&other.path, &found)) }
     }
 
     /// Runs and how they are cut.
     pub(crate) fn plan(&self) -> ShardPlan {
         ShardPlan { runs: self.campaign.runs, shard_runs: self.campaign.execution.shard_runs }
+    }
+
+    /// Numbers of the runs of a shard, ascending.
+    pub(crate) fn run_numbers(&self, shard: u32) -> Vec<u64> {
+        self.plan().range(shard).map(|place| self.campaign.run_at(place)).collect()
     }
 
     /// Which shards exist.
@@ -117,7 +205,9 @@ impl Folder {
                 Invalid::CountAsFailure => InvalidRuns::CountAsFailures,
                 Invalid::ReportOnly => InvalidRuns::ReportOnly,
             },
-            independent_runs: c.method == Method::Random,
+            independent_runs: c.method == Method::Random && c.cases().is_none(),
+            given_cases: c.cases().is_some(),
+            extensions: &self.extensions,
             requirements: &c.requirements,
         }
     }
@@ -130,17 +220,44 @@ impl Folder {
         if let Some(model) = &self.model {
             all["model"] = json!(model);
         }
+        if let Some(cases) = c.cases() {
+            all["cases"] = json!(cases.file_name());
+            all["cases_hash"] = json!(cases.hash());
+        }
+        if !self.extensions.is_empty() {
+            all["extensions"] = json!(self.extensions);
+        }
         all
     }
 
-    /// What to say of a folder that belongs to another campaign.
+    /// Names every key in which the campaign of a folder differs from this one.
     fn other(&self, path: &Path, found: &Value) -> miette::Report {
-        let (own, mut differences) = (self.manifest(), Vec::new());
-        for key in ["id", "campaign", "hash", "seed", "runs"].iter().filter(|key| own[**key] != found[**key]) {
-            differences.push(format!("{key} {} there, {} here", found[*key], own[*key]));
+        let own = self.manifest();
+        let differs = |key: &&str| own[*key] != found[*key];
+        let state = if differs(&"id") { "another campaign" } else { "another state of this campaign" };
+        let value = |value: &Value| if value.is_null() { "(none)".to_owned() } else { value.to_string() };
+        let keys = ["id", "seed", "runs", "model", "cases"].into_iter().filter(differs);
+        let mut lines: Vec<String> =
+            keys.map(|key| format!("{key}: {} -> {}", value(&found[key]), value(&own[key]))).collect();
+        if !differs(&"cases") && differs(&"cases_hash") {
+            lines.push(format!("{}: the tables of cases differ", found["cases"].as_str().unwrap_or("cases")));
         }
-        let message = format!("`{}` holds the results of another campaign: {}", path.display(), differences.join("; "));
-        refuse(message, "add `--out DIR` with a folder of its own, or move the old results away")
+        let there = files_below(&path.join("campaign"));
+        let file = found["campaign"].as_str().unwrap_or(&self.file);
+        lines.extend(listed(&changed_files((file, &there), (&self.file, &named_files(&self.campaign)))));
+        if lines.is_empty() {
+            lines.push("no key and no file: another version of softdock has made the results".to_owned());
+        }
+        let message =
+            format!("`{}` holds the results of {state}; what differs:\n  {}", path.display(), lines.join("\n  "));
+        let more_runs = lines.iter().any(|line| line.starts_with(&format!("{}: runs: ", self.file)));
+        let extend = if more_runs { "; --runs N gives an unchanged campaign more runs" } else { "" };
+        let remedy = format!(
+            "put the old values back (`{}` keeps the files), write --out DIR for a folder of its own, or --fresh to \
+             start over{extend}",
+            path.join("campaign").display()
+        );
+        refuse(message, remedy)
     }
 
     /// Shards without `campaign.json` may still be somebody's work.
@@ -156,6 +273,42 @@ impl Folder {
     }
 }
 
+/// A state of `campaign.json` with another number of runs.
+fn with_runs(manifest: &Value, runs: u64) -> Value {
+    let mut manifest = manifest.clone();
+    manifest["runs"] = json!(runs);
+    manifest
+}
+
+/// `campaign.json` without the record of its extensions.
+fn without_extensions(mut manifest: Value) -> Value {
+    if let Some(keys) = manifest.as_object_mut() {
+        keys.remove("extensions");
+    }
+    manifest
+}
+
+fn extensions_of(manifest: &Value) -> Vec<Extension> {
+    serde_json::from_value(manifest["extensions"].clone()).unwrap_or_default()
+}
+
+/// Removes a file; one that is not there is no error.
+fn remove(path: &Path) -> miette::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(refuse(format!("{}: {error}", path.display()), "check the permissions of the folder"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The files of a campaign, its own first: name below `campaign/`, and path.
+pub(crate) fn named_files(campaign: &Campaign) -> Vec<(String, PathBuf)> {
+    let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
+    let root = common_root(&files);
+    files.into_iter().map(|file| (slashed(file.strip_prefix(&root).unwrap_or(&file)), file)).collect()
+}
+
 fn read_manifest(folder: &Path) -> miette::Result<Option<Value>> {
     let path = folder.join("campaign.json");
     if !path.is_file() {
@@ -167,7 +320,7 @@ fn read_manifest(folder: &Path) -> miette::Result<Option<Value>> {
 }
 
 /// The path from the root, without `.` and `..`.
-fn normal(path: &Path) -> PathBuf {
+pub(crate) fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in std::path::absolute(path).unwrap_or(path.to_owned()).components() {
         match part {

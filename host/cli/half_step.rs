@@ -35,9 +35,9 @@ impl HalfStepRuns {
     }
 
     /// Keeps the row if its run is one of the chosen.
-    pub(crate) fn see(&mut self, row: &RunRow) {
-        if spread(row.run, self.wanted.0, self.wanted.1) {
-            let by_cpu = self.by_cpu.get((row.run / self.shard_runs) as usize) == Some(&true);
+    pub(crate) fn see(&mut self, place: u64, row: &RunRow) {
+        if spread(place, self.wanted.0, self.wanted.1) {
+            let by_cpu = self.by_cpu.get((place / self.shard_runs) as usize) == Some(&true);
             self.rows.push((row.clone(), by_cpu || row.flags & flags::RETRIED != 0));
         }
     }

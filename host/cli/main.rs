@@ -5,7 +5,10 @@ mod args;
 mod band;
 mod bench;
 mod bench_diagnosis;
+mod cases;
+mod changes;
 mod check;
+mod compare;
 mod compare_models;
 mod devices;
 mod diagnose;
@@ -15,6 +18,7 @@ mod farm;
 mod finish;
 mod folder;
 mod found;
+mod fresh;
 mod half_step;
 mod identify;
 mod kernel;
@@ -52,6 +56,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Status(args) => status::status(&args),
         Command::Merge(args) => merge::merge(&args),
+        Command::Compare(args) => compare::compare(&args),
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),

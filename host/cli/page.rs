@@ -23,6 +23,7 @@ pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<(
 
 fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {
     let fields = input_fields();
+    let given = campaign.cases().is_some();
     let row = |field: usize, distribution: String, class: &str, source: Option<&String>| Dispersion {
         target: fields[field].name.clone(),
         column: format!("in_{}", fields[field].column()),
@@ -36,7 +37,15 @@ fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {
             Class::Aleatory => "aleatory",
             Class::Epistemic => "epistemic",
         };
-        row(dispersion.field, in_words(&dispersion.distribution, dispersion.unit), class, dispersion.source.as_ref())
+        match &dispersion.distribution {
+            Distribution::Table { values } if given => {
+                let cases = format!("given, {} cases", values.len());
+                row(dispersion.field, cases, "given", dispersion.source.as_ref())
+            }
+            distribution => {
+                row(dispersion.field, in_words(distribution, dispersion.unit), class, dispersion.source.as_ref())
+            }
+        }
     });
     let derived =
         campaign.derived.iter().map(|derived| row(derived.field, format!("= {}", derived.text), "derived", None));
@@ -80,8 +89,13 @@ fn configuration(campaign: &Campaign, summary: &Summary) -> Vec<Fact> {
 fn commands(folder: &Folder) -> Vec<String> {
     let c = &folder.campaign;
     let variant = c.id.split_once('/').map_or(String::new(), |(_, name)| format!(" --variant {name}"));
+    let model = folder.model.as_ref().map_or(String::new(), |model| format!(" --model campaign/{model}"));
+    let sample = match c.cases() {
+        Some(cases) => format!("--cases {}", cases.file_name()),
+        None => format!("--runs {}", c.runs),
+    };
     vec![
-        format!("softdock run campaign/{}{variant} --runs {} --seed {} --out again", folder.file, c.runs, c.seed),
+        format!("softdock run campaign/{}{variant}{model} {sample} --seed {} --out again", folder.file, c.seed),
         "softdock replay . 0".to_owned(),
         "softdock report .".to_owned(),
     ]

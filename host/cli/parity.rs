@@ -37,9 +37,9 @@ impl ParityRuns {
     }
 
     /// Keeps the row if its run is one of the chosen.
-    pub(crate) fn see(&mut self, row: RunRow) {
-        let by_gpu = self.by_gpu.get((row.run / self.shard_runs) as usize) == Some(&true);
-        if by_gpu && row.flags & flags::RETRIED == 0 && spread(row.run, self.wanted.0, self.wanted.1) {
+    pub(crate) fn see(&mut self, place: u64, row: RunRow) {
+        let by_gpu = self.by_gpu.get((place / self.shard_runs) as usize) == Some(&true);
+        if by_gpu && row.flags & flags::RETRIED == 0 && spread(place, self.wanted.0, self.wanted.1) {
             self.rows.push(row);
         }
     }

@@ -11,7 +11,8 @@ const LINE_SECONDS: u64 = 10;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C asks for an orderly end; a second one ends at once, which leaves whole files too.
+/// From now on Ctrl-C asks for an orderly end, which keeps every finished run; a second one ends at once and loses the
+/// finished runs of the batch under way. Files are whole in both cases.
 pub(crate) fn listen() {
     let heard = || {
         if STOP.swap(true, Ordering::Relaxed) {

@@ -24,7 +24,11 @@ pub(crate) fn replay(args: &ReplayArgs) -> miette::Result<Exit> {
     refuse_whole(&folder)?;
     let row = read_run(&folder.path, run).into_diagnostic()?.ok_or_else(|| {
         let message = format!("`{}` holds no run {}", folder.path.display(), run);
-        refuse(message, format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1))
+        let remedy = match folder.campaign.cases() {
+            Some(_) => "its table of cases names the runs".to_owned(),
+            None => format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1),
+        };
+        refuse(message, remedy)
     })?;
     let in_f64 = row.flags & flags::RETRIED != 0 || made_on_cpu(&folder, run)?;
     let truth = Farm::open(&folder.campaign, Choice::Cpu).map_err(crate::run::unusable)?;
@@ -47,7 +51,8 @@ pub(crate) fn replay(args: &ReplayArgs) -> miette::Result<Exit> {
 }
 
 fn made_on_cpu(folder: &Folder, run: u64) -> miette::Result<bool> {
-    let shard = (run / folder.campaign.execution.shard_runs) as u32;
+    let place = folder.campaign.place_of(run).unwrap_or(run);
+    let shard = (place / folder.campaign.execution.shard_runs) as u32;
     Ok(folder.shards()?.complete.get(&shard).is_some_and(|file| file.backend == "cpu"))
 }
 

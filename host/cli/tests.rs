@@ -7,11 +7,13 @@ use crate::folder::Folder;
 use crate::run::make_missing;
 use crate::words::Exit;
 use softdock_campaign::Campaign;
+use softdock_engine::cpu::CpuEngine;
 use softdock_engine::failover::Failover;
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Choice, Engine, EngineError, Job, RunInput};
 use softdock_kernels::outcome::Finished;
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 const WHOLE: Part = Part { index: 0, count: 1 };
 
@@ -60,6 +62,59 @@ fn campaign(folder: &Path) -> Campaign {
     let file = folder.join("smoke.toml");
     std::fs::write(&file, text.replace("shard_runs = 32", "shard_runs = 8")).expect("written");
     softdock_campaign::load(&file).expect("it loads")
+}
+
+/// CPU lanes that the user stops after so many runs, and what they were asked for.
+struct Interrupted {
+    runs: usize,
+    asked: Arc<Mutex<Vec<u64>>>,
+}
+
+impl Engine for Interrupted {
+    fn device(&self) -> String {
+        CpuEngine::new().device()
+    }
+
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError> {
+        let made = &runs[..runs.len().min(self.runs)];
+        self.runs -= made.len();
+        self.asked.lock().expect("no holder panics").extend(made.iter().map(|run| run.run));
+        let finished = CpuEngine::new().run(job, made, progress)?;
+        if made.len() == runs.len() { Ok(finished) } else { Err(EngineError::Stopped { finished }) }
+    }
+}
+
+#[test]
+fn however_often_the_work_is_stopped_no_run_is_made_twice_and_the_shards_are_the_same() {
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let campaign = campaign(temporary.path());
+    let claimed = |name: &str| Folder::claim(&temporary.path().join(name), campaign.clone()).expect("claimed");
+    let (whole, stopped) = (claimed("whole"), claimed("stopped"));
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    let farm = |runs| Farm::with(&campaign, Box::new(Interrupted { runs, asked: Arc::clone(&asked) }));
+    assert!(make_missing(&whole, WHOLE, &mut farm(64)).is_ok());
+    asked.lock().expect("no holder panics").clear();
+    for (runs, shards, kept) in [(11, 1, 3), (2, 1, 5), (5, 2, 2), (46, 8, 0)] {
+        assert!(make_missing(&stopped, WHOLE, &mut farm(runs)).is_ok());
+        let index = stopped.shards().expect("a folder");
+        assert!(index.foreign.is_empty(), "{:?}", index.foreign);
+        let partial = softdock_results::partial::partial_runs(&stopped.path).expect("a folder");
+        assert_eq!((index.complete.len(), partial), (shards, kept), "after {runs} runs more");
+    }
+    let mut asked = asked.lock().expect("no holder panics").clone();
+    asked.sort_unstable();
+    assert_eq!(asked, (0..64).collect::<Vec<_>>(), "each run once");
+    for shard in 0..8 {
+        let [one, two] = [&whole, &stopped]
+            .map(|folder| std::fs::read(softdock_results::shards::shard_path(&folder.path, shard)).expect("a shard"));
+        assert!(one == two, "shard {shard}");
+    }
+    assert!(!stopped.path.join("partial").exists());
 }
 
 /// Backend of every shard that is there.

@@ -37,13 +37,13 @@ impl<'a> Keeper<'a> {
         Self { campaign, picked, worst: vec![Vec::new(); campaign.requirements.len()] }
     }
 
-    /// Looks at a row.
-    pub(crate) fn see(&mut self, row: &RunRow) {
+    /// Looks at a row at its place among the campaign's runs.
+    pub(crate) fn see(&mut self, place: u64, row: &RunRow) {
         for keep in &self.campaign.traces.keep {
             let reason = match keep {
                 Keep::Failed if row.status == Status::Fail => "failed",
                 Keep::Invalid if row.status == Status::Invalid => "invalid",
-                Keep::Random(count) if spread(row.run, u64::from(*count), self.campaign.runs) => "random",
+                Keep::Random(count) if spread(place, u64::from(*count), self.campaign.runs) => "random",
                 Keep::Worst(count) => {
                     Self::see_margins(&mut self.worst, row, *count as usize);
                     continue;

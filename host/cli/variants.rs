@@ -11,15 +11,17 @@ use crate::words::{Exit, json, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Compared, Summary, VariantInput, compare, compare_text, summarise, write_compare};
 use softdock_campaign::Campaign;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Runs every variant, or what is missing of it, then compares them.
-pub(crate) fn run(args: &RunArgs, campaign: Campaign) -> miette::Result<Exit> {
+pub(crate) fn run(args: &RunArgs, campaign: Campaign, out: &Path) -> miette::Result<Exit> {
     let choice = args.choice(&campaign);
-    let out = args.out.clone().unwrap_or_else(|| crate::args::default_results(&campaign.id));
     // The engine before the folder: what cannot run leaves nothing behind.
     drop(Farm::open(&campaign.variants[0].campaign, choice).map_err(unusable)?);
-    let whole = Folder::claim(&out, campaign)?;
+    if args.fresh {
+        crate::fresh::clear(out, campaign.files())?;
+    }
+    let whole = Folder::claim(out, campaign)?;
     listen();
     for folder in folders(&whole) {
         let folder = Folder::claim(&folder.path, folder.campaign)?;
@@ -32,7 +34,10 @@ pub(crate) fn run(args: &RunArgs, campaign: Campaign) -> miette::Result<Exit> {
             break;
         }
         if folder.shards()?.is_complete() {
-            finish(&folder)?;
+            match finish(&folder) {
+                Err(_) if stopped() => break,
+                summary => drop(summary?),
+            }
         }
     }
     conclude(&whole, args.json, args.shard)
@@ -63,6 +68,7 @@ fn folders(whole: &Folder) -> impl Iterator<Item = Folder> {
         campaign: variant.campaign.clone(),
         file: whole.file.clone(),
         model: whole.model.clone(),
+        extensions: Vec::new(),
     })
 }
 

@@ -3,6 +3,8 @@
 use softdock_campaign::requirement::Requirement;
 use softdock_results::shards::ShardPlan;
 
+use crate::summary::Extension;
+
 /// What an invalid run counts as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidRuns {
@@ -33,6 +35,10 @@ pub struct CampaignFacts<'a> {
     pub invalid: InvalidRuns,
     /// False for Sobol and Latin hypercube samples: they are for exploring, binomial statements need independence.
     pub independent_runs: bool,
+    /// True if the runs are given cases: nothing can be concluded from them on other runs. They are not independent.
+    pub given_cases: bool,
+    /// When the campaign got more runs.
+    pub extensions: &'a [Extension],
     /// The requirements.
     pub requirements: &'a [Requirement],
 }

@@ -27,5 +27,5 @@ pub use facts::{CampaignFacts, InvalidRuns};
 pub use plots::map::{MapCurve, map_page};
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
 pub use summarise::summarise;
-pub use summary::{Summary, Verdict};
+pub use summary::{Extension, Summary, Verdict};
 pub use terminal::verdict_text;

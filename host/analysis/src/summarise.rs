@@ -70,6 +70,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         verdict,
         exit_code,
         independent_runs: facts.independent_runs,
+        given_cases: facts.given_cases,
+        extensions: facts.extensions.to_vec(),
         invalid_runs: match facts.invalid {
             InvalidRuns::CountAsFailures => "count-as-failures",
             InvalidRuns::ReportOnly => "report-only",

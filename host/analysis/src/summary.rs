@@ -70,6 +70,12 @@ pub struct Summary {
     pub exit_code: u8,
     /// False if the sample is one for exploring.
     pub independent_runs: bool,
+    /// True if the runs are given cases instead of a sample.
+    #[serde(default)]
+    pub given_cases: bool,
+    /// When the campaign got more runs: a verdict after looking at an earlier one has less than the stated confidence.
+    #[serde(default)]
+    pub extensions: Vec<Extension>,
     /// "count-as-failures" or "report-only".
     pub invalid_runs: String,
     /// Shards and runs.
@@ -87,6 +93,15 @@ pub struct Summary {
     /// Runs repeated at half the substep, if there are any.
     #[serde(default)]
     pub half_step: Option<Parity>,
+}
+
+/// A campaign that got more runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Extension {
+    /// Number of runs before.
+    pub runs_before: u64,
+    /// Number of runs after.
+    pub runs_after: u64,
 }
 
 /// The same quantity for both loops.

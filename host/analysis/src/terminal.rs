@@ -24,7 +24,17 @@ pub fn verdict_text(summary: &Summary) -> String {
         summary.seed
     );
     made_on_line(&mut out, summary);
-    if !summary.independent_runs {
+    for extension in &summary.extensions {
+        let _ = writeln!(
+            out,
+            "  extended from {} to {} runs: if a verdict was looked at before, the stated confidence does not hold",
+            extension.runs_before, extension.runs_after
+        );
+    }
+    if summary.given_cases {
+        out.push_str("  given cases, no verdict: the inputs are no sample of what the campaign disperses;\n");
+        out.push_str("  counts are those of these cases, intervals are for reading, as if the cases were drawn\n");
+    } else if !summary.independent_runs {
         out.push_str(
             "  exploring only, no verdict: the runs are not independent (Sobol' or Latin hypercube sample);\n",
         );
@@ -62,6 +72,11 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
         rows.push(requirement_row("", "facility", requirement, &requirement.loops.facility));
     }
     let joint = &summary.joint;
+    if summary.given_cases {
+        for row in &mut rows {
+            row[4] = row[4].replace("exploring only, no verdict", "given cases, no verdict");
+        }
+    }
     for (name, side, share) in [("together", "space", &joint.space), ("", "facility", &joint.facility)] {
         let passed = format!("{} of {} passed", share.count, share.cases);
         rows.push([name, side, "", &passed, &interval(&share.interval), ""].map(str::to_owned));

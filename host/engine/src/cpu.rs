@@ -61,11 +61,12 @@ impl Engine for CpuEngine {
             .with_max_len(1)
             .flat_map_iter(|_| by_joints(instructions, job, &queue, None))
             .collect();
-        if queue.stopped.load(Ordering::Relaxed) {
-            return Err(EngineError::Stopped);
-        }
         finished.sort_by_key(|row| row.run);
-        Ok(finished)
+        match finished.len() == runs.len() {
+            true => Ok(finished),
+            // A tile ends early only where the user stops the batch.
+            false => Err(EngineError::Stopped { finished }),
+        }
     }
 }
 

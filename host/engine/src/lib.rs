@@ -49,7 +49,7 @@ pub struct RunInput {
 }
 
 /// Why a batch did not come back.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EngineError {
     /// There is nothing to run on.
     #[error(
@@ -70,8 +70,11 @@ pub enum EngineError {
     #[error("the kernel does not compile for this device: {0}")]
     Kernel(String),
     /// Stopped by the user.
-    #[error("stopped")]
-    Stopped,
+    #[error("stopped after {} runs of the batch", finished.len())]
+    Stopped {
+        /// The runs of the batch that had ended, in order of their numbers: each is whole.
+        finished: Vec<Finished>,
+    },
 }
 
 impl EngineError {
@@ -91,7 +94,8 @@ pub trait Engine {
     /// `progress` is told how many runs have ended since the last call; it answers `false` to stop the batch.
     ///
     /// # Errors
-    /// See [`EngineError`]; a batch comes back whole or not at all.
+    /// See [`EngineError`]. `Ok` holds every run of the batch. A batch that `progress` stops gives back the runs that
+    /// have ended in [`EngineError::Stopped`]; any other error gives back none.
     fn run(
         &mut self,
         job: &Job,

@@ -50,6 +50,8 @@ pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_
         plan: plan(runs),
         invalid: InvalidRuns::CountAsFailures,
         independent_runs: true,
+        given_cases: false,
+        extensions: &[],
         requirements,
     }
 }

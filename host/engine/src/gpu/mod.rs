@@ -164,10 +164,13 @@ impl Engine for GpuEngine {
             let ratio = (SLICE_SECONDS / started.elapsed().as_secs_f64().max(1e-6)).clamp(0.5, 2.0);
             ticks = ((f64::from(ticks) * ratio) as u32).clamp(1, MOST_TICKS);
             if ended > 0 && !progress(ended) {
-                return Err(EngineError::Stopped);
+                break;
             }
         }
         out.sort_by_key(|row| row.run);
-        Ok(out)
+        match out.len() == runs.len() {
+            true => Ok(out),
+            false => Err(EngineError::Stopped { finished: out }),
+        }
     }
 }

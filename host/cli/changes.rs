@@ -1,0 +1,100 @@
+//! What has changed between two states of a campaign's files, file by file and key by key.
+
+use serde_json::{Value, json};
+use softdock_campaign::difference::{KeyChange, TextChange, changed_keys};
+use std::path::{Path, PathBuf};
+
+/// Changes that a message lists.
+const LISTED: usize = 30;
+
+/// Files by their name below `campaign/`.
+pub(crate) type NamedFiles = [(String, PathBuf)];
+
+/// How one file differs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum FileChange {
+    /// A key of a TOML file.
+    Key(String, KeyChange),
+    /// The file as a whole, and how.
+    File(String, &'static str),
+}
+
+impl FileChange {
+    /// As a program reads it.
+    pub(crate) fn json(&self) -> Value {
+        match self {
+            Self::Key(file, change) => json!({ "file": file, "key": change.key, "old": change.old, "new": change.new }),
+            Self::File(file, how) => json!({ "file": file, "change": how }),
+        }
+    }
+}
+
+impl std::fmt::Display for FileChange {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Key(file, change) => write!(f, "{file}: {change}"),
+            Self::File(file, how) => write!(f, "{file}: {how}"),
+        }
+    }
+}
+
+/// The changes one a line; of many the first ones.
+pub(crate) fn listed(changes: &[FileChange]) -> Vec<String> {
+    let mut lines: Vec<String> = changes.iter().take(LISTED).map(ToString::to_string).collect();
+    if changes.len() > LISTED {
+        lines.push(format!("... and {} changes more", changes.len() - LISTED));
+    }
+    lines
+}
+
+/// Changes from the old to the new files; the names of the campaign files themselves may differ.
+pub(crate) fn changed_files(old: (&str, &NamedFiles), new: (&str, &NamedFiles)) -> Vec<FileChange> {
+    let old_name = |name: &str| if name == new.0 { old.0.to_owned() } else { name.to_owned() };
+    let mut changes = Vec::new();
+    for (name, path) in new.1 {
+        match old.1.iter().find(|(other, _)| *other == old_name(name)) {
+            Some((_, before)) => changed_file(name, before, path, &mut changes),
+            None => changes.push(FileChange::File(name.clone(), "is not among the files of the results")),
+        }
+    }
+    let is_gone = |name: &String| !new.1.iter().any(|(own, _)| old_name(own) == *name);
+    let gone = old.1.iter().filter(|(name, _)| is_gone(name));
+    changes.extend(gone.map(|(name, _)| FileChange::File(name.clone(), "is no longer a file of the campaign")));
+    changes
+}
+
+fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange>) {
+    let whole = |how| FileChange::File(name.to_owned(), how);
+    let (Ok(old), Ok(new)) = (std::fs::read(old), std::fs::read(new)) else {
+        return changes.push(whole("cannot be read"));
+    };
+    if old == new {
+        return;
+    }
+    let change = match (std::str::from_utf8(&old), std::str::from_utf8(&new)) {
+        (Ok(old), Ok(new)) if name.ends_with(".toml") => changed_keys(old, new),
+        _ => TextChange::NotToml,
+    };
+    match change {
+        TextChange::None => {}
+        TextChange::LayoutOnly => changes.push(whole("only comments or layout differ")),
+        TextChange::Keys(keys) => changes.extend(keys.into_iter().map(|key| FileChange::Key(name.to_owned(), key))),
+        TextChange::NotToml => changes.push(whole("the file differs")),
+    }
+}
+
+/// All files below a folder, by their names in it; what cannot be read is left out.
+pub(crate) fn files_below(folder: &Path) -> Vec<(String, PathBuf)> {
+    let (mut open, mut files) = (vec![(String::new(), folder.to_owned())], Vec::new());
+    while let Some((prefix, folder)) = open.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            match entry.path() {
+                path if path.is_dir() => open.push((format!("{name}/"), path)),
+                path => files.push((name, path)),
+            }
+        }
+    }
+    files.sort();
+    files
+}

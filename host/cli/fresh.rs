@@ -1,0 +1,133 @@
+//! `run --fresh`: deletes what softdock has written in a results folder, and nothing else.
+
+use crate::changes::files_below;
+use crate::folder::{Folder, normal};
+use crate::words::{refuse, warn};
+use std::path::{Path, PathBuf};
+
+/// Files at the top of a results folder; the last one goes last, so that what is left is still known as one.
+const FILES: [&str; 9] = [
+    "summary.json",
+    "report.html",
+    "compare.json",
+    "compare.html",
+    "parity.parquet",
+    "half_step.parquet",
+    "cases.csv",
+    "cases.parquet",
+    "campaign.json",
+];
+
+/// Folders whose files have names that softdock gives.
+const FOLDERS: [&str; 4] = ["runs", "partial", "traces", "replays"];
+
+/// Empties a results folder; one that is not there, or is empty, stays as it is.
+///
+/// # Errors
+/// If the folder holds a file that softdock does not write there, or one of `inputs`, which the next run reads; nothing
+/// is deleted then.
+pub(crate) fn clear(results: &Path, inputs: &[PathBuf]) -> miette::Result<()> {
+    if !results.exists() || results.read_dir().is_ok_and(|mut entries| entries.next().is_none()) {
+        return Ok(());
+    }
+    let inside = normal(results);
+    if let Some(input) = inputs.iter().find(|input| normal(input).starts_with(&inside)) {
+        let message = format!("`{}` lies in the folder that --fresh would empty", input.display());
+        return Err(refuse(message, "copy the campaign's files elsewhere and run them from there"));
+    }
+    if !results.join("campaign.json").is_file() {
+        let message = format!("`{}` is no results folder: it has no campaign.json", results.display());
+        return Err(refuse(message, "name a folder that `softdock run` has written, or empty it by hand"));
+    }
+    let folder = Folder::open(results).map_err(|error| {
+        let message = format!("`{}` cannot be read, so that nothing in it is deleted: {error}", results.display());
+        refuse(message, "delete the folder by hand")
+    })?;
+    let mut known: Vec<String> =
+        crate::folder::named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
+    for variant in &folder.campaign.variants {
+        let own = known.iter().filter(|name| name.starts_with("campaign/")).cloned().collect::<Vec<_>>();
+        known.extend(own.into_iter().map(|name| format!("{}/{name}", variant.name)));
+    }
+    let variants: Vec<&str> = folder.campaign.variants.iter().map(|variant| variant.name.as_str()).collect();
+    let is_known = |name: &str| {
+        let inner = variants.iter().find_map(|variant| name.strip_prefix(variant)?.strip_prefix('/'));
+        known.iter().any(|known| known == without_temporary(name)) || is_own(inner.unwrap_or(name))
+    };
+    let mut files = files_below(results);
+    if let Some((name, path)) = files.iter().find(|(name, _)| !is_known(name)) {
+        let message = format!("`{}` is not written by softdock: `{name}`", path.display());
+        return Err(refuse(message, "move it out of the results folder, or write --out DIR; nothing was deleted"));
+    }
+    files.sort_by_key(|(name, _)| name == "campaign.json");
+    let shards = files.iter().filter(|(name, _)| name.contains("runs/") && name.ends_with(".parquet")).count();
+    for (_, path) in &files {
+        std::fs::remove_file(path)
+            .map_err(|error| refuse(format!("{}: {error}", path.display()), "check the permissions of the folder"))?;
+    }
+    remove_empty(results);
+    warn(format!("deleted {} files of `{}`, {shards} shards among them", files.len(), results.display()));
+    Ok(())
+}
+
+/// The name of the file that a killed writer was about to write: `NAME.x1Y2z3.tmp`.
+fn without_temporary(name: &str) -> &str {
+    let written = name.strip_suffix(".tmp").and_then(|name| name.rsplit_once('.'));
+    match written {
+        Some((file, unique)) if unique.len() == 6 && unique.chars().all(|c| c.is_ascii_alphanumeric()) => file,
+        _ => name,
+    }
+}
+
+/// Whether softdock writes a file of this name in a results folder.
+fn is_own(name: &str) -> bool {
+    let name = without_temporary(name);
+    let numbered = |file: &str, key: &str| {
+        let number = file.strip_prefix(key).and_then(|rest| rest.strip_suffix(".parquet"));
+        number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
+    };
+    match name.split_once('/') {
+        None => FILES.contains(&name),
+        Some((folder @ ("runs" | "partial"), file)) if FOLDERS.contains(&folder) => numbered(file, "shard="),
+        Some((folder, file)) => FOLDERS.contains(&folder) && (numbered(file, "run=") || file == "nominal.parquet"),
+    }
+}
+
+/// Removes the folders below that hold nothing any more; the results folder itself stays.
+fn remove_empty(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            remove_empty(&path);
+            // Fails where a file has come meanwhile, and that is right.
+            let _ = std::fs::remove_dir(&path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_names_that_softdock_gives_are_known() {
+        let own = [
+            "campaign.json",
+            "runs/shard=00012.parquet",
+            "runs/shard=00012.parquet.a1B2c3.tmp",
+            "partial/shard=00000.parquet",
+            "traces/nominal.parquet",
+            "traces/run=000000017.parquet",
+            "replays/run=000000017.parquet",
+            "half_step.parquet",
+        ];
+        let foreign =
+            ["notes.txt", "runs/mine.parquet", "runs/shard=1.csv", "traces/sub/run=1.parquet", "shard=1.parquet", ""];
+        for name in own {
+            assert!(is_own(name), "{name}");
+        }
+        for name in foreign {
+            assert!(!is_own(name), "{name}");
+        }
+    }
+}

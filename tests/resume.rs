@@ -1,0 +1,295 @@
+//! Work that is interrupted, extended, started over, given or repeated, and two results side by side.
+
+use crate::cli::{Bench, assert_same, files, text};
+use serde_json::Value;
+use softdock_results::shards::read_runs;
+use softdock_results::{TableReader, runs::RunRow};
+use std::fs;
+use std::path::Path;
+
+const RUN: &str = "run c/smoke.toml --backend cpu --out";
+
+/// The smoke campaign without outer loop: its draws do not depend on the number of runs.
+fn without_outer_loop() -> Bench {
+    let bench = Bench::new();
+    bench.edit("class = \"epistemic\"                # fixed but unknown: one value per outer draw\n", "");
+    bench.edit("[outer]                            # only with epistemic dispersions\n", "");
+    bench.edit("draws = 4                          # 4 x 16 runs\n", "");
+    bench
+}
+
+fn rows(results: &Path) -> Vec<RunRow> {
+    read_runs(results).expect("a folder").map(|row| row.expect("a row")).collect()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("a file")).expect("JSON")
+}
+
+/// Hash of the rows of a shard, as the file states it.
+fn content_hash(bench: &Bench, shard: &str) -> String {
+    let reader = TableReader::open(&bench.path(shard)).expect("a shard");
+    reader.metadata()["softdock.content_hash"].clone()
+}
+
+/// A campaign that must be run to its end, whatever its verdict; the messages beside the answer.
+fn made(bench: &Bench, words: &str) -> String {
+    let output = bench.softdock(words);
+    let said = text(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "softdock {words}\n{said}");
+    said
+}
+
+/// A command that must be refused; the message without its line breaks.
+fn refused(bench: &Bench, words: &str) -> String {
+    let output = bench.softdock(words);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "softdock {words}\n{}\n{said}", text(&output.stdout));
+    said.lines().map(|line| line.trim_start_matches(['│', ' ', '×', '╰', '─', '▶'])).collect::<Vec<_>>().join(" ")
+}
+
+fn assert_says(said: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(said.contains(part), "`{part}` in\n{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_finished_runs_and_the_same_command_continues_to_the_same_files() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+    let bench = Bench::new();
+    bench.edit("shard_runs = 8", "shard_runs = 1000000");
+    bench.edit("parity = \"25 %\"", "half_step = 0");
+    let words = |out: &str| format!("run c/smoke.toml --backend cpu --runs 1200 --out {out}");
+    let code = bench.softdock(&words("whole")).status.code();
+    let mut command = bench.command(&words("stopped"));
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
+    while !bench.path("stopped/campaign.json").is_file() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    assert!(interrupt.expect("a shell").success());
+    let output = child.wait_with_output().expect("its end");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert_says(&said, &["stopped with 0 of 1 shards and ", " runs of others; the same command resumes"]);
+    let kept = TableReader::open(&bench.path("stopped/partial/shard=00000.parquet")).expect("kept").rows();
+    assert!(kept > 0 && kept < 1200, "{kept} runs");
+    assert!(!bench.path("stopped/runs").exists(), "no whole shard");
+    let output = bench.softdock(&words("stopped"));
+    assert_eq!(output.status.code(), code);
+    assert_says(
+        &text(&output.stderr),
+        &[&format!("0 and {kept} runs of others there"), &format!("of {} runs", 1200 - kept)],
+    );
+    assert!(!bench.path("stopped/partial").exists(), "the shard is whole");
+    assert_same(&bench.path("whole"), &bench.path("stopped"));
+}
+
+#[test]
+fn more_runs_extend_a_campaign_and_its_runs_stay() {
+    let bench = without_outer_loop();
+    made(&bench, &format!("{RUN} whole --runs 32"));
+    // Two full shards and one of four runs.
+    made(&bench, &format!("{RUN} grown --runs 20"));
+    let first = fs::read(bench.path("grown/runs/shard=00000.parquet")).expect("a shard");
+    let output = bench.softdock(&format!("{RUN} grown --runs 32"));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_says(
+        &said,
+        &["extended from 20 to 32 runs", "stops optionally", "2 and 4 runs of others there", "of 12 runs"],
+    );
+    assert_eq!(fs::read(bench.path("grown/runs/shard=00000.parquet")).expect("a shard"), first);
+    for shard in 0..4 {
+        let of = |folder: &str| content_hash(&bench, &format!("{folder}/runs/shard=0000{shard}.parquet"));
+        assert_eq!(of("grown"), of("whole"), "shard {shard}");
+    }
+    assert!(!bench.path("grown/partial").exists());
+    let names = |folder: &str| files(&bench.path(folder)).into_keys().collect::<Vec<_>>();
+    assert_eq!(names("grown"), names("whole"), "time histories of the smaller campaign are gone");
+    let (mut grown, whole) = (json(&bench.path("grown/summary.json")), json(&bench.path("whole/summary.json")));
+    let extension = serde_json::json!([{ "runs_before": 20, "runs_after": 32 }]);
+    assert_eq!(json(&bench.path("grown/campaign.json"))["extensions"], extension);
+    assert_eq!(grown["extensions"], extension);
+    grown["extensions"] = whole["extensions"].clone();
+    assert_eq!(grown, whole);
+    assert_says(&bench.expect(0, "status grown"), &["32 of 32 runs", "the stated confidence does not hold"]);
+    let said = refused(&bench, &format!("{RUN} grown --runs 20"));
+    assert_says(&said, &["holds a campaign of 32 runs, and 20 are asked for", "--runs 32 or more"]);
+}
+
+#[test]
+fn draws_that_depend_on_the_number_of_runs_are_not_extended() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} outer --runs 16"));
+    let said = refused(&bench, &format!("{RUN} outer --runs 32"));
+    assert_says(&said, &["4 outer draws share out the runs by their number", "--out DIR", "--fresh"]);
+    assert_eq!(json(&bench.path("outer/campaign.json"))["runs"], 16);
+    let bench = without_outer_loop();
+    bench.edit(
+        "[[requirement]]\nid = \"SMOKE-010\"",
+        "[sampling]\nmethod = \"lhs\"\n[[requirement]]\nid = \"SMOKE-010\"",
+    );
+    bench.expect(1, &format!("{RUN} lhs --runs 16"));
+    assert_says(&refused(&bench, &format!("{RUN} lhs --runs 32")), &["Latin hypercube", "the number of runs"]);
+}
+
+#[test]
+fn a_changed_campaign_is_refused_with_its_keys() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 16"));
+    bench.edit("at_most = \"400 N\"", "at_most = \"300 N\"");
+    let scenario = fs::read_to_string(bench.path("c/scenarios/smoke.toml")).expect("the scenario");
+    fs::write(bench.path("c/scenarios/smoke.toml"), format!("# a word\n{scenario}")).expect("written");
+    let said = refused(&bench, &format!("{RUN} r --runs 16 --seed 2"));
+    let parts = [
+        "seed: 1 -> 2",
+        "smoke.toml: requirement[2 SMOKE-020].at_most: \"400 N\" -> \"300 N\"",
+        "scenarios/smoke.toml: only comments or layout differ",
+        "put the old values back",
+        "--fresh",
+    ];
+    assert_says(&said, &parts);
+    assert!(!said.contains(&json(&bench.path("r/campaign.json"))["hash"].to_string()), "no hash in\n{said}");
+}
+
+#[test]
+fn fresh_starts_over_and_deletes_nothing_that_others_wrote() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 16"));
+    bench.edit("at_most = \"400 N\"", "at_most = \"399 N\"");
+    fs::write(bench.path("r/notes.txt"), "mine").expect("written");
+    let before = files(&bench.path("r"));
+    let said = refused(&bench, &format!("{RUN} r --runs 16 --fresh"));
+    assert_says(&said, &["is not written by softdock: `notes.txt`", "nothing was deleted"]);
+    assert_eq!(files(&bench.path("r")), before);
+    fs::remove_file(bench.path("r/notes.txt")).expect("removed");
+    // The campaign that is to run lies in the folder itself.
+    let said = refused(&bench, "run r/campaign/smoke.toml --backend cpu --out r --runs 16 --fresh");
+    assert_says(&said, &["lies in the folder that --fresh would empty"]);
+    let said = made(&bench, &format!("{RUN} r --runs 16 --fresh"));
+    assert_says(&said, &["deleted ", "files of `r`, 2 shards among them"]);
+    made(&bench, &format!("{RUN} new --runs 16 --fresh"));
+    assert_same(&bench.path("r"), &bench.path("new"));
+    fs::create_dir(bench.path("other")).expect("made");
+    fs::write(bench.path("other/notes.txt"), "mine").expect("written");
+    assert_says(&refused(&bench, &format!("{RUN} other --fresh")), &["is no results folder"]);
+    assert!(bench.path("other/notes.txt").is_file());
+}
+
+#[test]
+fn given_cases_are_run_without_a_verdict() {
+    let bench = Bench::new();
+    let table = "loop_delay,in_contact_stiffness_n_per_m\n0.004,1e5\n0.02,2e5\n0.03,3e5\n";
+    fs::write(bench.path("corners.csv"), table).expect("written");
+    let said = bench.expect(1, &format!("{RUN} g --cases corners.csv"));
+    assert_says(&said, &["UNDECIDED", "given cases, no verdict", "3 of 3 runs"]);
+    assert!(!said.contains("p <= ") && !said.contains("exploring"), "{said}");
+    let made = rows(&bench.path("g"));
+    let delay = softdock_results::runs::input_fields().iter().position(|field| field.name == "loop_delay");
+    assert_eq!(made.iter().map(|row| row.inputs[delay.expect("a field")]).collect::<Vec<_>>(), [0.004, 0.02, 0.03]);
+    assert_eq!(fs::read_to_string(bench.path("g/cases.csv")).expect("kept"), table);
+    assert!(json(&bench.path("g/campaign.json"))["cases_hash"].is_string());
+    let page = fs::read_to_string(bench.path("g/report.html")).expect("the page");
+    assert!(page.contains("Given cases, no verdict"));
+    // The folder needs nothing but itself, and the same command resumes.
+    bench.expect(1, &format!("{RUN} g --cases corners.csv"));
+    bench.expect(1, "report g");
+    assert!(bench.expect(0, "replay g 2 --out trace.parquet").contains("equal, bit for bit"));
+    let cases = [
+        ("loop_delay\n0.004\n4\n", vec!["corners.csv:3", "loop_delay", "4 s is out of range", "at most 0.128 s"]),
+        ("loop_dely\n0.004\n", vec!["corners.csv:1", "loop_dely", "did you mean `loop_delay`?"]),
+        ("loop_delay\nnan\n", vec!["corners.csv:2", "no finite number", "at most 0.128 s"]),
+        ("loop_delay\n", vec!["no rows", "add at least one row"]),
+        ("loop_delay\n0.005\n", vec!["cases.csv: the tables of cases differ"]),
+    ];
+    for (table, parts) in cases {
+        fs::write(bench.path("corners.csv"), table).expect("written");
+        assert_says(&refused(&bench, &format!("{RUN} g --cases corners.csv")), &parts);
+    }
+    refused(&bench, &format!("{RUN} g --cases corners.csv --runs 4"));
+    refused(&bench, &format!("{RUN} g --cases nothing.parquet"));
+}
+
+#[test]
+fn rows_of_a_campaign_are_cases_that_give_the_same_rows() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 16"));
+    bench.expect(1, &format!("{RUN} again --cases r/runs/shard=00001.parquet"));
+    let (first, again) = (rows(&bench.path("r")), rows(&bench.path("again")));
+    assert_eq!(again.len(), 8);
+    for (one, two) in first[8..].iter().zip(&again) {
+        assert_eq!((one.run, &one.inputs, &one.space, &one.hil), (two.run, &two.inputs, &two.space, &two.hil));
+    }
+}
+
+#[test]
+fn failed_runs_are_repeated_with_their_inputs_and_numbers() {
+    let bench = Bench::new();
+    bench.edit("at_most = \"400 N\"", "at_most = \"150 N\"");
+    made(&bench, &format!("{RUN} r --runs 32"));
+    let output = bench.softdock("run --only-failed r --backend cpu");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_says(&said, &["of 32 runs are repeated: ", " failed in space, ", " on the facility, 0 invalid"]);
+    let (first, again) = (rows(&bench.path("r")), rows(&bench.path("r_failed")));
+    assert!(!again.is_empty() && again.len() < first.len(), "{} of {}", again.len(), first.len());
+    assert!(again.iter().zip(0..).any(|(row, place)| row.run != place), "numbers with gaps");
+    for row in &again {
+        let one = &first[row.run as usize];
+        assert_eq!((&one.inputs, &one.space, &one.hil, one.status), (&row.inputs, &row.space, &row.hil, row.status));
+    }
+    assert_says(&text(&output.stdout), &["given cases, no verdict"]);
+    // The same command resumes, and the folder stands alone.
+    bench.expect(1, "run --only-failed r --backend cpu");
+    let run = again[again.len() - 1].run;
+    assert!(bench.expect(0, &format!("replay r_failed {run} --out t.parquet")).contains("equal, bit for bit"));
+    bench.expect(1, "status r_failed");
+    refused(&bench, "run --only-failed r --out r");
+    refused(&bench, "run --only-failed r c/smoke.toml");
+    bench.softdock(&format!("{RUN} part --runs 32 --shard 1/2"));
+    assert_says(&refused(&bench, "run --only-failed part"), &["2 of 4 shards", "finish the campaign first"]);
+    let said = bench.expect(0, "compare r r_failed");
+    assert_says(&said, &[&format!("{} pairs of runs", again.len()), "runs that changed from A to B\n  none"]);
+}
+
+#[test]
+fn two_results_are_compared_in_pairs_or_as_samples() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} a --runs 32"));
+    bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"");
+    made(&bench, &format!("{RUN} b --runs 32"));
+    let said = bench.expect(0, "compare a b");
+    let key = "smoke.toml: requirement[2 SMOKE-020].at_most: \"400 N\" -> \"60 N\"";
+    assert_says(&said, &["32 pairs of runs with the same number", "SMOKE-020 (other limit)", "McNemar p = ", key]);
+    let compared: Value = serde_json::from_str(&bench.expect(0, "compare a b --json")).expect("JSON");
+    let failures = &compared["requirements"][1]["loops"]["space"];
+    let count = |key: &str| failures[key]["count"].as_u64().expect("a count");
+    let failed = |folder: &str| {
+        json(&bench.path(folder).join("summary.json"))["requirements"][1]["loops"]["space"]["failures"].clone()
+    };
+    assert_eq!((failed("a"), failed("b")), (count("first").into(), count("second").into()));
+    let more = count("second") - count("first");
+    assert!(more > 0, "{failures}");
+    assert_eq!(failures["pairs"]["second_only"], more);
+    assert_eq!(failures["newly_failed"].as_array().expect("runs").len() as u64, more.min(20));
+    let difference = failures["difference"].as_f64().expect("a number");
+    assert!((difference - more as f64 / 32.0).abs() < 1e-12);
+    let end = |key: &str| failures["interval"][key].as_f64().expect("a number");
+    assert!(end("lo") < difference && difference < end("hi") && end("lo") > 0.0, "{failures}");
+    assert_eq!(compared["pairs_of_other_inputs"], 0);
+    assert!(compared["metrics"].as_array().expect("metrics").iter().all(|metric| metric["difference"] == 0.0));
+    assert_eq!(compared["changes"][0]["key"], "requirement[2 SMOKE-020].at_most");
+    // Another seed: other draws, no pairs.
+    made(&bench, &format!("{RUN} c2 --runs 32 --seed 5"));
+    let said = bench.expect(0, "compare b c2");
+    assert_says(&said, &["two independent samples", "keys that differ\n  none"]);
+    assert!(!said.contains("McNemar"), "{said}");
+    bench.softdock(&format!("{RUN} part --runs 32 --shard 1/2"));
+    assert_says(&bench.expect(3, "compare b part"), &["incomplete", "16 pairs"]);
+    refused(&bench, "compare a c");
+}
