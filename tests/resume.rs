@@ -79,6 +79,8 @@ fn ctrl_c_keeps_finished_runs_and_the_same_command_continues_to_the_same_files()
     let kept = TableReader::open(&bench.path("stopped/partial/shard=00000.parquet")).expect("kept").rows();
     assert!(kept > 0 && kept < 1200, "{kept} runs");
     assert!(!bench.path("stopped/runs").exists(), "no whole shard");
+    let status = bench.softdock("status stopped");
+    assert_says(&text(&status.stderr), &[&format!("{kept} finished runs of unfinished shards are kept")]);
     let output = bench.softdock(&words("stopped"));
     assert_eq!(output.status.code(), code);
     assert_says(

@@ -7,6 +7,7 @@ use crate::variants;
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::summarise;
+use softdock_results::partial::partial_runs;
 use std::path::Path;
 
 /// Says what is there and what it shows so far.
@@ -25,6 +26,10 @@ pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
     }
     let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
     tell(&summary, args.json);
+    match partial_runs(&folder.path).into_diagnostic()? {
+        0 => {}
+        runs => warn(format!("{runs} finished runs of unfinished shards are kept; `softdock run` goes on from them")),
+    }
     Ok(Exit::of(&summary))
 }
 

@@ -292,7 +292,7 @@ impl Raw {
                         let whole = value.fract() == 0.0 && *value >= least as f64 && *value < MOST_RUNS as f64;
                         runs[row] = if whole { *value as u64 } else { least };
                         let range = format!("a whole number from {least} to {}: run numbers ascend", MOST_RUNS - 1);
-                        (!whole).then(|| ("is no run number here", range))
+                        (!whole).then_some(("is no run number here", range))
                     }
                     Meaning::Input(field) => {
                         let (field, range) = (&table[*field], legal(&table[*field].name));
