@@ -103,7 +103,7 @@ fn more_runs_extend_a_campaign_and_its_runs_stay() {
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert_says(
         &said,
-        &["extended from 20 to 32 runs", "stops optionally", "2 and 4 runs of others there", "of 12 runs"],
+        &["extended from 20 to 32 runs", "it is optional stopping", "2 and 4 runs of others there", "of 12 runs"],
     );
     assert_eq!(fs::read(bench.path("grown/runs/shard=00000.parquet")).expect("a shard"), first);
     for shard in 0..4 {
@@ -138,6 +138,30 @@ fn draws_that_depend_on_the_number_of_runs_are_not_extended() {
     );
     bench.expect(1, &format!("{RUN} lhs --runs 16"));
     assert_says(&refused(&bench, &format!("{RUN} lhs --runs 32")), &["Latin hypercube", "the number of runs"]);
+}
+
+#[test]
+fn a_campaign_with_variants_is_extended_and_started_over() {
+    let bench = without_outer_loop();
+    let variants = "[[variant]]\nname = \"none\"\n[[variant]]\nname = \"fast\"\n\
+                    set = { \"facility.loop_delay\" = \"9 ms\" }\n[[variant.derived]]\ntarget = \"command_hold\"\nexpr = \"0\"\n\n[traces]";
+    bench.edit("[traces]", variants);
+    made(&bench, &format!("{RUN} whole --runs 16"));
+    made(&bench, &format!("{RUN} grown --runs 12"));
+    let said = made(&bench, &format!("{RUN} grown --runs 16"));
+    assert_says(&said, &["smoke/fast  extended from 12 to 16 runs", "1 and 4 runs of others there"]);
+    let names = |folder: &str| files(&bench.path(folder)).into_keys().collect::<Vec<_>>();
+    assert_eq!(names("grown"), names("whole"));
+    for variant in ["none", "fast"] {
+        let of = |folder: &str| content_hash(&bench, &format!("{folder}/{variant}/runs/shard=00001.parquet"));
+        assert_eq!(of("grown"), of("whole"), "{variant}");
+    }
+    refused(&bench, &format!("{RUN} g --cases whole/none/runs/shard=00000.parquet"));
+    fs::write(bench.path("grown/fast/notes.txt"), "mine").expect("written");
+    assert_says(&refused(&bench, &format!("{RUN} grown --runs 16 --fresh")), &["`fast/notes.txt`"]);
+    fs::remove_file(bench.path("grown/fast/notes.txt")).expect("removed");
+    made(&bench, &format!("{RUN} grown --runs 16 --fresh"));
+    assert_same(&bench.path("grown"), &bench.path("whole"));
 }
 
 #[test]
@@ -294,4 +318,9 @@ fn two_results_are_compared_in_pairs_or_as_samples() {
     bench.softdock(&format!("{RUN} part --runs 32 --shard 1/2"));
     assert_says(&bench.expect(3, "compare b part"), &["incomplete", "16 pairs"]);
     refused(&bench, "compare a c");
+    // Cases that are numbered from 0 are no draws of another campaign.
+    fs::write(bench.path("corners.csv"), "loop_delay\n0.004\n0.02\n").expect("written");
+    made(&bench, &format!("{RUN} corners --cases corners.csv"));
+    let said = bench.expect(0, "compare b corners");
+    assert_says(&said, &["two independent samples", "no independent sample", "the tables of given cases differ"]);
 }

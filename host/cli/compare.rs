@@ -18,6 +18,7 @@ pub(crate) fn compare(args: &CompareArgs) -> miette::Result<Exit> {
         results: &folder.path,
         facts: folder.facts(),
         outer_draws: folder.campaign.outer_draws.unwrap_or(1),
+        numbered_as_drawn: folder.campaign.cases().is_none_or(softdock_campaign::Cases::is_numbered),
     });
     let remedy = "repair the folder: the command that made its runs makes what is missing or damaged again";
     let compared = compare_results(&one, &two).map_err(|error| refuse(error, remedy))?;

@@ -117,8 +117,8 @@ impl Folder {
             remove(&file.path)?;
         }
         warn(format!(
-            "{}  extended from {before} to {after} runs; who decides this by the verdict seen so far stops optionally: \
-             then the stated confidence does not hold (campaign.json records the extension)",
+            "{}  extended from {before} to {after} runs (recorded in campaign.json). If the verdict seen so far led to \
+             this, it is optional stopping: the stated confidence does not hold",
             self.campaign.id
         ));
         Ok(())

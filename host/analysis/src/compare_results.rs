@@ -43,6 +43,8 @@ pub struct ResultsInput<'a> {
     pub facts: CampaignFacts<'a>,
     /// Number of outer draws; 1 without an outer loop.
     pub outer_draws: u32,
+    /// False for given cases that are numbered from 0: their numbers are not those of draws.
+    pub numbered_as_drawn: bool,
 }
 
 /// Two results folders, the second against the first.
@@ -167,7 +169,8 @@ pub struct MetricDifference {
 /// If a folder holds no run, a file of another campaign, or a damaged one.
 pub fn compare_results(first: &ResultsInput, second: &ResultsInput) -> Result<ResultsComparison> {
     let (one, two) = (described(first)?, described(second)?);
-    let same_seed = first.facts.seed == second.facts.seed;
+    let same_runs = first.facts.hash == second.facts.hash || first.numbered_as_drawn && second.numbered_as_drawn;
+    let can_pair = same_runs && first.facts.seed == second.facts.seed;
     let shared: Vec<(&Requirement, &Requirement)> = first
         .facts
         .requirements
@@ -190,9 +193,9 @@ pub fn compare_results(first: &ResultsInput, second: &ResultsInput) -> Result<Re
             if order.is_le() { std::mem::replace(&mut rows[0], cursors[0].next()?) } else { None },
             if order.is_ge() { std::mem::replace(&mut rows[1], cursors[1].next()?) } else { None },
         ];
-        sums.add(&taken, [first.facts.invalid, second.facts.invalid], same_seed);
+        sums.add(&taken, [first.facts.invalid, second.facts.invalid], can_pair);
     }
-    let paired = same_seed && sums.pairs > 0;
+    let paired = can_pair && sums.pairs > 0;
     let only = |own: &ResultsInput, other: &ResultsInput| {
         let other: Vec<String> = other.facts.requirements.iter().map(Requirement::column_id).collect();
         let own = own.facts.requirements.iter().filter(|r| !other.contains(&r.column_id()));
@@ -395,7 +398,7 @@ impl Sums {
     }
 
     /// Adds a run of one folder, or of both.
-    fn add(&mut self, rows: &[Option<Row>; 2], policy: [InvalidRuns; 2], same_seed: bool) {
+    fn add(&mut self, rows: &[Option<Row>; 2], policy: [InvalidRuns; 2], can_pair: bool) {
         let counts = |at: usize, row: &Row| !(row.is_invalid() && policy[at] == InvalidRuns::ReportOnly);
         for (at, row) in rows.iter().enumerate() {
             let Some(row) = row else { continue };
@@ -412,7 +415,7 @@ impl Sums {
             }
         }
         let [Some(one), Some(two)] = rows else { return };
-        if !same_seed {
+        if !can_pair {
             return;
         }
         self.pairs += 1;
@@ -559,7 +562,7 @@ fn design_lines(out: &mut String, compared: &ResultsComparison) {
         };
         writeln!(out, "  {} pairs of runs with the same number and seed{left_out}", compared.pairs)
     } else {
-        writeln!(out, "  two independent samples: seeds or run numbers differ")
+        writeln!(out, "  two independent samples: no runs of one number and seed")
     };
     if compared.pairs_of_other_inputs > 0 {
         let columns = &compared.input_columns_that_differ;

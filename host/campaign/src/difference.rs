@@ -69,7 +69,7 @@ fn values(key: String, old: Option<&Value>, new: Option<&Value>, changes: &mut V
         (Some(Value::Array(old)), Some(Value::Array(new))) if are_tables(old) && are_tables(new) => {
             entries(&key, old, new, changes);
         }
-        // A whole array of tables that comes or goes is told entry by entry.
+        // A whole array of tables that comes or goes is listed entry by entry.
         (Some(Value::Array(old)), None) if are_tables(old) => entries(&key, old, &[], changes),
         (None, Some(Value::Array(new))) if are_tables(new) => entries(&key, &[], new, changes),
         (Some(old), Some(new)) if equal(old, new) => {}
