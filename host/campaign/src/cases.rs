@@ -113,12 +113,11 @@ impl Cases {
                     }
                 }
             }
+            problems.truncate(2 * LISTED);
             places.push(row.iter().map(|cell| span_of(cell)).collect::<Vec<_>>());
         }
-        problems.truncate(LISTED);
-        Problems::check(problems)?;
         let bytes = text.as_bytes().to_vec();
-        raw.check(bytes, &meanings, values, |row, column| places[row][column].clone())
+        raw.check(bytes, &meanings, values, |row, column| places[row][column].clone(), problems)
     }
 
     /// Takes the columns of a Parquet file; `read` gives the named ones as numbers, NaN where there is none.
@@ -143,7 +142,7 @@ impl Cases {
         for (at, column) in used.into_iter().zip(columns) {
             values[at] = column;
         }
-        raw.check(bytes, &meanings, values, |_, _| 0..0)
+        raw.check(bytes, &meanings, values, |_, _| 0..0, Vec::new())
     }
 
     /// Number of cases.
@@ -262,18 +261,19 @@ impl Raw {
         }
     }
 
-    /// The table if every value is legal.
+    /// The table if every value is legal and there are no `problems` yet; a cell of a text that is NaN is among these.
     fn check(
         self,
         bytes: Vec<u8>,
         meanings: &[Meaning],
         values: Vec<Vec<f64>>,
         place: impl Fn(usize, usize) -> Span<usize>,
+        mut problems: Vec<Problem>,
     ) -> Result<Cases, Problems> {
         let table = fields::<f64, Params<f64>>();
         let rows = meanings.iter().zip(&values).find(|(meaning, _)| **meaning != Meaning::LeftAside);
         let rows = rows.map_or(0, |(_, values)| values.len());
-        if rows == 0 {
+        if rows == 0 && problems.is_empty() {
             let remedy = "add at least one row below the header";
             return Err(self.problem(0, None, "the table has no rows").key("").value("").remedy(remedy).into());
         }
@@ -281,7 +281,6 @@ impl Raw {
             let message = format!("{rows} rows, more than {MOST_RUNS}");
             return Err(self.problem(0, None, &message).key("").value("").remedy("cut the table into parts").into());
         }
-        let mut problems = Vec::new();
         let mut runs: Vec<u64> = (0..rows as u64).collect();
         for (column, meaning) in meanings.iter().enumerate() {
             for (row, value) in values[column].iter().enumerate() {
@@ -301,7 +300,8 @@ impl Raw {
                         (!holds(&range, *value)).then_some((message, words))
                     }
                 };
-                if let Some((message, range)) = wrong.filter(|_| problems.len() < LISTED) {
+                let is_known = self.is_text && value.is_nan();
+                if let Some((message, range)) = wrong.filter(|_| !is_known && problems.len() < 2 * LISTED) {
                     let unit = if let Meaning::Input(field) = meaning { table[*field].unit } else { "1" };
                     let message = format!("{} {message}", show(*value, unit));
                     let problem = self.problem(column, Some((row, place(row, column))), &message);
@@ -313,6 +313,8 @@ impl Raw {
                 }
             }
         }
+        problems.sort_by_key(|problem| (problem.line, problem.column));
+        problems.truncate(LISTED);
         Problems::check(problems)?;
         let (mut columns, mut kept) = (Vec::new(), Vec::new());
         for (column, values) in values.into_iter().enumerate() {
@@ -378,7 +380,7 @@ impl Campaign {
             .columns
             .iter()
             .zip(&cases.0.values)
-            .filter(|((field, _), values)| values.iter().any(|value| value.to_bits() != nominal[*field].to_bits()));
+            .filter(|((field, _), values)| values.iter().any(|value| *value != nominal[*field]));
         let given = varied.map(|((field, _), values)| {
             let mut values = values.clone();
             values.sort_by(f64::total_cmp);
@@ -509,9 +511,12 @@ mod tests {
 
     #[test]
     fn an_effect_that_only_a_case_has_is_computed() {
-        let cases = of("robot1_lag\n0.01\n").expect("legal");
-        let own = campaign().with_cases(cases).expect("legal");
-        assert!(own.effects() != campaign().effects() || own.dispersions.iter().any(|d| d.name == "robot1_lag"));
+        let with = |value: f64| {
+            let cases = of(&format!("contact_adhesion\n{value}\n")).expect("legal");
+            campaign().with_cases(cases).expect("legal").effects()
+        };
+        assert!(with(5.0) != campaign().effects(), "the campaign has no adhesion");
+        assert!(with(0.0) != with(5.0) && with(0.0) == with(-0.0), "a column of the null value switches nothing on");
     }
 
     #[test]
@@ -550,6 +555,8 @@ mod tests {
             assert!(first.message.contains(message), "{text}: {first}");
             assert!(!first.remedy.is_empty(), "{text}: {first}");
         }
+        let problems = of("loop_delay,tilt_x\n4,0\n0.004,x\n1,2,3\n0.004,9\n").expect_err("four mistakes");
+        assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [2, 3, 4, 5]);
         let problems = of("loop_delay\n4\n").expect_err("out of range");
         let first = problems.iter().next().expect("never empty");
         assert_eq!((first.value.as_str(), first.expected.as_str()), ("4", "at least 0 s, at most 0.128 s"));
