@@ -111,7 +111,8 @@ const CAMPAIGNS: &[Case] = &[
     campaign("2/3 * contact_stiffness", "2/3 (contact_stiffness)", 37, "derived[1].expr", "`(` does not belong here", "a product needs its `*`"),
     campaign("bristle_stiffness / 100", "0 - bristle_stiffness", 41, "derived[2].expr", "beyond its legal range", "bound it with max"),
     campaign("draws = 4", "draws = 101", 44, "outer.draws", "101 is out of range", "from 1 to 100"),
-    campaign("\"peak_force\"", "\"peak_forse\"", 49, "requirement[1].metric", "no metric `peak_forse`", "did you mean `peak_force`?"),
+    campaign("\"peak_contact_force\"", "\"peak_contact_forse\"", 49, "requirement[1].metric", "no metric `peak_contact_forse`", "did you mean `peak_contact_force`?"),
+    campaign("\"peak_contact_force\"", "\"peak_force\"", 49, "requirement[1].metric", "no metric `peak_force`", "peak_interface_force (contact and latch)"),
     campaign("at_most = \"80 N\"", "at_most = \"80 N m\"", 50, "requirement[1].at_most", "this is a moment, not a force", "write \"80 N\""),
     campaign("at_most = \"80 N\"\n", "", 47, "requirement[1].id", "no limit", "one of at_most and at_least"),
     campaign("[traces]", "[[requirement]]\nid = \"req_1\"\ntext = \"t\"\nmetric = \"impulse\"\nat_most = \"1 N s\"\nprobability = 0.9\nconfidence = 0.9\n[traces]", 55, "requirement[2].id", "the same columns as `REQ-1`", "an id of its own"),
@@ -157,7 +158,7 @@ const VARIANTS: &[Case] = &[
     campaign("[traces]", "[compare]\ntrust = 0.1\n[traces]", 54, "compare", "there is nothing to compare", "add a [[variant]]"),
     campaign("[traces]", compared!("along = \"loop_dely\""), 57, "compare.along", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
     campaign("[traces]", compared!("along = \"loop_delay\"\nedges = [\"2 ms\", \"1 ms\"]"), 58, "compare.edges", "these are no ends of bands", "each above the one before"),
-    campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 57, "compare.metrics[1]", "no metric `created_enery`", "did you mean `created_energy`?"),
+    campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 57, "compare.metrics[1]", "no metric `created_enery`", "did you mean `injected_energy`?"),
     campaign("[traces]", compared!("map = [{ x = \"loop_delay\", y = \"contact_stiffness\", line = \"loop_dely\" }]"), 57, "compare.map[1].line", "no parameter `loop_dely`", "did you mean `loop_delay`?"),
     campaign("[[correlation]]", "[[dispersion]]\nvariable = \"loop_delay\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 32, "dispersion[6].variable", "this name is taken", "write target ="),
     campaign("[[correlation]]", "[[dispersion]]\nvariable = \"mine\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 33, "dispersion[6].dist", "`mine` does nothing here: no expression uses this variable", "use it in the expr"),
@@ -165,7 +166,8 @@ const VARIANTS: &[Case] = &[
 
 #[rustfmt::skip]
 const SCENARIOS: &[Case] = &[
-    scenario("scenario/1", "campaign/1", 1, "schema", "does not read this format", "schema = \"scenario/1\""),
+    scenario("scenario/2", "campaign/1", 1, "schema", "does not read this format", "schema = \"scenario/2\""),
+    scenario("scenario/2", "scenario/1", 1, "schema", "does not read this format", "session_rules = \"none\""),
     scenario("\"0.25 ms\"", "\"0.3 ms\"", 7, "timing.tick", "not a whole number of substeps", "9e-4 s is the nearest"),
     scenario("time_limit = \"2 s\"\n", "", 5, "timing.time_limit", "must be there", "add time_limit = \"15 s\""),
     scenario("time_limit = \"2 s\"", "time_limit = \"2 kg\"", 8, "timing.time_limit", "this is a mass, not a time", "write \"2 s\""),
@@ -202,7 +204,13 @@ const SCENARIOS: &[Case] = &[
     scenario("lag = \"20 ms\"", "lag = \"0.3 ms\"", 65, "facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
     scenario("period = \"1 ms\"", "period = \"1.1 ms\"", 66, "facility.sensor.period", "not a whole number of substeps", "0.001 s is the nearest"),
     scenario("period = \"1 ms\" }", "period = \"1 ms\", crosstalk = 0.01, crosstalk_pattern = [[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0]] }", 66, "facility.sensor.crosstalk", "this does nothing: every element of the crosstalk pattern is 0", "an element that is not 0"),
-    scenario("max_depth = \"50 mm\"\n", "", 68, "task.max_depth", "must be there", "add max_depth = \"20 mm\""),
+    scenario("session_rules = \"none\"\n", "", 62, "facility", "by which rules a session", "add file ="),
+    scenario("\"none\"", "\"some\"", 67, "facility.session_rules", "`some` is not known here", "none"),
+    scenario("session_rules = \"none\"\n", "session_rules = \"none\"\nfile = \"none.toml\"\n", 67, "facility.session_rules", "written twice", "remove one"),
+    scenario("unstable_speed = \"2 m/s\"\n", "", 62, "facility", "when the HIL loop has diverged", "add unstable_speed"),
+    scenario("touch = true\n", "", 70, "task.touch", "must be there", "touch = true"),
+    scenario("max_contact_force", "max_force", 73, "task.max_force", "no key `max_force`", "max_contact_force (latch excluded)"),
+    scenario("max_depth = \"50 mm\"\n", "", 70, "task.max_depth", "must be there", "add max_depth = \"20 mm\""),
 ];
 
 #[rustfmt::skip]
@@ -248,7 +256,7 @@ fn dispersions_that_can_do_nothing_are_refused() {
             let text = fs::read_to_string(folder.join(SCENARIO)).expect("read");
             assert!(text.contains(old), "{old}");
             let text = text.replacen(old, new, 1);
-            let text = if *old == LATCH { text.replace("capture = true\n", "") } else { text };
+            let text = if *old == LATCH { text.replace("capture = true\n", "capture = false\n") } else { text };
             fs::write(folder.join(SCENARIO), text).expect("written");
             let text = fs::read_to_string(folder.join(CAMPAIGN)).expect("read");
             let added = format!(

@@ -159,7 +159,7 @@ fn the_step_size_is_checked_by_a_share_of_the_runs() {
     let summary = fs::read_to_string(bench.path("r/summary.json")).expect("the summary");
     let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
     let metrics = summary["half_step"]["metrics"].as_array().expect("metrics");
-    let force = metrics.iter().find(|metric| metric["column"] == "space_peak_force_n").expect("the force");
+    let force = metrics.iter().find(|metric| metric["column"] == "space_peak_contact_force_n").expect("the force");
     let rms = force["rms_difference"].as_f64().expect("a number");
     // Forces of 100 N; halving a step of second order moves them by far less, but not by nothing.
     assert!(rms > 0.0 && rms < 20.0, "{rms}");
@@ -283,7 +283,7 @@ expr = \"loop_delay * knowledge\"
 [compare]
 along = \"loop_delay\"
 edges = [\"3 ms\", \"10 ms\", \"40 ms\"]
-metrics = [\"created_energy\"]
+metrics = [\"injected_energy\"]
 
 [[compare.map]]
 x = \"loop_delay\"

@@ -49,7 +49,7 @@ fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
     let answer: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON");
     assert_eq!(answer["success"], true);
-    assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(10));
+    assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(21));
     let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
     assert!(said.contains("equal, bit for bit") && said.contains("dead time"), "{said}");
     // A log is never written over.
@@ -176,5 +176,5 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
     // Only the emulated robots of the dry run have met.
     let truth: serde_json::Value = serde_json::from_str(&fs::read_to_string(&truth).expect("the truth")).expect("JSON");
-    assert_eq!(truth["peak_force"], 0.0);
+    assert_eq!(truth["peak_contact_force"], 0.0);
 }

@@ -42,7 +42,7 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
         params
     };
     let sets: Vec<_> = (0..9).map(quiet).collect();
-    let rows: Vec<Parts<f64>> = (0..1500).map(|tick: usize| told(&plant.start(), tick.saturating_sub(1))).collect();
+    let rows: Vec<Parts<f64>> = (0..1500).map(|tick: usize| told(&plant.start, tick.saturating_sub(1))).collect();
     let recorded = Recorded {
         step: 1e-3,
         instants: rows.len(),
@@ -60,7 +60,7 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
         facility.stand(&rows[0]);
         for (row, told) in rows.iter().enumerate().skip(1) {
             let measured = facility.tick(told);
-            let emulated = to_vec(&readings(&plant.start(), &measured.parts, measured.wrench));
+            let emulated = to_vec(&readings(&plant.start, &measured.parts, measured.wrench));
             touched |= measured.wrench.force.norm() > 20.0;
             assert_eq!(alone[row * width..][..width], emulated[..], "run {run}, tick {row}");
         }
@@ -145,15 +145,17 @@ fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
 fn a_facility_without_a_secret_lacks_nothing() {
     let answer = Secret::of("\"facility.robot1.lag\" = \"26.73 ms\"").diagnosed();
     assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
-    let told = answer["findings"][0]["what"].as_str().expect("a finding");
-    assert!(told.starts_with("judged in the steps of the scenario"), "{told}");
+    for finding in answer["findings"].as_array().expect("a list") {
+        let what = finding["what"].as_str().expect("a finding");
+        assert!(what.starts_with("judged in the steps of the scenario"), "{what}");
+    }
 }
 
 /// One drive to learn from, in which the parts slide one way: friction may as well depend on the direction.
 #[test]
 fn what_drives_leave_open_is_told_by_the_run_that_the_answer_proposes() {
     let secret = Secret::of("\"facility.errors.contact_friction\" = 0.18");
-    let [learnt, held_out] = [25, 40].map(|run| secret.driven(&format!("--run {run}"), &run.to_string()));
+    let [learnt, held_out] = [25, 12].map(|run| secret.driven(&format!("--run {run}"), &run.to_string()));
     let answer = secret.answer(&format!("{learnt} --holdout {held_out}"));
     let mut rivals: Vec<&str> = answer["effects"]
         .as_array()

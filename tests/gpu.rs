@@ -1,5 +1,6 @@
 //! The GPU farm against f64 lanes, on whatever adapter there is (lavapipe in the tests).
 
+use softdock_campaign::criteria::succeeds;
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Engine, EngineError, Job, RunInput};
@@ -31,13 +32,21 @@ fn f32_and_f64_give_the_same_verdicts_and_forces() {
     let (job, runs) = job_and_runs("smoke.toml", 48);
     let rows = gpu().run(&job, &runs, &|_| true).expect("the batch ends");
     let truth = CpuEngine::new().run(&job, &as_applied(&rows), &|_| true).expect("the batch ends");
-    let flips = rows.iter().zip(&truth).filter(|(a, b)| a.space.success != b.space.success).count();
+    let passes = |run: &Finished| [&run.space, &run.hil].map(|side| succeeds(&job.plant.task, side));
+    let flips = rows.iter().zip(&truth).filter(|(a, b)| passes(a) != passes(b)).count();
     assert_eq!(flips, 0, "48 runs far from their limits");
+    let stops = |run: &Finished| run.stop.map(|stop| stop.rule);
+    let other_stops = rows.iter().zip(&truth).filter(|(a, b)| stops(a) != stops(b)).count();
+    assert_eq!(other_stops, 0, "the same rules stop the same sessions");
     for (a, b) in rows.iter().zip(&truth) {
         assert_eq!(a.flags, b.flags, "run {}", a.run);
         // A contact of 0.1 s sampled in f32 at 1 m lever arms: 1e-7 m on 5e5 N/m is 0.05 N; ten times that is a fault.
-        let scale = b.space.peak_force.max(10.0);
-        assert!((a.space.peak_force - b.space.peak_force).abs() < 0.02 * scale, "run {}: {a:?} {b:?}", a.run);
+        let scale = b.space.peak_contact_force.max(10.0);
+        assert!(
+            (a.space.peak_contact_force - b.space.peak_contact_force).abs() < 0.02 * scale,
+            "run {}: {a:?} {b:?}",
+            a.run
+        );
     }
 }
 

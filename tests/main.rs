@@ -11,6 +11,7 @@ mod gpu;
 mod house;
 mod identify;
 mod kernel;
+mod one_facility;
 mod oracles;
 mod parity;
 mod resume;

@@ -324,3 +324,19 @@ fn two_results_are_compared_in_pairs_or_as_samples() {
     let said = bench.expect(0, "compare b corners");
     assert_says(&said, &["two independent samples", "no independent sample", "the tables of given cases differ"]);
 }
+
+#[test]
+fn results_of_an_older_format_are_refused() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 16"));
+    let manifest = bench.path("r/campaign.json");
+    let older = fs::read_to_string(&manifest).expect("the manifest").replace("results/2", "results/1");
+    fs::write(&manifest, older).expect("written");
+    let before = files(&bench.path("r"));
+    let again = format!("{RUN} r --runs 16");
+    for words in [again.clone(), format!("{again} --fresh"), "report r".to_owned(), "replay r 3".to_owned()] {
+        let said = refused(&bench, &words);
+        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/2\""]);
+    }
+    assert_eq!(files(&bench.path("r")), before);
+}

@@ -99,7 +99,7 @@ fetch_swiftshader() {
 
 if [ "$full" = yes ]; then
     export SOFTDOCK_FULL=1
-    echo "the long check: every test at its full size, and parity on SwiftShader; about 20 minutes more than the short one"
+    echo "the long check: every test at its full size, and parity on SwiftShader; about 11 minutes more than the short one"
 fi
 
 # One test more at a time than there are cores: some of them wait.

@@ -4,12 +4,14 @@ use crate::words::refuse;
 use miette::IntoDiagnostic;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
+use softdock_campaign::criteria::succeeds;
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_realtime::drive::core::Task;
-use softdock_realtime::drive::prediction::expect;
+use softdock_realtime::drive::prediction::{Expected, expect};
+use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::export::{Cells, cells};
 use softdock_realtime::log::reader::read_log;
 use softdock_realtime::log::record::CycleRecord;
@@ -19,8 +21,7 @@ use softdock_results::drive_log::{signal, write_drive_log};
 use std::path::Path;
 
 /// Metrics that a facility does not measure, or that say nothing of a single run.
-const UNSEEN: [&str; 10] = [
-    "success",
+const UNSEEN: [&str; 9] = [
     "end_time",
     "peak_depth",
     "linear_momentum_error",
@@ -73,25 +74,31 @@ pub(crate) fn compare(
     runs: u64,
 ) -> miette::Result<Band> {
     let key = philox::key(campaign.seed);
-    let all: Vec<Metrics<f64>> = (0..runs)
+    let all: Vec<(Metrics<f64>, bool)> = (0..runs)
         .into_par_iter()
         .map(|k| {
             // The draws behind this one, so that the same question has the same answer.
             let facility = campaign.draw((task.run + 1 + k) % campaign.runs).params;
-            expect(task, key, &facility, cycle).map(|expected| expected.metrics)
+            expect(task, key, &facility, cycle).map(|expected| (expected.metrics, passes(task, &expected)))
         })
         .collect::<Result<_, _>>()
         .into_diagnostic()?;
-    let columns: Vec<Vec<f64>> = all.iter().map(to_vec).collect();
+    let columns: Vec<Vec<f64>> = all.iter().map(|(metrics, _)| to_vec(metrics)).collect();
     let lines = fields::<f64, Metrics<f64>>().into_iter().zip(to_vec(metrics)).enumerate();
-    let lines = lines.filter(|(_, (field, _))| !UNSEEN.contains(&field.name.as_str())).map(|(i, (field, value))| {
+    let seen = |name: &str| !(UNSEEN.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
+    let lines = lines.filter(|(_, (field, _))| seen(&field.name)).map(|(i, (field, value))| {
         let mut seen: Vec<f64> = columns.iter().map(|row| row[i]).collect();
         seen.sort_by(f64::total_cmp);
         let at = |share: f64| seen[((seen.len() - 1) as f64 * share).round() as usize];
         Line { name: field.name, unit: field.unit, value, lo: at(0.025), hi: at(0.975) }
     });
-    let success = all.iter().filter(|metrics| metrics.success > 0.5).count() as f64 / runs as f64;
+    let success = all.iter().filter(|(_, passes)| *passes).count() as f64 / runs as f64;
     Ok(Band { success, runs, lines: lines.collect() })
+}
+
+/// Whether a drive came to its end and meets every criterion of the task.
+fn passes(task: &Task, drive: &Expected) -> bool {
+    drive.last.cause == StopCause::Completed && succeeds(&task.plant.task, &drive.metrics)
 }
 
 /// The parameters of a draw by their names.

@@ -4,7 +4,7 @@ use crate::args::BenchArgs;
 use crate::words::{Exit, json, say};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
-use softdock_engine::bench::{Scene, Speed, cpu_peak, device_peak, speed};
+use softdock_engine::bench::{Scene, Speed, cost_of_rules, cpu_peak, device_peak, speed};
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::gpu::{Adapters, GpuEngine, MOST_LANES};
 use softdock_engine::instructions::InstructionSet;
@@ -25,6 +25,8 @@ struct Row {
     ideal_ticks: f64,
     hil_ticks: f64,
     joint_ticks: f64,
+    /// What the rules of a session cost, as a share of a HIL tick.
+    rules: f64,
     /// What a device takes to compile the kernel of robots with joints \[s\].
     compilation: Option<f64>,
     peak: f64,
@@ -103,11 +105,13 @@ fn row(
 ) -> Result<Row, EngineError> {
     let mut of = |scene| speed(engine, scene, runs, length.seconds, length.repeats);
     let joints = of(Scene::JointLoop)?;
+    let [steps, ideal, hil] = [of(Scene::IdealStep)?, of(Scene::IdealLoop)?, of(Scene::HilLoop)?];
     Ok(Row {
-        ideal_steps: of(Scene::IdealStep)?.ticks,
-        ideal_ticks: of(Scene::IdealLoop)?.ticks,
-        hil_ticks: of(Scene::HilLoop)?.ticks,
+        ideal_steps: steps.ticks,
+        ideal_ticks: ideal.ticks,
+        hil_ticks: hil.ticks,
         joint_ticks: joints.ticks,
+        rules: cost_of_rules(engine, runs, length.seconds, 2 * length.repeats + 1)?,
         compilation: Some(joints.first),
         backend,
         threads,
@@ -171,6 +175,11 @@ fn in_words(flops: usize, rows: &[Row], growths: &[Growth]) -> String {
     for (row, seconds) in rows.iter().filter_map(|row| Some((row, row.compilation?))) {
         out += &format!("\n{} compiles the kernel of robots with joints in {seconds:.1} s\n", row.backend);
     }
+    for row in rows {
+        let name: String = row.backend.chars().take(44).collect();
+        let (threads, percent) = (row.threads, 100.0 * row.rules);
+        out += &format!("\nThe rules of a session cost {percent:.1} % of a HIL tick ({name}, {threads} threads)\n");
+    }
     for Growth { backend, rates } in growths {
         out += &format!("\nCost against the number of runs (HIL loop, {backend}):\n");
         for (runs, rate) in rates {
@@ -187,7 +196,7 @@ fn in_json(flops: usize, rows: &[Row], growths: &[Growth]) -> Value {
             json!({
                 "backend": row.backend, "threads": row.threads, "ideal_steps_per_s": row.ideal_steps,
                 "ideal_ticks_per_s": row.ideal_ticks, "hil_ticks_per_s": row.hil_ticks, "joint_ticks_per_s": row.joint_ticks,
-                "joint_compilation_s": row.compilation,
+                "joint_compilation_s": row.compilation, "rules_share_of_hil_tick": row.rules,
                 "peak_flop_per_s": row.peak, "share_of_peak": row.share(flops),
             })
         })

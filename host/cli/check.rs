@@ -1,12 +1,14 @@
 //! `softdock check`: reads a campaign, draws its inputs, says what its runs can prove; runs nothing.
 
 use crate::args::CheckArgs;
+use crate::page::rules;
 use crate::words::{Exit, explain, json, say};
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
 use softdock_analysis::plan::plan_line;
 use softdock_campaign::campaign::Method;
+use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
@@ -36,6 +38,7 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
         with_unit(own, "s")
     );
     text += &robots(&campaign.scenario.model);
+    text += &judged(&campaign.scenario.model);
     text += "\nrequirements\n";
     for requirement in &campaign.requirements {
         let line = match campaign.method {
@@ -55,6 +58,25 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
     }
     if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
+    }
+    text
+}
+
+/// The criteria of the task and the rules of a session, as sentences.
+fn judged(model: &Model) -> String {
+    let criteria = sentences(&model.task);
+    let mut text = "\na run passes the task if\n".to_owned();
+    criteria.iter().for_each(|criterion| text += &format!("  {criterion}\n"));
+    if criteria.is_empty() {
+        text += "  it is valid: the scenario writes no criterion\n";
+    }
+    text += "\na session on the facility is aborted by\n";
+    rules(model).iter().for_each(|rule| text += &format!("  {rule}\n"));
+    let [space, facility] = model.task.end_after_capture;
+    for (place, hold) in [("in space", space), ("on the facility", facility)] {
+        if hold.is_finite() {
+            text += &format!("  a run {place} ends {} after capture\n", with_unit(hold, "s"));
+        }
     }
     text
 }

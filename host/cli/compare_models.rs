@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use softdock_analysis::exact::pooled;
 use softdock_analysis::number::significant;
 use softdock_campaign::Campaign;
-use softdock_results::runs::{Agreement, RunRow};
+use softdock_results::runs::{Agreement, Outcome, RunRow};
 use std::path::Path;
 
 /// Draws of what was found, each for its share of the runs.
@@ -34,6 +34,7 @@ pub(crate) struct Verdicts {
     hil_success: Share,
     false_pass: Share,
     false_fail: Share,
+    aborted: Share,
 }
 
 /// The verdicts with the model as it is, and with what was found.
@@ -83,7 +84,8 @@ impl Comparison {
         out += &row("success in space", |v| v.space_success);
         out += &row("success on facility", |v| v.hil_success);
         out += &row("false passes", |v| v.false_pass);
-        out + &row("false fails", |v| v.false_fail)
+        out += &row("false fails", |v| v.false_fail);
+        out + &row("aborted sessions", |v| v.aborted)
     }
 }
 
@@ -94,6 +96,7 @@ impl Verdicts {
             "runs": self.runs, "invalid": self.invalid,
             "space_success": share(self.space_success), "hil_success": share(self.hil_success),
             "false_pass": share(self.false_pass), "false_fail": share(self.false_fail),
+            "aborted": share(self.aborted),
         })
     }
 }
@@ -121,9 +124,10 @@ fn verdicts(campaign: &Campaign, what: &'static str) -> miette::Result<Verdicts>
     Ok(Verdicts {
         runs: campaign.runs,
         invalid: rows.iter().filter(|row| row.agreement == Agreement::Invalid).count() as u64,
-        space_success: share(&|row| row.space.success > 0.5),
-        hil_success: share(&|row| row.hil.success > 0.5),
+        space_success: share(&|row| row.space.outcome == Outcome::Pass),
+        hil_success: share(&|row| row.hil.outcome == Outcome::Pass),
         false_pass: share(&|row| row.agreement == Agreement::FalsePass),
         false_fail: share(&|row| row.agreement == Agreement::FalseFail),
+        aborted: share(&|row| row.agreement.is_aborted()),
     })
 }

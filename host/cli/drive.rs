@@ -9,10 +9,14 @@ use crate::secret::with_secret;
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::number::{percent, with_unit};
-use softdock_campaign::{Campaign, Station};
+use softdock_campaign::criteria::succeeds;
+use softdock_campaign::{Campaign, Scenario, Station};
+use softdock_kernels::model::Facility;
+use softdock_kernels::outcome::Stop;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::session::{RULES, Rule, RuleRow};
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
 use softdock_realtime::drive::core::Task;
@@ -62,8 +66,10 @@ struct Ended {
     refusal: Option<Refusal>,
     faults: [Option<LinkFault>; 3],
     metrics: softdock_kernels::metrics::Metrics<f64>,
+    /// The session's rule that was met.
+    stop: Option<Stop>,
     evidence: Evidence,
-    log: LogWriter,
+    log: Option<LogWriter>,
 }
 
 /// Drives a run.
@@ -104,7 +110,8 @@ fn write_rsi_configurations(plan: &Plan, folder: &Path) -> miette::Result<Exit> 
 
 fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
-    let station = Station::load(&args.facility).map_err(explain)?;
+    let station = facility_of(&campaign.scenario, args.facility.as_deref())?;
+    refuse_other_rules(&campaign.scenario, &station)?;
     let (run, repeats) = run_asked(&campaign, args.experiment.as_deref(), args.run)?;
     if let Some(repeats) = repeats.filter(|repeats| args.repeat > *repeats) {
         warn(format!("the experiment asks for {repeats} repeats, and this is number {}", args.repeat));
@@ -140,7 +147,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     Ok(Plan {
         campaign_file: args.campaign.clone(),
         model_file: args.model.clone(),
-        facility_file: args.facility.clone(),
+        facility_file: task.station.path().to_owned(),
         campaign,
         repeat: args.repeat,
         emulated: (Arc::new(Plant::new(model)), params),
@@ -151,6 +158,35 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         priority: args.priority,
         core: args.core,
     })
+}
+
+/// The facility of a scenario, or the one that is named in its place.
+pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> miette::Result<Station> {
+    match (named, &scenario.station) {
+        (Some(file), _) => Station::load(file).map_err(explain),
+        (None, Some(station)) => Ok(station.clone()),
+        (None, None) => Err(refuse(
+            format!("the scenario {} names no facility", scenario.id),
+            "write file = \"../facilities/reference.toml\" in its [facility], or add --facility FILE",
+        )),
+    }
+}
+
+/// A campaign's answer holds for the rules that it was judged by: no session is driven under others.
+fn refuse_other_rules(scenario: &Scenario, station: &Station) -> miette::Result<()> {
+    let judged = |station: &Station| {
+        let robots = station.session_robots();
+        (station.rules, station.end_at_capture, robots.limits, robots.correction)
+    };
+    if scenario.station.as_ref().is_some_and(|own| judged(own) == judged(station)) {
+        return Ok(());
+    }
+    let message =
+        format!("{} is judged by other session rules than those of {}", scenario.id, station.path().display());
+    Err(refuse(
+        message,
+        "name this facility file in the scenario's [facility] (file = \"...\"), and run the campaign again",
+    ))
 }
 
 /// The run that an experiment asks for, and how often, or the one of a number.
@@ -208,25 +244,27 @@ fn tell(plan: &Plan) {
 }
 
 fn limits_in_words(station: &Station) -> String {
-    let safety = &station.safety;
+    let (links, rules) = (&station.links, &station.rules);
     let degrees = |pick: fn(&softdock_campaign::station::AxisLimits) -> f64| {
         let joints = station.limits[..6].iter().map(|limit| format!("{:.0}", pick(limit).to_degrees()));
         joints.collect::<Vec<_>>().join(" ")
     };
+    let met = |row: &RuleRow| {
+        let limit = (row.limit)(&Facility { rules: *rules, ..Facility::IDEAL });
+        (row.rule != Rule::Divergence && limit.is_finite())
+            .then(|| format!("{} {}", row.id, with_unit(limit, row.unit)))
+    };
+    let stops: Vec<String> = RULES.iter().filter_map(met).collect();
     format!(
-        "  limits    {} deg/s  {} deg/s^2  rail {:.2} m/s\n  stops     more than {} lost cycles ({}: the link is \
-         dead)  sensor older than {:.1} ms  {:.0} N  {:.0} N m  {:.2} J created\n            joint {:.1} deg from its \
-         command  this is no emergency stop: keep the button at hand",
+        "  limits    {} deg/s  {} deg/s^2  rail {:.2} m/s\n  links     more than {} lost cycles ({}: the link is dead)  \
+         sensor older than {:.1} ms\n  rules     {}\n            this is no emergency stop: keep the button at hand",
         degrees(|limit| limit.speed),
         degrees(|limit| limit.acceleration),
         station.limits[6].speed,
-        safety.hold_cycles,
-        safety.stop_cycles,
-        safety.sensor_age * 1e3,
-        safety.force,
-        safety.moment,
-        safety.contact_energy,
-        safety.following_error[0].to_degrees(),
+        links.hold_cycles,
+        links.stop_cycles,
+        links.sensor_age * 1e3,
+        stops.join("  "),
     )
 }
 
@@ -297,14 +335,15 @@ fn cycle_thread(
         refusal: session.core().refusal(),
         faults: session.faults(),
         metrics: session.core().metrics(),
+        stop: session.core().rule_met(),
         evidence,
-        log: log.expect("the log was handed in"),
+        log,
     })
 }
 
 fn budgets(plan: &Plan) -> Budgets {
-    let safety = &plan.task.station.safety;
-    Budgets { force_n: safety.force, energy_j: safety.contact_energy }
+    let rules = &plan.task.station.rules;
+    Budgets { force_n: rules.force, energy_j: rules.injected_energy }
 }
 
 fn setup(plan: &Plan) -> miette::Result<Setup> {
@@ -351,7 +390,7 @@ fn clock_in_words(plan: &Plan) -> &'static str {
 }
 
 /// Log, evidence, metrics beside their prediction.
-fn leave_traces(plan: &Plan, ended: Ended, args: &DriveArgs) -> miette::Result<Exit> {
+fn leave_traces(plan: &Plan, mut ended: Ended, args: &DriveArgs) -> miette::Result<Exit> {
     let circumstances = Circumstances {
         limits: limits_in_words(&plan.task.station),
         clock: clock_in_words(plan).to_owned(),
@@ -360,11 +399,14 @@ fn leave_traces(plan: &Plan, ended: Ended, args: &DriveArgs) -> miette::Result<E
     let evidence = plan.out.join("evidence.csv");
     let mut file = std::io::BufWriter::new(fs::File::create(&evidence).into_diagnostic()?);
     ended.evidence.write(&mut file, &circumstances).into_diagnostic()?;
-    let totals = ended.log.finish().into_diagnostic()?;
+    let totals = ended.log.take().expect("the log was handed in").finish().into_diagnostic()?;
     let log = plan.out.join("log.mcap");
     band::export(&log, &plan.out.join("log.parquet"))?;
     let cause = ended.last.cause;
     say(format!("stopped by {}: {}", cause.word(), cause.meaning()));
+    if let Some(stop) = ended.stop {
+        say(format!("           {}", rule_in_words(plan, stop)));
+    }
     for (link, fault) in ["robot 1", "robot 2", "the sensor"].iter().zip(ended.faults) {
         if let Some(fault) = fault {
             say(format!("           {link}: {fault}"));
@@ -380,27 +422,37 @@ fn leave_traces(plan: &Plan, ended: Ended, args: &DriveArgs) -> miette::Result<E
     }
     let cycle = plan.addresses.cycle()?;
     let expected = band::compare(&plan.campaign, &plan.task, cycle, &ended.metrics, args.band_runs)?;
-    report(plan, cause, &ended.metrics, &expected, args)
+    report(plan, &ended, &expected, args)
 }
 
-fn report(
-    plan: &Plan,
-    cause: StopCause,
-    metrics: &softdock_kernels::metrics::Metrics<f64>,
-    band: &band::Band,
-    args: &DriveArgs,
-) -> miette::Result<Exit> {
+/// A rule that was met: its quantity, value and limit.
+fn rule_in_words(plan: &Plan, stop: Stop) -> String {
+    let row = stop.rule.row();
+    let limit = (row.limit)(&plan.task.plant.facility);
+    let (value, limit) = (with_unit(stop.value, row.unit), with_unit(limit, row.unit));
+    format!("{}: {} of {value}, limit {limit}", row.id, row.quantity)
+}
+
+fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> miette::Result<Exit> {
+    let (cause, metrics) = (ended.last.cause, &ended.metrics);
+    let success = cause == StopCause::Completed && succeeds(&plan.task.plant.task, metrics);
+    let rule = ended.stop.map(|stop| {
+        let row = stop.rule.row();
+        serde_json::json!({
+            "id": row.id, "value": stop.value, "limit": (row.limit)(&plan.task.plant.facility), "unit": row.unit,
+        })
+    });
     let inside = band.lines.iter().filter(|line| line.inside()).count();
     let json = serde_json::json!({
         "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed, "cause": cause.word(),
-        "success": metrics.success > 0.5, "predicted_success": band.success, "predictions": band.runs,
+        "rule": rule, "success": success, "predicted_success": band.success, "predictions": band.runs,
         "metrics": band.lines.iter().map(Line::json).collect::<Vec<_>>(),
     });
     fs::write(plan.out.join("drive.json"), crate::words::json(&json)).into_diagnostic()?;
     if args.json {
         say(crate::words::json(&json));
     } else {
-        let verdict = match (cause, metrics.success > 0.5) {
+        let verdict = match (cause, success) {
             (StopCause::Completed, true) => "PASS",
             (StopCause::Completed, false) => "FAIL",
             _ => "NOT COMPLETED, no verdict",

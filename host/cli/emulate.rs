@@ -3,7 +3,7 @@
 use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
-use crate::drive::run_asked;
+use crate::drive::{facility_of, run_asked};
 use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map};
 use crate::realtime::apply;
 use crate::secret::with_secret;
@@ -85,7 +85,7 @@ pub(crate) fn emulate(args: &EmulateArgs) -> miette::Result<Exit> {
         }
     }
     let watch = facility.world().watch();
-    say(format!("peak force {:.1} N  captured {}", watch.peak_force, watch.closed > 0.0));
+    say(format!("peak force {:.1} N  captured {}", watch.contact_force.value(), watch.closed > 0.0));
     if let Some(path) = &args.truth {
         std::fs::write(path, json(&truth_of(&truth, &watch))).into_diagnostic()?;
     }
@@ -98,8 +98,10 @@ fn truth_of(truth: &Truth, watch: &softdock_kernels::monitor::Watch<f64>) -> ser
         "parameters": parameters(&truth.params),
         "touch_time": watch.touch_time,
         "capture_time": watch.capture_time,
-        "peak_force": watch.peak_force,
-        "peak_moment": watch.peak_moment,
+        "peak_contact_force": watch.contact_force.value(),
+        "peak_latch_force": watch.latch_force.value(),
+        "peak_interface_force": watch.interface_force.value(),
+        "peak_interface_moment": watch.interface_moment.value(),
         "peak_depth": watch.peak_depth,
         "contact_duration": watch.contact_duration,
         "impulse": watch.impulse,
@@ -108,7 +110,6 @@ fn truth_of(truth: &Truth, watch: &softdock_kernels::monitor::Watch<f64>) -> ser
 
 /// The scenario, its draw and its secret effects.
 fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
-    let station = Station::load(&args.facility).map_err(explain)?;
     let (scenario, params, seed, run) = match (&args.experiment, args.run) {
         (None, None) => {
             let scenario = Scenario::load(&args.scenario).map_err(explain)?;
@@ -122,6 +123,7 @@ fn truth(args: &EmulateArgs) -> miette::Result<Truth> {
             (campaign.scenario, params, campaign.seed, run)
         }
     };
+    let station = facility_of(&scenario, args.facility.as_deref())?;
     let (model, params) = with_secret(&scenario, args.effects.as_deref(), params)?;
     let bias = Wrench { force: vec3(3.0, -2.0, 8.0), moment: vec3(0.1, 0.05, -0.08) };
     let plant = Arc::new(Plant::new(model));

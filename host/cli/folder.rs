@@ -16,7 +16,7 @@ use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Component, Path, PathBuf};
 
 /// Version of `campaign.json`.
-const SCHEMA: &str = "results/1";
+const SCHEMA: &str = "results/2";
 
 /// Files that follow from all runs together.
 const DERIVED: [&str; 6] =
@@ -315,8 +315,19 @@ fn read_manifest(folder: &Path) -> miette::Result<Option<Value>> {
         return Ok(None);
     }
     let text = std::fs::read_to_string(&path).into_diagnostic()?;
-    let parsed = serde_json::from_str(&text);
-    parsed.map(Some).map_err(|error| refuse(format!("{}: {error}", path.display()), "move the damaged folder away"))
+    let parsed: Value = serde_json::from_str(&text)
+        .map_err(|error| refuse(format!("{}: {error}", path.display()), "move the damaged folder away"))?;
+    if parsed["schema"] == SCHEMA {
+        return Ok(Some(parsed));
+    }
+    let message = format!(
+        "`{}` holds results of the format {}, and this version of softdock reads \"{SCHEMA}\"",
+        folder.display(),
+        parsed["schema"]
+    );
+    let remedy =
+        "run the campaign again with another `--out DIR`, or delete the folder; the version that wrote it reads it";
+    Err(refuse(message, remedy))
 }
 
 /// The path from the root, without `.` and `..`.

@@ -38,6 +38,7 @@ mod rows;
 mod run;
 mod schema;
 mod secret;
+mod signals;
 mod status;
 #[cfg(test)]
 mod tests;

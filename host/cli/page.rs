@@ -5,8 +5,11 @@ use miette::IntoDiagnostic;
 use softdock_analysis::number::with_unit;
 use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, write_report};
 use softdock_campaign::Campaign;
+use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
 use softdock_campaign::distribution::Distribution;
+use softdock_kernels::model::Model;
+use softdock_kernels::session::RULES;
 use softdock_results::runs::input_fields;
 
 /// Writes `report.html`.
@@ -17,8 +20,17 @@ pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<(
         dispersions: dispersions(&folder.campaign),
         configuration: configuration(&folder.campaign, summary),
         commands: commands(folder),
+        criteria: sentences(&folder.campaign.scenario.model.task),
+        rules: rules(&folder.campaign.scenario.model),
     };
     write_report(&input, summary).into_diagnostic().map(drop)
+}
+
+/// The rules that are in force, each as the rest of a sentence.
+pub(crate) fn rules(model: &Model) -> Vec<String> {
+    let facility = &model.facility;
+    let in_force = RULES.iter().filter(|row| (row.limit)(facility).is_finite());
+    in_force.map(|row| format!("{} above {}", row.quantity, with_unit((row.limit)(facility), row.unit))).collect()
 }
 
 fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {

@@ -1,15 +1,19 @@
-//! Finished runs as rows of the results: status, agreement, and the outcome of every requirement.
+//! Finished runs as rows of the results: outcome and cause of both loops, every requirement, status and agreement.
 
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
-use softdock_campaign::requirement::Requirement;
+use softdock_campaign::criteria::first_breach;
+use softdock_campaign::requirement::{Requirement, SUCCESS};
 use softdock_engine::effective_mass::effective_mass;
 use softdock_engine::{Job, is_noisy};
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::metrics::{Metrics, flags};
-use softdock_kernels::outcome::Finished;
+use softdock_kernels::model::Model;
+use softdock_kernels::outcome::{Finished, Stop};
 use softdock_kernels::plant::Plant;
-use softdock_results::runs::{Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status};
+use softdock_results::runs::{
+    Agreement, Cause, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow, RunsSchema, Status,
+};
 
 /// Parameters that need random numbers inside the loop.
 const NOISE: [&str; 4] = ["delay_jitter", "drop_probability", "sensor_noise_force", "sensor_noise_moment"];
@@ -43,40 +47,81 @@ impl<'a> Ledger<'a> {
     /// A finished run as a row of the results.
     pub(crate) fn row(&self, run: &Finished) -> RunRow {
         let invalid = run.flags & flags::INVALID != 0;
-        let unstable = run.flags & flags::HIL_UNSTABLE != 0;
-        let outcomes = |metrics: &Metrics<f64>, diverged: bool| {
-            let outcome =
-                |requirement| if invalid { Outcome::default() } else { outcome(requirement, metrics, diverged) };
-            self.campaign.requirements.iter().map(outcome).collect::<Vec<_>>()
-        };
-        let (space_outcomes, hil_outcomes) = (outcomes(&run.space, false), outcomes(&run.hil, unstable));
-        let docks = [&run.space, &run.hil].map(|metrics| metrics.success > 0.5);
-        let passes = match space_outcomes.as_slice() {
-            [] => docks[0],
-            outcomes => outcomes.iter().all(|outcome| outcome.pass == Some(true)),
-        };
+        let model = &self.job.plant;
+        let space = self.loop_row(run, &run.space, by_task(model, &run.space));
+        let aborted = run.stop.map(|stop| by_rule(model, run, stop));
+        let hil = self.loop_row(run, &run.hil, aborted.unwrap_or_else(|| by_task(model, &run.hil)));
+        let holds = |side: &LoopRow| side.requirements.iter().all(|result| result.pass == Some(true));
+        let passes = if self.campaign.requirements.is_empty() { space.outcome == Outcome::Pass } else { holds(&space) };
         let status = if passes { Status::Pass } else { Status::Fail };
+        let verdict = |side: &LoopRow| side.outcome == Outcome::Pass && holds(side);
+        let answer = (hil.outcome != Outcome::Aborted).then(|| verdict(&hil));
         RunRow {
             run: run.run,
             outer: self.campaign.outer_of(run.run),
             status: if invalid { Status::Invalid } else { status },
-            agreement: if invalid { Agreement::Invalid } else { Agreement::of(docks[0], docks[1]) },
+            agreement: if invalid { Agreement::Invalid } else { Agreement::of(verdict(&space), answer) },
             flags: run.flags,
             inputs: to_vec(&run.params),
             effective_mass: effective_mass(&self.job.plant, run).filter(|mass| mass.is_finite()),
-            space: run.space,
-            hil: run.hil,
-            space_outcomes,
-            hil_outcomes,
+            space,
+            hil,
         }
+    }
+
+    /// A loop with its outcome and the results of all requirements; an invalid run has none.
+    fn loop_row(&self, run: &Finished, metrics: &Metrics<f64>, ended: (Outcome, Option<Cause>)) -> LoopRow {
+        let requirements = self.campaign.requirements.iter();
+        if run.flags & flags::INVALID != 0 {
+            let id =
+                flags::TABLE.iter().find(|(bit, ..)| run.flags & flags::INVALID & bit != 0).map_or("", |flag| flag.1);
+            let cause = Cause { id: id.to_owned(), time: None, value: None, limit: None, phase: None };
+            let requirements = requirements.map(|_| RequirementResult::default()).collect();
+            return LoopRow { outcome: Outcome::Invalid, cause: Some(cause), metrics: *metrics, requirements };
+        }
+        let (outcome, cause) = ended;
+        let results = requirements.map(|requirement| result(requirement, metrics, outcome)).collect();
+        LoopRow { outcome, cause, metrics: *metrics, requirements: results }
     }
 }
 
-/// How a loop stands to a requirement. A facility that diverged fails; a margin that says otherwise is none.
-fn outcome(requirement: &Requirement, metrics: &Metrics<f64>, diverged: bool) -> Outcome {
-    let margin = requirement.margin(metrics.available(&requirement.metric));
-    let margin = margin.filter(|margin| !(diverged && *margin >= 0.0));
-    Outcome { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
+/// A loop judged by the criteria of its task.
+fn by_task(model: &Model, metrics: &Metrics<f64>) -> (Outcome, Option<Cause>) {
+    let Some((criterion, breach)) = first_breach(&model.task, metrics) else { return (Outcome::Pass, None) };
+    let cause = Cause {
+        id: criterion.id.to_owned(),
+        time: Some(breach.time),
+        value: breach.value,
+        limit: (criterion.limit)(&model.task),
+        phase: Some(Phase::at(breach.time, metrics)),
+    };
+    (Outcome::Fail, Some(cause))
+}
+
+/// A session that a rule stopped.
+fn by_rule(model: &Model, run: &Finished, stop: Stop) -> (Outcome, Option<Cause>) {
+    let (row, time) = (stop.rule.row(), run.hil.end_time);
+    let cause = Cause {
+        id: row.id.to_owned(),
+        time: Some(time),
+        value: Some(stop.value),
+        limit: Some((row.limit)(&model.facility)),
+        phase: Some(Phase::at(time, &run.hil)),
+    };
+    (Outcome::Aborted, Some(cause))
+}
+
+/// How a loop meets a requirement. An aborted session gives no answer.
+fn result(requirement: &Requirement, metrics: &Metrics<f64>, outcome: Outcome) -> RequirementResult {
+    if outcome == Outcome::Aborted {
+        return RequirementResult::default();
+    }
+    let value = match requirement.metric.as_str() {
+        SUCCESS => Some(f64::from(u8::from(outcome == Outcome::Pass))),
+        metric => metrics.available(metric),
+    };
+    let margin = requirement.margin(value);
+    RequirementResult { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
 }
 
 /// A property of the whole campaign, so that no run depends on what is made beside it.

@@ -11,7 +11,9 @@ use softdock_engine::cpu::CpuEngine;
 use softdock_engine::failover::Failover;
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Choice, Engine, EngineError, Job, RunInput};
-use softdock_kernels::outcome::Finished;
+use softdock_kernels::outcome::{Finished, Stop};
+use softdock_kernels::session::Rule;
+use softdock_results::runs::{Agreement, Outcome};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -163,4 +165,32 @@ fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so
     assert!(page.contains("The rows come from two backends"));
     // The f64 comparison is of the GPU's rows alone: four of its sixteen, a quarter.
     assert_eq!(summary.parity.expect("repeated runs").runs, 4);
+}
+
+#[test]
+fn agreement_counts_the_requirements_and_an_aborted_session_is_no_answer() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut campaign = campaign(folder.path());
+    // A requirement that asks for more than the task.
+    let force =
+        campaign.requirements.iter_mut().find(|r| r.metric == "peak_contact_force").expect("a limit on the force");
+    force.limit = 300.0;
+    let ledger = crate::rows::Ledger::new(&campaign);
+    let input = RunInput { run: 0, params: campaign.draw(0).params };
+    let made = softdock_engine::cpu::CpuEngine::new().run(&ledger.job, &[input], &|_| true).expect("the CPU is there");
+    let mut run = made[0];
+    run.hil = run.space;
+    assert_eq!(ledger.row(&run).agreement, Agreement::TruePass, "the run docks, and meets every requirement");
+    // A requirement that fails on the facility alone, while the task succeeds on both.
+    assert!(campaign.scenario.model.task.max_contact_force > 350.0);
+    run.hil.peak_contact_force = 350.0;
+    let row = ledger.row(&run);
+    assert_eq!((row.hil.outcome, row.agreement), (Outcome::Pass, Agreement::FalseFail));
+    // A rule that stops the session.
+    run.stop = Some(Stop { rule: Rule::InjectedEnergy, value: 0.7 });
+    let row = ledger.row(&run);
+    let cause = row.hil.cause.expect("a cause");
+    assert_eq!((row.hil.outcome, row.agreement), (Outcome::Aborted, Agreement::AbortedPass));
+    assert_eq!((cause.id.as_str(), cause.value, cause.time), ("injected_energy", Some(0.7), Some(run.hil.end_time)));
+    assert!(row.hil.requirements.iter().all(|result| result.pass.is_none()), "no answer to any requirement");
 }

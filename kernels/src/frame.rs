@@ -24,6 +24,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
+use crate::session::Session;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle_in_place, space_masses};
 use crate::staged::{
     advance_in_place, command, contact_point, feed_back, followed, guide, in_place, kinematics, latch, metrics,
@@ -100,6 +101,7 @@ struct FacilityLanes<L: Lane> {
     dropped: L,
     tracking: Tracking<L>,
     yielding: Yielding<L>,
+    session: Session<L>,
     commands: Line<L, Parts<L>>,
     wrenches: Line<L, Wrench<L>>,
 }
@@ -161,8 +163,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     pub fn step(&mut self, m: &Plant) {
         let now = self.facility.now(m);
-        let last =
-            L::select(L::lit(f64::from(m.timing.max_ticks) - 1.0).le(self.facility.tick), L::lit(1.0), L::lit(0.0));
+        let last = self.facility.is_last(m);
         self.tick_space(m, now, last);
         self.tick_hil(m, now, last);
         self.facility.end_tick();
@@ -196,7 +197,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             set_where(!live, &mut s.bodies, &bodies);
             set_where(!live, &mut s.interface.watch, &watch);
         }
-        in_place::finish(m, &mut s.interface.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
+        let end = now + L::lit(m.timing.tick());
+        in_place::finish(m, &mut s.interface.watch, end, &s.kinematics.parts, last, L::lit(0.0));
     }
 
     /// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
@@ -210,9 +212,11 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let parts = self.hil.kinematics.parts;
         let interface = &mut self.hil.interface;
         L::stage(TickFacility { facility: &mut self.facility, m, interface, simulated: &parts, now, live });
+        // A session that a rule has stopped just now goes no further.
+        let live = self.hil.interface.watch.done.le(L::lit(0.0));
         self.tick_simulation(m, live);
-        let s = &mut self.hil;
-        in_place::finish(m, &mut s.interface.watch, now + L::lit(m.timing.tick()), &s.kinematics.parts, last);
+        let (s, end) = (&mut self.hil, now + L::lit(m.timing.tick()));
+        in_place::finish(m, &mut s.interface.watch, end, &s.kinematics.parts, last, L::lit(1.0));
     }
 
     /// The simulation computer's tick: guidance, then the bodies under the held wrench.
@@ -245,15 +249,18 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let mut bristles = self.space.interface.bristles.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
         let touch = touch_points(m, &self.space.interface.pair, &space, &mut bristles, nobody);
-        let latched = latch(m, &self.facility.params, &space, self.space.interface.watch.closed);
+        let (facility, watch) = (&self.facility, &self.hil.interface.watch);
+        let mounted = crate::robot::mounted_parts(m, &facility.params, &facility.robots);
+        let latched = latch(m, &facility.params, &space, self.space.interface.watch.closed).wrench;
+        let held = latch(m, &facility.params, &mounted, watch.closed).wrench;
         Signals {
-            time: self.facility.tick.lane(lane) * m.timing.tick(),
+            time: facility.tick.lane(lane) * m.timing.tick(),
             parts: [one(&space, lane), one(&hil, lane)],
-            wrench: [
-                one(&monitor::total_wrench(&touch, &latched), lane),
-                one(&self.facility.sensor.filtered, lane),
-                one(&self.facility.held, lane),
-            ],
+            contact: [one(&touch.wrench, lane), one(&watch.push, lane)],
+            latch: [one(&latched, lane), one(&held, lane)],
+            measured: one(&facility.sensor.output, lane),
+            fed_back: one(&facility.held, lane),
+            injected_energy: (watch.port_energy - watch.hardware_energy).lane(lane),
             closed: [self.space.interface.watch.closed.lane(lane), self.hil.interface.watch.closed.lane(lane)],
         }
     }

@@ -34,6 +34,7 @@ pub mod quads;
 pub mod real;
 pub mod robot;
 pub mod sensor;
+pub mod session;
 pub mod space;
 mod spatial;
 pub mod staged;

@@ -7,21 +7,37 @@ bundle! {
     ///
     /// A time or a ratio that never happened is negative here and null in Parquet ([`Metrics::available`]).
     Metrics {
-        success: R, "1", "1 if all task criteria of the scenario hold";
         touch_time: R, "s", "time of the first touch; null without one";
         approach_speed: R, "m/s", "normal speed of approach at the first touch; null without one";
-        restitution: R, "1", "greatest normal speed of separation after the first bounce over the speed of approach; null without a bounce";
+        restitution: R, "1", "greatest normal speed of separation after the first contact over the speed of approach; null without a bounce";
+        rebound_speed: R, "m/s", "greatest normal speed of separation after the first contact, before the second; null without a bounce";
+        contact_count: R, "1", "number of contacts";
         contact_duration: R, "s", "time during which the parts touched";
-        peak_force: R, "N", "largest contact force, latch excluded";
-        peak_moment: R, "N m", "largest moment of contact and latch about part A's origin";
-        peak_depth: R, "m", "largest penetration of the parts";
         impulse: R, "N s", "integral of the contact force's magnitude, latch excluded";
+        first_contact_duration: R, "s", "duration of the first contact; null without one";
+        first_contact_impulse: R, "N s", "integral of the contact force's magnitude over the first contact; null without one";
+        first_contact_force: R, "N", "largest contact force of the first contact; null without one";
+        peak_contact_force: R, "N", "largest contact force, latch excluded";
+        peak_latch_force: R, "N", "largest force of the latch";
+        peak_interface_force: R, "N", "largest sum of contact and latch force: what a load cell at the interface carries";
+        peak_contact_moment: R, "N m", "largest moment of the contact about part A's origin, latch excluded";
+        peak_latch_moment: R, "N m", "largest moment of the latch about part A's origin";
+        peak_interface_moment: R, "N m", "largest sum of contact and latch moment about part A's origin";
+        peak_contact_force_time: R, "s", "time of the largest contact force; null without one";
+        peak_latch_force_time: R, "s", "time of the largest latch force; null without one";
+        peak_interface_force_time: R, "s", "time of the largest interface force; null without one";
+        peak_contact_moment_time: R, "s", "time of the largest contact moment; null without one";
+        peak_latch_moment_time: R, "s", "time of the largest latch moment; null without one";
+        peak_interface_moment_time: R, "s", "time of the largest interface moment; null without one";
+        peak_depth: R, "m", "largest penetration of the parts";
         capture_time: R, "s", "time at which the latch closed; null without capture";
         capture_offset: R, "m", "radial offset of the latch point when the latch closed; null without capture";
+        miss_distance: R, "m", "least distance of the latch point from its seat; null without a latch";
+        separation_time: R, "s", "time of the last separation; null without one";
         separation_speed: R, "m/s", "normal speed of separation at the end of the run (negative = closing)";
         linear_momentum_error: R, "kg m/s", "change of total linear momentum beyond the external impulses";
         angular_momentum_error: R, "kg m^2/s", "change of total angular momentum beyond the external moments";
-        created_energy: R, "J", "energy created by the facility: space port minus hardware port; 0 in space";
+        injected_energy: R, "J", "energy injected by the facility: space port minus hardware port; 0 in space";
         tracking_gain: R, "1", "amplitude of the robots over that of the test motion; null without a test";
         tracking_lag: R, "rad", "phase of the robots behind the test motion; null without a test";
         tracking_error: R, "m", "root mean square of the robots' place less that of the test motion; null without a test";
@@ -40,7 +56,7 @@ pub mod flags {
     pub const SPACE_ENERGY_JUMP: u32 = 1 << 2;
     /// The space loop passed the scenario's penetration limit.
     pub const SPACE_PENETRATION: u32 = 1 << 3;
-    /// The HIL loop diverged: a facility fail, not an invalid run.
+    /// The HIL loop diverged: its session is aborted, the run is not invalid.
     pub const HIL_UNSTABLE: u32 = 1 << 4;
     /// The sensor saturated.
     pub const SENSOR_SATURATED: u32 = 1 << 5;
@@ -60,7 +76,7 @@ pub mod flags {
         (HIL_NON_FINITE, "hil_non_finite", "a non-finite number in the HIL loop"),
         (SPACE_ENERGY_JUMP, "space_energy_jump", "the space loop gained energy that nothing put in"),
         (SPACE_PENETRATION, "space_penetration", "the space loop passed the penetration limit"),
-        (HIL_UNSTABLE, "hil_unstable", "the HIL loop diverged: a facility fail"),
+        (HIL_UNSTABLE, "hil_unstable", "the HIL loop diverged: its session is aborted"),
         (SENSOR_SATURATED, "sensor_saturated", "the sensor saturated"),
         (ROBOT_SPEED_LIMIT, "robot_speed_limit", "a robot ran into its speed limit"),
         (PACKET_DROPPED, "packet_dropped", "at least one command packet was dropped"),
@@ -83,7 +99,11 @@ impl Metrics<f64> {
     /// When the metric of this field name has a value.
     pub fn presence(name: &str) -> Presence {
         match name {
-            "touch_time" | "approach_speed" | "restitution" | "capture_time" | "capture_offset" => Presence::Happened,
+            "approach_speed" | "restitution" | "rebound_speed" | "capture_offset" | "miss_distance" => {
+                Presence::Happened
+            }
+            "end_time" => Presence::Always,
+            _ if name.ends_with("_time") || name.starts_with("first_contact_") => Presence::Happened,
             _ if name.starts_with("tracking_") => Presence::Tested,
             _ => Presence::Always,
         }

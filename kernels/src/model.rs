@@ -4,7 +4,7 @@
 //! What may vary from run to run is not here but in [`Params`].
 
 use crate::manipulator::Manipulator;
-use crate::manipulator::cell::{Carriage, Mount, Servo};
+use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::params::Params;
 use crate::vector::{Pose, Sym3, Vec3};
 
@@ -290,6 +290,10 @@ pub struct Facility {
     pub crosstalk: [[f64; 6]; 6],
     /// The HIL loop counts as diverged above this relative speed of the simulated parts \[m/s\].
     pub unstable_speed: f64,
+    /// The rules that stop a session on the robots.
+    pub rules: SessionRules,
+    /// The robots that a session drives, and what their axes may do; none: no axis limits a command.
+    pub session_robots: Option<SessionRobots>,
     /// What the facility does against its own delay.
     pub compensator: Compensator,
     /// What the sensor carries besides the contact; none is a part without weight.
@@ -302,6 +306,76 @@ pub struct Facility {
     pub test_motion: Option<TestMotion>,
     /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
     pub joint_level: Option<JointLevel>,
+}
+
+impl Facility {
+    /// Half the motion on each robot, nothing besides, and no rule that stops a session.
+    pub const IDEAL: Self = Self {
+        robot1_share: 0.5,
+        rail: None,
+        drop_hold_ticks: 3,
+        sensor_substeps: 1,
+        crosstalk: [[0.0; 6]; 6],
+        unstable_speed: 1e6,
+        rules: SessionRules::NONE,
+        session_robots: None,
+        compensator: Compensator::NONE,
+        load: None,
+        tared: false,
+        impedance: None,
+        test_motion: None,
+        joint_level: None,
+    };
+}
+
+/// The rules that stop a session on the robots; a limit that is not in force is infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SessionRules {
+    /// Measured force \[N\].
+    pub force: f64,
+    /// Measured moment about part A's origin \[N m\].
+    pub moment: f64,
+    /// Change of the measured force from cycle to cycle \[N/s\].
+    pub force_rate: f64,
+    /// A saturated channel of the sensor stops the session.
+    pub sensor_saturation: bool,
+    /// Energy injected by the facility: through the port on the simulated side, less the work of the measured wrench on
+    /// the reported motion \[J\].
+    pub injected_energy: f64,
+    /// Distance of a tool from its command \[m\].
+    pub following_error: f64,
+    /// Angle between a tool and its command \[rad\].
+    pub following_rotation: f64,
+    /// Distance of a commanded tool from the start of the run \[m\].
+    pub tool_reach: f64,
+    /// Angle of a commanded tool from the start of the run \[rad\].
+    pub tool_rotation: f64,
+    /// Time during which commands may be cut without a pause \[s\].
+    pub clamp_time: f64,
+}
+
+/// The robots that a session drives, and what it may ask of their axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionRobots {
+    /// Both robots in their places; only where their joints stand counts, not how they are driven.
+    pub level: JointLevel,
+    /// Limits of the joints of both robots, in the model's angles, and of the rail.
+    pub limits: [AxisRange; AXES],
+    /// Greatest way of a joint from the start of the run, of robots 1 and 2 \[rad\].
+    pub correction: [f64; 2],
+}
+
+/// What a session may ask of an axis; rad for joints, m for the rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisRange {
+    /// Least position.
+    pub lower: f64,
+    /// Greatest position.
+    pub upper: f64,
+    /// Greatest speed \[1/s\].
+    pub speed: f64,
+    /// Greatest acceleration \[1/s^2\].
+    pub acceleration: f64,
 }
 
 /// Impedance of robot 1: M X'' + B X' + K X = measured wrench; SI, laboratory axes, x y z and rotations about them.
@@ -439,16 +513,33 @@ pub struct Task {
     pub capture: bool,
     /// Success needs a first touch.
     pub touch: bool,
-    /// Success needs a peak contact force below this \[N\].
-    pub max_force: f64,
-    /// Success needs capture (or the end of contact) before this \[s\].
+    /// Success needs a peak contact force, latch excluded, of at most this \[N\].
+    pub max_contact_force: f64,
+    /// Success needs a peak interface force, contact and latch together, of at most this \[N\].
+    pub max_interface_force: f64,
+    /// Success needs capture (or the end of contact) by this time \[s\].
     pub max_time: f64,
-    /// Success needs a restitution below this.
+    /// Success needs a restitution of at most this.
     pub max_restitution: f64,
     /// A run is over this long after the parts have separated \[s\]; infinite = never.
     pub end_after_separation: f64,
-    /// A run is over this long after capture \[s\]; infinite = never.
-    pub end_after_capture: f64,
+    /// A loop is over this long after capture, in space and on the facility \[s\]; infinite = never.
+    pub end_after_capture: [f64; 2],
     /// A contact deeper than this is a numerical failure (penetration limit) \[m\].
     pub max_depth: f64,
+}
+
+impl Task {
+    /// No criterion, and no end but the run's last tick.
+    pub const OPEN: Self = Self {
+        capture: false,
+        touch: false,
+        max_contact_force: f64::INFINITY,
+        max_interface_force: f64::INFINITY,
+        max_time: f64::INFINITY,
+        max_restitution: f64::INFINITY,
+        end_after_separation: f64::INFINITY,
+        end_after_capture: [f64::INFINITY; 2],
+        max_depth: 1e6,
+    };
 }

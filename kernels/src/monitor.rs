@@ -3,7 +3,6 @@
 use crate::bundle;
 use crate::contact::{LatchState, PointContact, sliding_velocity};
 use crate::metrics::Metrics;
-use crate::model::Model;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Bodies, Parts, Wrench};
@@ -22,6 +21,14 @@ bundle! {
 }
 
 bundle! {
+    /// A peak and when it was.
+    Peak {
+        square: R, "1", "square of the greatest magnitude";
+        time: R, "s", "time of it, -1 before";
+    }
+}
+
+bundle! {
     /// What the monitor remembers of one loop.
     Watch {
         touch_time: R, "s", "time of the first touch, -1 before";
@@ -29,19 +36,27 @@ bundle! {
         lever: Vec3<R>, "m", "contact point at the first touch from A's origin, inertial axes";
         approach_speed: R, "m/s", "normal speed of the simulated parts at the first touch, -1 before";
         touching: R, "1", "1 while the parts push each other";
-        bounces: R, "1", "number of separations, up to 2";
-        again: R, "1", "1 once the parts have touched a second time";
+        contacts: R, "1", "number of contacts that have begun";
+        bounces: R, "1", "number of separations";
         separated_at: R, "s", "time of the last separation";
         separation_speed: R, "m/s", "normal speed of separation now";
         best_separation: R, "m/s", "largest of it between the first touch and the second";
         contact_duration: R, "s", "time in contact";
-        peak_force: R, "N", "largest contact force";
-        peak_moment: R, "N m", "largest moment";
+        impulse: R, "N s", "integral of the contact force's magnitude";
+        first_duration: R, "s", "duration of the first contact";
+        first_impulse: R, "N s", "its impulse";
+        first_peak: R, "N", "its largest contact force";
+        contact_force: Peak<R>, "1", "contact force";
+        latch_force: Peak<R>, "1", "latch force";
+        interface_force: Peak<R>, "1", "sum of both";
+        contact_moment: Peak<R>, "1", "moment of the contact";
+        latch_moment: Peak<R>, "1", "moment of the latch";
+        interface_moment: Peak<R>, "1", "sum of both";
         peak_depth: R, "m", "largest depth";
-        impulse: R, "N s", "integral of the force magnitude";
         closed: R, "1", "1 once the latch has closed";
         capture_time: R, "s", "time of capture, -1 before";
         capture_offset: R, "m", "radial offset at capture, -1 before";
+        miss_distance: R, "m", "least distance of the latch point from its seat";
         contact_work: R, "J", "work of the contact (latch excluded) on the parts";
         absorbed: R, "J", "largest energy that the contact has held";
         push: Wrench<R>, "1", "contact wrench of the last substep (latch excluded), for the work of the next";
@@ -49,7 +64,30 @@ bundle! {
         hardware_energy: R, "J", "energy through the port on the hardware side";
         done: R, "1", "1 once the loop has ended";
         unstable: R, "1", "1 if the loop ended by divergence";
+        end_speed: R, "m/s", "relative speed of the simulated parts at the end";
         end_time: R, "s", "time of the end";
+    }
+}
+
+impl<R: Real> Peak<R> {
+    /// Nothing yet.
+    #[inline(always)]
+    fn none() -> Self {
+        Self { square: R::lit(0.0), time: R::lit(-1.0) }
+    }
+
+    /// With one more value.
+    #[inline(always)]
+    fn with(self, value: Vec3<R>, time: R) -> Self {
+        let square = value.dot(value);
+        let more = self.square.lt(square);
+        Self { square: R::select(more, square, self.square), time: R::select(more, time, self.time) }
+    }
+
+    /// The greatest magnitude.
+    #[inline(always)]
+    pub fn value(self) -> R {
+        self.square.sqrt()
     }
 }
 
@@ -102,19 +140,27 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         lever: none,
         approach_speed: never,
         touching: zero,
+        contacts: zero,
         bounces: zero,
-        again: zero,
-        separated_at: zero,
+        separated_at: never,
         separation_speed: zero,
         best_separation: zero,
         contact_duration: zero,
-        peak_force: zero,
-        peak_moment: zero,
-        peak_depth: zero,
         impulse: zero,
+        first_duration: zero,
+        first_impulse: zero,
+        first_peak: zero,
+        contact_force: Peak::none(),
+        latch_force: Peak::none(),
+        interface_force: Peak::none(),
+        contact_moment: Peak::none(),
+        latch_moment: Peak::none(),
+        interface_moment: Peak::none(),
+        peak_depth: zero,
         closed: zero,
         capture_time: never,
         capture_offset: never,
+        miss_distance: R::lit(FAR),
         contact_work: zero,
         absorbed: zero,
         push: Wrench::zero(),
@@ -122,9 +168,13 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         hardware_energy: zero,
         done: zero,
         unstable: zero,
+        end_speed: zero,
         end_time: zero,
     }
 }
+
+/// Farther than any latch point is from its seat \[m\].
+const FAR: f64 = 1.0e6;
 
 /// One substep of contact: `parts` are those that touch, `simulated` those whose bounce counts.
 #[inline(always)]
@@ -145,9 +195,10 @@ pub fn observe<R: Real>(
     let normal = Vec3::select(first, touch.normal, s.normal);
     let lever = Vec3::select(first, touch.lever, s.lever);
     let separation = sliding_velocity(&simulated.a, &simulated.b, lever).dot(normal);
-    let again = R::select(begins, one, s.again);
+    let contacts = R::select(begins | first, s.contacts + one, s.contacts);
     let touched = first | zero.le(s.touch_time);
-    let open = touched & again.lt(R::lit(0.5));
+    let open = touched & contacts.lt(R::lit(1.5));
+    let in_first = on & contacts.lt(R::lit(1.5));
     let force = touch.wrench.force.norm();
     let total = total_wrench(touch, latch);
     // The parts came here with this substep's velocity under the mean of the last wrench and this one.
@@ -163,19 +214,27 @@ pub fn observe<R: Real>(
         lever,
         approach_speed: R::select(first, -separation, s.approach_speed),
         touching: R::select(on, one, zero),
-        bounces: R::select(ends, (s.bounces + one).min(R::lit(2.0)), s.bounces),
-        again,
+        contacts,
+        bounces: R::select(ends, s.bounces + one, s.bounces),
         separated_at: R::select(ends, time, s.separated_at),
         separation_speed: R::select(touched, separation, s.separation_speed),
         best_separation: R::select(open, s.best_separation.max(separation), s.best_separation),
         contact_duration: R::select(on, s.contact_duration + dt, s.contact_duration),
-        peak_force: s.peak_force.max(force),
-        peak_moment: s.peak_moment.max(total.moment.norm()),
-        peak_depth: s.peak_depth.max(touch.depth),
         impulse: force.mul_add(dt, s.impulse),
+        first_duration: R::select(in_first, s.first_duration + dt, s.first_duration),
+        first_impulse: R::select(in_first, force.mul_add(dt, s.first_impulse), s.first_impulse),
+        first_peak: R::select(in_first, s.first_peak.max(force), s.first_peak),
+        contact_force: s.contact_force.with(touch.wrench.force, time),
+        latch_force: s.latch_force.with(latch.wrench.force, time),
+        interface_force: s.interface_force.with(total.force, time),
+        contact_moment: s.contact_moment.with(touch.wrench.moment, time),
+        latch_moment: s.latch_moment.with(latch.wrench.moment, time),
+        interface_moment: s.interface_moment.with(total.moment, time),
+        peak_depth: s.peak_depth.max(touch.depth),
         closed: latch.closed,
         capture_time: R::select(closes, time, s.capture_time),
         capture_offset: R::select(closes, latch.offset, s.capture_offset),
+        miss_distance: s.miss_distance.min(latch.distance),
         contact_work: work,
         absorbed: s.absorbed.max(-work),
         push: touch.wrench,
@@ -184,22 +243,25 @@ pub fn observe<R: Real>(
     }
 }
 
-/// Whether the loop is over, once per tick; `last` is 1 in the last tick.
+/// Whether the loop is over, once per tick; `last` is 1 in the last tick, `facility` on the facility.
 #[inline(always)]
-pub fn finish<R: Real>(m: &Plant, s: &Watch<R>, time: R, simulated: &Parts<R>, last: R) -> Watch<R> {
+pub fn finish<R: Real>(m: &Plant, s: &Watch<R>, time: R, simulated: &Parts<R>, last: R, facility: R) -> Watch<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let since = |event: R| time - event;
     let apart = zero.lt(s.bounces) & s.touching.le(zero);
     let parted = apart & R::lit(finite(m.task.end_after_separation)).lt(since(s.separated_at));
-    let captured = zero.le(s.capture_time) & R::lit(finite(m.task.end_after_capture)).lt(since(s.capture_time));
-    let slide = sliding_velocity(&simulated.a, &simulated.b, Vec3::zero());
+    let [in_space, on_facility] = m.task.end_after_capture;
+    let hold = R::select(zero.lt(facility), R::lit(finite(on_facility)), R::lit(finite(in_space)));
+    let captured = zero.le(s.capture_time) & hold.lt(since(s.capture_time));
+    let speed = sliding_velocity(&simulated.a, &simulated.b, Vec3::zero()).norm();
     // Not "greater than": the comparison must also catch a NaN.
-    let calm = slide.norm().le(R::lit(m.facility.unstable_speed));
+    let calm = speed.le(R::lit(m.facility.unstable_speed));
     let over = parted | captured | zero.lt(last) | !calm;
     let ends = over & s.done.le(zero);
     Watch {
         done: R::select(over, one, s.done),
         unstable: R::select(ends & !calm, one, s.unstable),
+        end_speed: R::select(ends, speed, s.end_speed),
         end_time: R::select(ends, time, s.end_time),
         ..*s
     }
@@ -210,41 +272,57 @@ fn finite(limit: f64) -> f64 {
     limit.min(1.0e9)
 }
 
-/// Metrics of a finished loop; `created` is 1 on the facility, where the ports may differ and robots follow.
+/// Metrics of a finished loop; `facility` is 1 on the facility, where the ports may differ and robots follow.
 #[inline(always)]
 pub fn metrics<R: Real, const N: usize>(
     m: &Plant,
     s: &Watch<R>,
     bodies: &Bodies<R, N>,
     followed: &Followed<R>,
-    created: R,
+    facility: R,
 ) -> Metrics<R> {
     let (zero, one, never) = (R::lit(0.0), R::lit(1.0), R::lit(-1.0));
     let bounced = zero.lt(s.bounces) & zero.lt(s.approach_speed);
     let restitution = s.best_separation / R::select(bounced, s.approach_speed, one);
-    let restitution = R::select(bounced, restitution, never);
+    let touched = zero.le(s.touch_time);
     let (linear, angular) = momentum_errors(bodies);
-    let success = succeeds(m, s, restitution);
+    let miss = if m.contact.latch.is_some() { s.miss_distance } else { never };
     Metrics {
-        success: R::select(success, one, zero),
         touch_time: s.touch_time,
         approach_speed: s.approach_speed,
-        restitution,
+        restitution: R::select(bounced, restitution, never),
+        rebound_speed: R::select(bounced, s.best_separation, never),
+        contact_count: s.contacts,
         contact_duration: s.contact_duration,
-        peak_force: s.peak_force,
-        peak_moment: s.peak_moment,
-        peak_depth: s.peak_depth.max(zero),
         impulse: s.impulse,
+        first_contact_duration: R::select(touched, s.first_duration, never),
+        first_contact_impulse: R::select(touched, s.first_impulse, never),
+        first_contact_force: R::select(touched, s.first_peak, never),
+        peak_contact_force: s.contact_force.value(),
+        peak_latch_force: s.latch_force.value(),
+        peak_interface_force: s.interface_force.value(),
+        peak_contact_moment: s.contact_moment.value(),
+        peak_latch_moment: s.latch_moment.value(),
+        peak_interface_moment: s.interface_moment.value(),
+        peak_contact_force_time: s.contact_force.time,
+        peak_latch_force_time: s.latch_force.time,
+        peak_interface_force_time: s.interface_force.time,
+        peak_contact_moment_time: s.contact_moment.time,
+        peak_latch_moment_time: s.latch_moment.time,
+        peak_interface_moment_time: s.interface_moment.time,
+        peak_depth: s.peak_depth.max(zero),
         capture_time: s.capture_time,
         capture_offset: s.capture_offset,
+        miss_distance: miss,
+        separation_time: s.separated_at,
         separation_speed: s.separation_speed,
         linear_momentum_error: linear,
         angular_momentum_error: angular,
-        created_energy: (s.port_energy - s.hardware_energy) * created,
-        tracking_gain: R::select(zero.lt(created), followed.gain, never),
-        tracking_lag: followed.lag * created,
-        tracking_error: followed.error * created,
-        tracking_overshoot: followed.overshoot * created,
+        injected_energy: (s.port_energy - s.hardware_energy) * facility,
+        tracking_gain: R::select(zero.lt(facility), followed.gain, never),
+        tracking_lag: followed.lag * facility,
+        tracking_error: followed.error * facility,
+        tracking_overshoot: followed.overshoot * facility,
         end_time: s.end_time,
     }
 }
@@ -258,28 +336,4 @@ fn momentum_errors<R: Real, const N: usize>(b: &Bodies<R, N>) -> (R, R) {
         + (b.target.spin + place(&b.target).cross(b.target.momentum))
         - b.moment_impulse;
     (linear.norm(), angular.norm())
-}
-
-/// The scenario's criteria, all of them; an unused one folds away.
-#[inline(always)]
-fn succeeds<R: Real>(m: &Model, s: &Watch<R>, restitution: R) -> R::Mask {
-    let (zero, task) = (R::lit(0.0), &m.task);
-    let mut holds = s.unstable.le(zero);
-    if task.capture {
-        holds = holds & zero.lt(s.closed);
-    }
-    if task.touch {
-        holds = holds & zero.le(s.touch_time);
-    }
-    if task.max_force.is_finite() {
-        holds = holds & s.peak_force.le(R::lit(task.max_force));
-    }
-    if task.max_time.is_finite() {
-        let event = if task.capture { s.capture_time } else { s.separated_at };
-        holds = holds & event.le(R::lit(task.max_time));
-    }
-    if task.max_restitution.is_finite() {
-        holds = holds & restitution.le(R::lit(task.max_restitution));
-    }
-    holds
 }

@@ -3,6 +3,7 @@
 use crate::metrics::{Metrics, flags};
 use crate::params::Params;
 use crate::plant::Plant;
+use crate::session::Rule;
 use crate::space::{Parts, Wrench};
 use crate::vector::Vec3;
 
@@ -19,8 +20,27 @@ pub struct Finished {
     pub hil: Metrics<f64>,
     /// Flag bits ([`flags`]).
     pub flags: u32,
+    /// The rule that stopped the session on the facility, at the end of its loop; none if the run ended by itself.
+    pub stop: Option<Stop>,
     /// Normal of the first touch in space (inertial axes) and its point from part A's origin; zero without a touch.
     pub touch: [Vec3<f64>; 2],
+}
+
+/// A rule that was met, and by what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// The rule.
+    pub rule: Rule,
+    /// The value that met it, in the rule's unit.
+    pub value: f64,
+}
+
+impl Stop {
+    /// From the end of a loop: 1 if it diverged and its speed then, the rule's number in the session and its measure.
+    pub fn of([unstable, speed, rule, measure]: [f64; 4]) -> Option<Self> {
+        let met = Rule::of_number(rule).map(|rule| Self { rule, value: rule.in_unit(measure) });
+        met.or_else(|| (unstable > 0.0).then_some(Self { rule: Rule::Divergence, value: speed }))
+    }
 }
 
 /// The signals of a trace, at the end of each tick.
@@ -30,8 +50,18 @@ pub struct Signals {
     pub time: f64,
     /// Simulated parts in space and on the facility.
     pub parts: [Parts<f64>; 2],
-    /// Contact wrench in space, on the hardware, and as fed back (part A's origin, inertial axes; the last in part A's axes).
-    pub wrench: [Wrench<f64>; 3],
+    /// Contact wrench on part A about its origin, latch excluded: in space (inertial axes), on the hardware (laboratory
+    /// axes).
+    pub contact: [Wrench<f64>; 2],
+    /// Wrench of the latch, likewise.
+    pub latch: [Wrench<f64>; 2],
+    /// What the sensor reads: on part A about its origin, part A's axes, with low-pass, errors, noise and quantisation,
+    /// the tool's load subtracted.
+    pub measured: Wrench<f64>,
+    /// What acts on the simulated part A: the measured wrench after delay and compensator, part A's axes.
+    pub fed_back: Wrench<f64>,
+    /// Energy injected by the facility: through the port on the simulated side less that on the hardware \[J\].
+    pub injected_energy: f64,
     /// Latch closed, space and facility.
     pub closed: [f64; 2],
 }

@@ -20,10 +20,14 @@ pub struct Plant {
     pub tool_start: Pose<f64>,
     /// Inverse of the target's nominal inertia.
     pub target_inverse_inertia: Sym3<f64>,
+    /// Laboratory motions of the parts at the start of an undispersed run, at rest.
+    pub start: Parts<f64>,
     /// Solids of part B, their outlines prepared.
     pub solids: Vec<PreparedSolid>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
+    /// The robots that a session drives, in their places.
+    pub session_cells: Option<[Cell; 2]>,
     /// The effects that a run may have; the stages leave out the terms of all others.
     pub effects: EffectSet,
 }
@@ -56,12 +60,18 @@ impl Plant {
         let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
+        let start = start(&model, tool_start);
+        let (cells, session_cells, effects) = (None, None, EffectSet::ALL);
         let mut plant =
-            Self { model, chain, tool_start, target_inverse_inertia, solids, cells: None, effects: EffectSet::ALL };
-        plant.cells = plant.model.facility.joint_level.clone().map(|level| {
-            place(&plant, &level)
+            Self { model, chain, tool_start, start, target_inverse_inertia, solids, cells, session_cells, effects };
+        let placed = |level: &JointLevel| {
+            place(&plant, level)
                 .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))
-        });
+        };
+        let facility = &plant.model.facility;
+        let cells = facility.joint_level.as_ref().map(placed);
+        let session_cells = facility.session_robots.as_ref().map(|robots| placed(&robots.level));
+        (plant.cells, plant.session_cells) = (cells, session_cells);
         plant
     }
 
@@ -81,14 +91,6 @@ impl Plant {
         self.cells.as_ref().expect("only the joint level has robots")
     }
 
-    /// Laboratory motions of the parts at the start of an undispersed run, at rest.
-    pub fn start(&self) -> Parts<f64> {
-        let at = |position, attitude| Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() };
-        let a = self.base_pose.compose(self.tool_start);
-        let b = self.target_pose.compose(self.seat);
-        command(self, &Parts { a: at(a.position, a.attitude), b: at(b.position, b.attitude) })
-    }
-
     /// Number of arm joints.
     pub fn joints(&self) -> usize {
         self.model.links.len()
@@ -100,7 +102,7 @@ impl Plant {
 /// # Errors
 /// The number of the robot and why it cannot reach its start.
 pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplaced)> {
-    let start = robots_at(m, &m.start());
+    let start = robots_at(m, &m.start);
     let cell = |robot: usize, motion: Motion<f64>| {
         let home = Pose { position: motion.position, attitude: motion.attitude };
         let rail = m.facility.rail.zip(level.carriage.clone()).filter(|_| robot == 0);
@@ -108,6 +110,19 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
             .map_err(|why| (robot + 1, why))
     };
     Ok([cell(0, start.robot1.motion)?, cell(1, start.robot2.motion)?])
+}
+
+/// Laboratory motions of the parts at the start, at rest.
+fn start(model: &Model, tool_start: Pose<f64>) -> Parts<f64> {
+    let at = |place: Pose<f64>| Motion {
+        position: place.position,
+        attitude: place.attitude,
+        velocity: Vec3::zero(),
+        omega: Vec3::zero(),
+    };
+    let a = at(model.base_pose.compose(tool_start));
+    let b = at(model.target_pose.compose(model.seat));
+    command(model, &Parts { a, b })
 }
 
 /// Forward kinematics of the start posture.

@@ -8,7 +8,7 @@ use crate::delay_line::LINE_SPAN;
 use crate::effects::EffectId;
 use crate::fields::Bundle;
 use crate::fixture::{Fixture, at_rest, on_fixture};
-use crate::model::Rail;
+use crate::model::{Model, Rail};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -40,7 +40,7 @@ bundle! {
 
 /// Simulated part motions to laboratory commands.
 #[inline(always)]
-pub fn command<R: Real>(m: &Plant, parts: &Parts<R>) -> Parts<R> {
+pub fn command<R: Real>(m: &Model, parts: &Parts<R>) -> Parts<R> {
     let (share, rest) = (R::lit(m.facility.robot1_share), R::lit(m.facility.robot1_share - 1.0));
     let gap = parts.a.position - parts.b.position;
     let slide = parts.a.velocity - parts.b.velocity;
@@ -99,6 +99,23 @@ fn move_on<R: Real>(motion: Motion<R>, time: R) -> Motion<R> {
         attitude: Quat::from_rotation_vector(motion.omega * time).compose(motion.attitude).normalized(),
         ..motion
     }
+}
+
+/// Where the robots are before the first tick of a run: on the commanded course since long, behind it by the delay of
+/// the commands and by what their responses lag at constant speed, 2 z lag - T_z.
+#[inline(always)]
+pub fn on_course<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Parts<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let behind = (transport(m, p, zero) + one) * R::lit(m.timing.tick());
+    let lag = |lag: R, damping: R, lead: R| R::select(zero.lt(lag), (lag * damping).mul_add(R::lit(2.0), -lead), zero);
+    let (lag1, lag2) = match m.cells {
+        Some(_) => (zero, zero),
+        None => (
+            lag(p.robot1_lag, p.robot1_lag_damping, p.robot1_lag_zero),
+            lag(p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero),
+        ),
+    };
+    Parts { a: move_on(told.a, -(behind + lag1)), b: move_on(told.b, -(behind + lag2)) }
 }
 
 /// What replaces a lost command: the last one, carried on along its twist for some ticks, then standing.

@@ -15,6 +15,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
+use crate::session::{Observed, Session};
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::test_motion::{Followed, Tracking};
 use crate::vector::{Quat, Vec3};
@@ -78,6 +79,8 @@ staged! {
     test_motion::followed(m; p: &'a Params<L>, s: &'a Tracking<L>) -> Followed<L>;
     /// [`crate::robot::carry_on`]
     robot::carry_on(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
+    /// [`crate::robot::on_course`]
+    robot::on_course(m; p: &'a Params<L>, told: &'a Parts<L>) -> Parts<L>;
     /// [`crate::robot::substitute`]
     robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
@@ -95,7 +98,7 @@ staged! {
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::metrics`]
-    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, followed: &'a Followed<L>, created: L) -> Metrics<L>;
+    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, followed: &'a Followed<L>, facility: L) -> Metrics<L>;
 }
 
 /// Takes over a value where the mask holds.
@@ -161,7 +164,9 @@ pub mod in_place {
         /// [`crate::monitor::observe`]
         monitor::observe(m; | s: Watch<L> | time: L, parts: &'a Parts<L>, simulated: &'a Parts<L>, touch: &'a Touch<L>, latch: &'a LatchState<L>);
         /// [`crate::monitor::finish`]
-        monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L);
+        monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L, facility: L);
+        /// [`crate::session::supervise`]
+        session::supervise(m; | s: Session<L> | seen: &'a Observed<L>, cycle: L);
         /// [`crate::robot::robots`]
         robot::robots(m; p: &'a Params<L> | s: Robots<L> | told: &'a Parts<L>);
         /// [`crate::fixture::push_fixture`]

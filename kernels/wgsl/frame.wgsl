@@ -43,6 +43,7 @@ var<private> robot: Robots;
 var<private> sensed: Sensor;
 var<private> held: Wrench;
 var<private> load: Load;
+var<private> session: Session;
 var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 var<private> tracking: Tracking;
@@ -75,7 +76,7 @@ fn tick_space(now: f32, last: f32) {
         }
     }
     space = settle(space);
-    space_watch = finish(space_watch, now + TICK, parts, last);
+    space_watch = finish(space_watch, now + TICK, parts, last, 0.0);
 }
 
 // The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
@@ -85,9 +86,15 @@ fn tick_hil(now: f32, last: f32) {
     let parts = parts_of(k);
     let jitter = send_command(parts, now);
     tick_facility(parts, now, jitter);
-    receive_wrench(parts);
+    let measured = arriving_wrench();
+    watch_session(measured, now);
+    // A session that a rule has stopped just now goes no further.
+    if (hil_watch.done > 0.0) {
+        return;
+    }
+    receive_wrench(parts, measured);
     let reached = tick_simulation(masses, k);
-    hil_watch = finish(hil_watch, now + TICK, reached, last);
+    hil_watch = finish(hil_watch, now + TICK, reached, last, 1.0);
 }
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
@@ -155,14 +162,32 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     tracking = track(p, tracking, mounted_parts(p, robot), now);
 }
 
-// The measured wrench as it arrives: delayed, between two samples; and what the compensator makes of it.
-fn receive_wrench(parts: Parts) {
+// The measured wrench as it arrives: delayed, between two samples.
+fn arriving_wrench() -> Wrench {
     put_wrench(tick % SLOTS, output_of(sensed));
     let age = wrench_age(p);
     let whole = floor(age);
     let newer = get_wrench((tick + SLOTS - u32(whole)) % SLOTS);
     let older = get_wrench((tick + SLOTS - u32(whole) - 1u) % SLOTS);
-    let next = compensated_wrench(parts, blend(newer, older, age - whole));
+    return blend(newer, older, age - whole);
+}
+
+// One cycle of the session's rules.
+fn watch_session(measured: Wrench, now: f32) {
+    if (!SUPERVISED) {
+        return;
+    }
+    let commanded = displaced(get_command(tick % SLOTS), yielding);
+    session = supervise(session, mounted_parts(p, robot), commanded, measured, sensed, hil_watch.port_energy, TICK);
+    if (session.rule > 0.0) {
+        hil_watch.done = 1.0;
+        hil_watch.end_time = now;
+    }
+}
+
+// What the compensator makes of the measured wrench that has arrived.
+fn receive_wrench(parts: Parts, measured: Wrench) {
+    let next = compensated_wrench(parts, measured);
     let change = port_power(parts, feed_back(parts, held)) - port_power(parts, feed_back(parts, next));
     hil_watch.port_energy += change * (0.5 * SUBSTEP);
     held = next;
@@ -236,12 +261,13 @@ fn reset() {
             put_wrench(SLOTS - age, zero_wrench());
         }
     }
-    place_robots(carry_on(told, -(transport(p, 0.0) + 1.0)));
+    place_robots(on_course(p, told));
     let mounted = mounted_parts(p, robot);
     load = load_at(p, mounted);
     sensed = sensor_at(load, mounted);
     held = zero_wrench();
     compensation = new_compensation();
+    session = new_session();
     link = Vec3();
     tracking = no_tracking();
     yielding = not_yielding();

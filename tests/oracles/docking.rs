@@ -21,9 +21,9 @@ fn the_docking_campaign_touches_captures_and_stays_valid() {
     // Loose bounds on purpose: they catch a broken start, cone or latch, not a change of the campaign.
     assert!(count(&|row| row.space.touch_time >= 0.0) >= 28, "nearly all runs touch");
     assert!((20..32).contains(&count(&|row| row.space.capture_time >= 0.0)), "most runs capture, some do not");
-    assert!(count(&|row| row.flags & flags::HIL_UNSTABLE != 0) > 0, "long dead times diverge");
+    assert!(count(&|row| row.stop.is_some()) > 0, "long dead times inject energy, and a rule stops the session");
     for row in &rows {
-        assert!(row.space.peak_force < 1e3 && row.space.peak_depth < 0.02, "run {}: {:?}", row.run, row.space);
+        assert!(row.space.peak_contact_force < 1e3 && row.space.peak_depth < 0.02, "run {}: {:?}", row.run, row.space);
         for side in [row.space, row.hil] {
             // Of some 200 kg m/s; the facility's wrench is exactly opposite on its two bodies, too.
             assert!(

@@ -157,7 +157,7 @@ fn an_effect_at_its_scale_changes_the_facility_and_never_space() {
             .chain(effects.iter().map(|effect| with(base, effect.parameters, |parameter| parameter.scale)))
             .collect();
         let rows = made(&job(model, &params), &params);
-        assert!(rows[0].hil.touch_time > 0.0 && rows[0].hil.peak_force > 0.0, "{:?}", rows[0].hil);
+        assert!(rows[0].hil.touch_time > 0.0 && rows[0].hil.peak_contact_force > 0.0, "{:?}", rows[0].hil);
         for (row, effect) in rows[1..].iter().zip(effects) {
             assert!(bits(&row.space) == bits(&rows[0].space), "{} changes space", effect.id);
             assert!(bits(&row.hil) != bits(&rows[0].hil), "{} does nothing", effect.id);

@@ -16,34 +16,12 @@ pub(crate) fn inertia(x: f64, y: f64, z: f64) -> Sym3<f64> {
 
 /// An ideal facility without limits.
 pub(crate) fn ideal_facility() -> Facility {
-    Facility {
-        robot1_share: 0.5,
-        rail: None,
-        drop_hold_ticks: 3,
-        sensor_substeps: 1,
-        crosstalk: [[0.0; 6]; 6],
-        unstable_speed: 1e6,
-        impedance: None,
-        test_motion: None,
-        joint_level: None,
-        compensator: Compensator::NONE,
-        load: None,
-        tared: false,
-    }
+    Facility::IDEAL
 }
 
 /// Success by touch, end by time alone.
 pub(crate) fn touch_task() -> Task {
-    Task {
-        capture: false,
-        touch: true,
-        max_force: f64::INFINITY,
-        max_time: f64::INFINITY,
-        max_restitution: f64::INFINITY,
-        end_after_separation: f64::INFINITY,
-        end_after_capture: f64::INFINITY,
-        max_depth: 1e6,
-    }
+    Task { touch: true, ..Task::OPEN }
 }
 
 /// Two rigid bodies without arm: a point of A in front of a plane of B, `gap` apart along x; command period = substep.

@@ -38,8 +38,8 @@ const fn call(text: &'static str, results: &'static [&'static str], writes: [boo
 const NONE: [bool; 2] = [false, false];
 
 /// What `end` writes: metrics of both loops, and what the flags are made of.
-const OUTCOME: [&str; 15] = {
-    let mut names = ["f32"; 15];
+const OUTCOME: [&str; 18] = {
+    let mut names = ["f32"; 18];
     (names[0], names[1]) = ("Metrics", "Metrics");
     names
 };
@@ -48,7 +48,7 @@ const OUTCOME: [&str; 15] = {
 pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
         "touch_space",
@@ -116,8 +116,10 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 21] = [
         "receive_wrench",
         400.0,
         "one interpolation; a spring on the difference of two places",
-        call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)));", &[], [false, true]),
+        call("receive_wrench(parts_of(kinematics(hil_masses(p), hil)), arriving_wrench());", &[], [false, true]),
     ),
+    row("arriving_wrench", 20.0, "one interpolation", call("let r0 = arriving_wrench();", &["Wrench"], [false, true])),
+    row("watch_session", 400.0, "as supervise", call("watch_session(held, now);", &[], NONE)),
     row(
         "compensated_wrench",
         100.0,

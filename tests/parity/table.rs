@@ -20,6 +20,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
+use softdock_kernels::session::{self, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
@@ -120,6 +121,12 @@ fn facility_rows() -> Vec<Row<Twin>> {
         no_tracking() => test_motion::no_tracking::<f64>(), 0.0, COPIED;
         followed(p: Params<f64>, s: Tracking<f64>) => test_motion::followed(m, &p, &s), 20.0, "an arc tangent, roots, quotients";
         carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
+        on_course(p: Params<f64>, told: Parts<f64>) => robot::on_course(m, &p, &told), 60.0, "as carry_on, over a delay that is a difference";
+        new_session() => session::new_session::<f64>(), 0.0, COPIED;
+        supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
+            let seen = Observed { parts, commanded, wrench: w, saturated: sensed.saturated, cut: 0.0, port_energy };
+            session::supervise(m, &s, &seen, cycle)
+        }, 100.0, "the work of a wrench over a difference of places";
         substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";
         interpolate(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>, place: f64)
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
@@ -176,10 +183,10 @@ fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
         port_power(parts: Parts<f64>, w: Wrench<f64>) => monitor::port_power(&parts, w), 6.0, "a sum of six products";
         observe(s: Watch<f64>, time: f64, parts: Parts<f64>, simulated: Parts<f64>, touch: Touch<f64>, latch: LatchState<f64>)
             => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch), 8.0, "energies are sums of products";
-        finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64)
-            => monitor::finish(m, &s, time, &simulated, last), 0.0, "copies chosen by comparisons";
-        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, followed: Followed<f64>, created: f64)
-            => monitor::metrics(m, &s, &bodies, &followed, created), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
+        finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64, facility: f64)
+            => monitor::finish(m, &s, time, &simulated, last, facility), 20.0, "a relative speed; else copies chosen by comparisons";
+        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, followed: Followed<f64>, facility: f64)
+            => monitor::metrics(m, &s, &bodies, &followed, facility), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
     }
 }
 

@@ -3,6 +3,7 @@
 //! Sign-off is exact: one-sided Clopper-Pearson bounds and allowed failures, invalid runs counted as failures.
 //! Early fail, never early pass. No share without its interval.
 
+mod causes;
 pub mod compare;
 pub mod compare_results;
 mod error;

@@ -20,6 +20,9 @@ pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
         of(&agreement.false_fail_rate, "pass in space", "fail on the facility", "false-fail rate"),
         of(&agreement.misleading_passes, "pass on the facility", "fail in space", "risk behind a passed test"),
     ];
+    if agreement.abort_rate.count > 0 {
+        sentences.push(of(&agreement.abort_rate, "are valid", "end in an aborted session", "abort rate"));
+    }
     if agreement.invalid.count > 0 {
         let invalid = plural(agreement.invalid.count, "run is", "runs are");
         sentences.push(format!("{invalid} invalid and stand in no cell: {}.", unbroken(&agreement.invalid)));

@@ -10,6 +10,7 @@ use softdock_results::traces::read_traces;
 use softdock_results::write_file;
 
 use crate::Result;
+use crate::causes::{cause_text, cause_unit};
 use crate::exact::Interval;
 use crate::facts::CampaignFacts;
 use crate::number::{digits_of, grouped, interval, percent, significant, unit_text, with_unit};
@@ -63,6 +64,10 @@ pub struct ReportInput<'a> {
     pub configuration: Vec<Fact>,
     /// Commands that repeat the campaign, one per line.
     pub commands: Vec<String>,
+    /// The criteria of the task, each as the rest of a sentence.
+    pub criteria: Vec<String>,
+    /// The rules that stop a session on the facility, each as the rest of a sentence.
+    pub rules: Vec<String>,
 }
 
 /// A dispersion as the page shows it: asked and drawn.
@@ -97,6 +102,8 @@ struct Page<'a> {
     kept: u64,
     configuration: &'a [Fact],
     commands: &'a [String],
+    criteria: &'a [String],
+    rules: &'a [String],
 }
 
 /// Figures of one requirement.
@@ -142,7 +149,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         requirement_figures: requirement_figures(input, summary, &sample)?,
         success,
         energy: energy_figure(&sample)?,
-        forces: force_figures(&read_traces(input.results)?)?,
+        forces: force_figures(&read_traces(input.results)?, input.campaign.requirements)?,
         tracking: tracking_rows(&sample),
         tracking_figures: tracking_figures(&sample)?,
         dispersions: dispersion_rows(input, &sample),
@@ -151,6 +158,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         kept: sample.runs() as u64,
         configuration: &input.configuration,
         commands: &input.commands,
+        criteria: &input.criteria,
+        rules: &input.rules,
     };
     Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
 }
@@ -162,6 +171,8 @@ pub(crate) fn environment() -> Result<Environment<'static>> {
     page.add_filter("grouped", grouped);
     page.add_filter("percent", percent);
     page.add_filter("sig", digits_of);
+    page.add_filter("cause_text", |id: String| cause_text(&id));
+    page.add_filter("cause_unit", |id: String| cause_unit(&id));
     page.add_filter("unit_text", |unit: String| unit_text(&unit));
     page.add_filter("unit", |value: f64, unit: String| with_unit(value, &unit));
     page.add_filter("interval", |lo: f64, hi: f64, confidence: f64| {

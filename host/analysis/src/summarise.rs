@@ -6,7 +6,7 @@ use std::path::Path;
 use softdock_campaign::requirement::{Requirement, Side};
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
-use softdock_results::runs::{Agreement, Status};
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Status};
 use softdock_results::shards::{ShardIndex, read_columns};
 
 use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
@@ -47,8 +47,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
     let requirements: Vec<_> = facts
         .requirements
         .iter()
-        .zip(&tally.requirements)
-        .map(|(requirement, loops)| requirement_summary(facts, requirement, loops, tally, complete))
+        .enumerate()
+        .map(|(at, requirement)| requirement_summary(facts, requirement, at, tally, complete))
         .collect();
     let verdict = match facts.independent_runs {
         true => overall(requirements.iter().map(|requirement| requirement.loops.space.verdict)),
@@ -81,7 +81,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         accounting: accounting(tally),
         requirements,
         joint: PerLoop { space, facility },
-        agreement: agreement(tally),
+        agreement: agreement(&tally.agreement),
+        causes: PerLoop { space: tally.causes[0].listed(), facility: tally.causes[1].listed() },
         parity: None,
         half_step: None,
     }
@@ -135,10 +136,11 @@ fn accounting(tally: &Tally) -> Accounting {
 fn requirement_summary(
     facts: &CampaignFacts,
     requirement: &Requirement,
-    [space, facility]: &[LoopTally; 2],
+    at: usize,
     tally: &Tally,
     complete: bool,
 ) -> RequirementSummary {
+    let [space, facility] = &tally.requirements[at];
     let invalid = tally.status[Status::Invalid as usize];
     let side = match requirement.side {
         Side::AtMost => "at_most",
@@ -156,6 +158,7 @@ fn requirement_summary(
         probability: requirement.probability,
         confidence: requirement.confidence,
         loops: PerLoop { space: judged(space), facility: judged(facility) },
+        agreement: agreement(&tally.requirement_agreement[at]),
     }
 }
 
@@ -189,6 +192,7 @@ fn loop_summary(
         verdict,
         runs,
         failures,
+        causes: counts.causes.listed(),
         invalid,
         allowed,
         failure_rate_bound: facts.independent_runs.then(|| upper_bound(failures, runs, requirement.confidence)),
@@ -215,20 +219,25 @@ fn outer_summary(requirement: &Requirement, counts: &LoopTally) -> OuterSummary 
     }
 }
 
-fn agreement(tally: &Tally) -> AgreementSummary {
-    let count = |agreement: Agreement| tally.agreement[agreement as usize];
-    let runs: u64 = tally.agreement.iter().sum();
+fn agreement(counts: &[u64; AGREEMENT_WORDS.len()]) -> AgreementSummary {
+    let count = |agreement: Agreement| counts[agreement as usize];
+    let runs: u64 = counts.iter().sum();
     let share = |agreement| Share::of(count(agreement), runs);
     let (true_pass, false_pass) = (count(Agreement::TruePass), count(Agreement::FalsePass));
     let (true_fail, false_fail) = (count(Agreement::TrueFail), count(Agreement::FalseFail));
+    let (aborted_pass, aborted_fail) = (count(Agreement::AbortedPass), count(Agreement::AbortedFail));
     AgreementSummary {
         true_pass: share(Agreement::TruePass),
         false_pass: share(Agreement::FalsePass),
         true_fail: share(Agreement::TrueFail),
         false_fail: share(Agreement::FalseFail),
+        aborted_pass: share(Agreement::AbortedPass),
+        aborted_fail: share(Agreement::AbortedFail),
         invalid: share(Agreement::Invalid),
-        false_pass_rate: Share::of(false_pass, false_pass + true_fail),
-        false_fail_rate: Share::of(false_fail, false_fail + true_pass),
+        abort_rate: Share::of(aborted_pass + aborted_fail, runs - count(Agreement::Invalid)),
+        // A session that was aborted misleads nobody: it counts among the cases, not among the wrong verdicts.
+        false_pass_rate: Share::of(false_pass, false_pass + true_fail + aborted_fail),
+        false_fail_rate: Share::of(false_fail, false_fail + true_pass + aborted_pass),
         misleading_passes: Share::of(false_pass, false_pass + true_pass),
     }
 }

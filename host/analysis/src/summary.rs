@@ -6,7 +6,7 @@ use crate::exact::{Interval, READING_CONFIDENCE, clopper_pearson};
 use crate::parity::Parity;
 
 /// Version of `summary.json`; keys are only added within one major.
-pub const SUMMARY_SCHEMA: &str = "summary/1";
+pub const SUMMARY_SCHEMA: &str = "summary/2";
 
 /// A verdict on one requirement or on a whole campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -86,8 +86,10 @@ pub struct Summary {
     pub requirements: Vec<RequirementSummary>,
     /// All requirements together, in space and on the facility.
     pub joint: PerLoop<Share>,
-    /// The facility's verdict on the task against the verdict of space.
+    /// The facility's verdicts against those of space: the task's criteria and all requirements together.
     pub agreement: AgreementSummary,
+    /// Why loops did not pass the task, most frequent first.
+    pub causes: PerLoop<Vec<CauseCount>>,
     /// Runs repeated in f64, if there are any.
     pub parity: Option<Parity>,
     /// Runs repeated at half the substep, if there are any.
@@ -206,6 +208,8 @@ pub struct RequirementSummary {
     pub confidence: f64,
     /// In space and on the facility.
     pub loops: PerLoop<LoopSummary>,
+    /// The facility's verdicts on this requirement alone against those of space.
+    pub agreement: AgreementSummary,
 }
 
 /// One requirement in one loop.
@@ -215,8 +219,10 @@ pub struct LoopSummary {
     pub verdict: Verdict,
     /// Runs that the verdict stands on.
     pub runs: u64,
-    /// Failures among them, counted invalid runs included.
+    /// Failures among them, counted invalid runs and aborted sessions included.
     pub failures: u64,
+    /// Why they failed, most frequent first.
+    pub causes: Vec<CauseCount>,
     /// Invalid runs.
     pub invalid: u64,
     /// Failures with which the planned runs still demonstrate the requirement; null if no number does, or if the runs
@@ -233,6 +239,25 @@ pub struct LoopSummary {
     pub tolerance_limit: Option<RunMargin>,
     /// The draws of the epistemic inputs, if there are several.
     pub outer: Option<OuterSummary>,
+}
+
+/// Runs that did not pass for one cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CauseCount {
+    /// `fail`, `aborted` or `invalid`.
+    pub outcome: String,
+    /// Id of the criterion, rule or flag; of a requirement's own: `limit` (its metric is beyond it) or `no_value`.
+    pub cause: String,
+    /// The phase of the run in which it was: `approach`, `contact`, `latch` or `none`.
+    pub phase: String,
+    /// Number of runs.
+    pub runs: u64,
+    /// The limit, in the SI unit of the criterion or rule, if it is one number.
+    pub limit: Option<f64>,
+    /// Least and greatest value that broke it, in that unit.
+    pub values: Option<[f64; 2]>,
+    /// The first runs, at most 10.
+    pub examples: Vec<u64>,
 }
 
 /// A run and its margin.
@@ -261,7 +286,7 @@ pub struct OuterSummary {
     pub worst_bound: f64,
 }
 
-/// Counts and rates of the facility's verdicts on the task.
+/// Counts and rates of the facility's verdicts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgreementSummary {
     /// Both pass; share of all runs.
@@ -272,8 +297,14 @@ pub struct AgreementSummary {
     pub true_fail: Share,
     /// The facility fails what passes in space; share of all runs.
     pub false_fail: Share,
+    /// The facility gives no answer to what passes in space; share of all runs.
+    pub aborted_pass: Share,
+    /// The facility gives no answer to what fails in space; share of all runs.
+    pub aborted_fail: Share,
     /// Invalid; share of all runs.
     pub invalid: Share,
+    /// Aborted sessions among the valid runs.
+    pub abort_rate: Share,
     /// False passes among the runs that fail in space.
     pub false_pass_rate: Share,
     /// False fails among the runs that pass in space.

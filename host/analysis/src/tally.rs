@@ -4,14 +4,14 @@
 
 use std::collections::{BTreeMap, BinaryHeap};
 
-use softdock_campaign::requirement::Requirement;
+use softdock_campaign::requirement::{Requirement, SUCCESS, Side};
 use softdock_kernels::metrics::flags;
-use softdock_results::Table;
-use softdock_results::runs::{AGREEMENT_WORDS, Agreement, STATUS_WORDS, Status};
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status};
+use softdock_results::{Table, Values};
 
 use crate::exact::tolerance_rank;
 use crate::facts::{CampaignFacts, InvalidRuns};
-use crate::summary::RunMargin;
+use crate::summary::{CauseCount, RunMargin};
 
 /// Margins kept for a tolerance limit; a requirement that needs more gets none.
 const LONGEST_TAIL: u64 = 1_000_000;
@@ -26,8 +26,12 @@ pub(crate) struct Tally {
     pub(crate) agreement: [u64; AGREEMENT_WORDS.len()],
     /// Runs, and invalid runs, with each flag of the flag table.
     pub(crate) flags: Vec<(u64, u64)>,
+    /// Why loops did not pass the task: space, facility.
+    pub(crate) causes: [Causes; 2],
     /// Per requirement: space, facility.
     pub(crate) requirements: Vec<[LoopTally; 2]>,
+    /// Per requirement: the facility's verdict on it alone against that of space.
+    pub(crate) requirement_agreement: Vec<[u64; AGREEMENT_WORDS.len()]>,
     /// Runs in which every requirement holds: space, facility.
     pub(crate) joint: [u64; 2],
     /// Runs that verdicts stand on.
@@ -39,7 +43,55 @@ pub(crate) struct LoopTally {
     /// Per outer draw.
     pub(crate) draws: BTreeMap<u32, DrawCount>,
     pub(crate) worst: Option<RunMargin>,
+    pub(crate) causes: Causes,
     tail: Tail,
+}
+
+/// Causes by outcome, id and phase.
+#[derive(Default)]
+pub(crate) struct Causes(BTreeMap<(&'static str, String, &'static str), CauseCount>);
+
+/// Runs listed of a cause.
+const EXAMPLES: usize = 10;
+
+impl Causes {
+    fn add(&mut self, run: u64, cause: &RowCause) {
+        let key = (cause.outcome.word(), cause.id.to_owned(), cause.phase);
+        let count = self.0.entry(key).or_insert_with(|| CauseCount {
+            outcome: cause.outcome.word().to_owned(),
+            cause: cause.id.to_owned(),
+            phase: cause.phase.to_owned(),
+            runs: 0,
+            limit: cause.limit,
+            values: None,
+            examples: Vec::new(),
+        });
+        count.runs += 1;
+        if let Some(value) = cause.value {
+            let [least, greatest] = count.values.unwrap_or([value; 2]);
+            count.values = Some([least.min(value), greatest.max(value)]);
+        }
+        if count.examples.len() < EXAMPLES {
+            count.examples.push(run);
+        }
+    }
+
+    /// The causes, most frequent first.
+    pub(crate) fn listed(&self) -> Vec<CauseCount> {
+        let mut all: Vec<CauseCount> = self.0.values().cloned().collect();
+        all.sort_by_key(|cause| std::cmp::Reverse(cause.runs));
+        all
+    }
+}
+
+/// Why one loop of a run did not pass.
+#[derive(Clone, Copy)]
+struct RowCause<'a> {
+    outcome: Outcome,
+    id: &'a str,
+    phase: &'static str,
+    value: Option<f64>,
+    limit: Option<f64>,
 }
 
 /// Runs of one outer draw.
@@ -94,7 +146,7 @@ impl LoopTally {
     fn new(requirement: &Requirement, runs: u64) -> Self {
         let rank = tolerance_rank(runs, requirement.probability, requirement.confidence);
         let tail = Tail { rank: rank.filter(|rank| *rank <= LONGEST_TAIL), smallest: BinaryHeap::new() };
-        Self { draws: BTreeMap::new(), worst: None, tail }
+        Self { draws: BTreeMap::new(), worst: None, causes: Causes::default(), tail }
     }
 
     fn add(&mut self, run: u64, outer: u32, margin: Option<f64>, pass: bool) {
@@ -128,8 +180,47 @@ struct Batch<'a> {
     outer: &'a [u32],
     flags: &'a [u32],
     table: &'a Table,
+    /// Space, facility.
+    causes: [CauseColumns<'a>; 2],
     /// Per requirement: space, facility.
     outcomes: Vec<[Outcomes<'a>; 2]>,
+}
+
+/// How one loop ended, and why.
+struct CauseColumns<'a> {
+    outcome: &'a Values,
+    id: &'a Values,
+    phase: &'a Values,
+    value: &'a [Option<f64>],
+    limit: &'a [Option<f64>],
+}
+
+impl<'a> CauseColumns<'a> {
+    const NAMES: [&'static str; 5] = ["outcome", "cause", "cause_phase", "cause_value", "cause_limit"];
+
+    fn of(table: &'a Table, side: &str) -> Result<Self, String> {
+        let lacking = |name: &str| format!("no column `{side}_{name}` of the expected type");
+        let words =
+            |name: &str| table.column(&format!("{side}_{name}")).map(|c| &c.values).ok_or_else(|| lacking(name));
+        let numbers = |name: &str| table.f64s(&format!("{side}_{name}")).ok_or_else(|| lacking(name));
+        Ok(Self {
+            outcome: words("outcome")?,
+            id: words("cause")?,
+            phase: words("cause_phase")?,
+            value: numbers("cause_value")?,
+            limit: numbers("cause_limit")?,
+        })
+    }
+
+    /// Why a row did not pass; none if it did.
+    fn at(&self, row: usize) -> Result<Option<RowCause<'a>>, String> {
+        let word = self.outcome.word(row).and_then(Outcome::from_word);
+        let outcome = word.ok_or("an outcome column holds an unknown word")?;
+        let phase = self.phase.word(row).and_then(|word| PHASE_WORDS.into_iter().find(|own| *own == word));
+        let (id, phase) = (self.id.word(row).unwrap_or_default(), phase.unwrap_or("none"));
+        let cause = RowCause { outcome, id, phase, value: self.value[row], limit: self.limit[row] };
+        Ok((outcome != Outcome::Pass).then_some(cause))
+    }
 }
 
 /// The outcome columns of one requirement in one loop.
@@ -146,7 +237,9 @@ impl Tally {
             status: [0; STATUS_WORDS.len()],
             agreement: [0; AGREEMENT_WORDS.len()],
             flags: vec![(0, 0); flags::TABLE.len()],
+            causes: [Causes::default(), Causes::default()],
             requirements: facts.requirements.iter().map(tally).collect(),
+            requirement_agreement: vec![[0; AGREEMENT_WORDS.len()]; facts.requirements.len()],
             joint: [0; 2],
             counted: 0,
         }
@@ -159,16 +252,19 @@ impl Tally {
             .requirements
             .iter()
             .flat_map(|requirement| LOOPS.into_iter().flat_map(|side| outcome_columns(side, &requirement.column_id())));
-        fixed.into_iter().chain(outcomes).collect()
+        let causes = LOOPS
+            .into_iter()
+            .flat_map(|side| CauseColumns::NAMES.into_iter().map(move |name| format!("{side}_{name}")));
+        fixed.into_iter().chain(causes).chain(outcomes).collect()
     }
 
     /// Counts a batch; an error names the column that is not what it should be.
     pub(crate) fn add(&mut self, table: &Table, facts: &CampaignFacts) -> Result<(), String> {
         let batch = Batch::of(table, facts)?;
-        (0..table.rows()).try_for_each(|row| self.add_row(&batch, row))
+        (0..table.rows()).try_for_each(|row| self.add_row(&batch, row, facts))
     }
 
-    fn add_row(&mut self, batch: &Batch, row: usize) -> Result<(), String> {
+    fn add_row(&mut self, batch: &Batch, row: usize, facts: &CampaignFacts) -> Result<(), String> {
         let word = |name: &str| batch.table.column(name).and_then(|column| column.values.word(row));
         let status = word("status").and_then(Status::from_word).ok_or("column `status` holds an unknown word")?;
         let agreement =
@@ -181,16 +277,31 @@ impl Tally {
             count.0 += set;
             count.1 += set * u64::from(invalid);
         }
+        let ended = [batch.causes[0].at(row)?, batch.causes[1].at(row)?];
+        for (causes, cause) in self.causes.iter_mut().zip(&ended) {
+            cause.iter().for_each(|cause| causes.add(batch.run[row], cause));
+        }
         if invalid && self.invalid == InvalidRuns::ReportOnly {
             return Ok(());
         }
         self.counted += 1;
         let mut all = [!invalid; 2];
-        for (tallies, outcomes) in self.requirements.iter_mut().zip(&batch.outcomes) {
-            for ((tally, outcomes), all) in tallies.iter_mut().zip(outcomes).zip(&mut all) {
+        for (at, requirement) in facts.requirements.iter().enumerate() {
+            let (tallies, outcomes) = (&mut self.requirements[at], &batch.outcomes[at]);
+            let [in_space, on_facility] = [0, 1].map(|side: usize| outcomes[side].passes[row]);
+            let alone = if invalid { Agreement::Invalid } else { Agreement::of(in_space == Some(true), on_facility) };
+            self.requirement_agreement[at][alone as usize] += 1;
+            for (side, all) in all.iter_mut().enumerate() {
+                let (tally, outcomes) = (&mut tallies[side], &outcomes[side]);
                 let pass = !invalid && outcomes.passes[row] == Some(true);
                 let margin = outcomes.margins[row].filter(|_| !invalid);
                 tally.add(batch.run[row], batch.outer[row], margin, pass);
+                if !pass {
+                    let own = ended[side].filter(|cause| cause.outcome != Outcome::Fail);
+                    tally
+                        .causes
+                        .add(batch.run[row], &own.unwrap_or_else(|| shortfall(requirement, margin, ended[side])));
+                }
                 *all &= pass;
             }
         }
@@ -199,6 +310,20 @@ impl Tally {
         }
         Ok(())
     }
+}
+
+/// Why a loop that gave an answer fails a requirement: its metric is beyond the limit, or there is none. On success the
+/// cause of the loop itself counts.
+fn shortfall<'a>(requirement: &Requirement, margin: Option<f64>, ended: Option<RowCause<'a>>) -> RowCause<'a> {
+    if let (true, Some(cause)) = (requirement.metric == SUCCESS, ended) {
+        return cause;
+    }
+    let value = margin.map(|margin| match requirement.side {
+        Side::AtMost => requirement.limit - margin,
+        Side::AtLeast => requirement.limit + margin,
+    });
+    let id = if margin.is_some() { "limit" } else { "no_value" };
+    RowCause { outcome: Outcome::Fail, id, phase: "none", value, limit: Some(requirement.limit) }
 }
 
 /// Names of a requirement's margin and pass columns.
@@ -221,6 +346,7 @@ impl<'a> Batch<'a> {
             outer: table.u32s("outer").ok_or_else(|| lacking("outer"))?,
             flags: table.u32s("flags").ok_or_else(|| lacking("flags"))?,
             table,
+            causes: [CauseColumns::of(table, "space")?, CauseColumns::of(table, "hil")?],
             outcomes: facts.requirements.iter().map(both).collect::<Result<_, String>>()?,
         })
     }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
 
+use crate::causes::cause_text;
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
 use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
@@ -44,6 +45,7 @@ pub fn verdict_text(summary: &Summary) -> String {
     }
     requirement_lines(&mut out, summary);
     agreement_lines(&mut out, summary);
+    cause_lines(&mut out, summary);
     accounting_line(&mut out, summary);
     for (name, kind, repeated) in [("parity", PARITY, &summary.parity), ("step size", HALF_STEP, &summary.half_step)] {
         if let Some(repeated) = repeated {
@@ -110,7 +112,7 @@ fn agreement_lines(out: &mut String, summary: &Summary) {
     let row = |name: &str, share: &Share, of: &str| {
         [name.to_owned(), format!("{} of {}", share.count, share.cases), interval(&share.interval), of.to_owned()]
     };
-    out.push_str("\nagreement of the facility with space on the task\n");
+    out.push_str("\nagreement of the facility with space, on the task and all requirements\n");
     table(
         out,
         &[
@@ -118,12 +120,41 @@ fn agreement_lines(out: &mut String, summary: &Summary) {
             row("false pass", &agreement.false_pass, "the facility passes, space fails"),
             row("true fail", &agreement.true_fail, "both fail"),
             row("false fail", &agreement.false_fail, "the facility fails, space passes"),
+            row("aborted, passes", &agreement.aborted_pass, "the session was stopped, space passes"),
+            row("aborted, fails", &agreement.aborted_fail, "the session was stopped, space fails"),
             row("invalid", &agreement.invalid, "numbers that cannot be trusted"),
+            row("abort rate", &agreement.abort_rate, "of the valid runs: the facility gives no answer"),
             row("false-pass rate", &agreement.false_pass_rate, "of the runs that fail in space"),
             row("false-fail rate", &agreement.false_fail_rate, "of the runs that pass in space"),
             row("misleading passes", &agreement.misleading_passes, "of the runs that the facility passes"),
         ],
     );
+}
+
+/// Causes listed for each loop.
+const MOST_CAUSES: usize = 6;
+
+/// Why runs do not pass the task, most frequent first.
+fn cause_lines(out: &mut String, summary: &Summary) {
+    let mut rows = Vec::new();
+    for (side, causes) in [("space", &summary.causes.space), ("facility", &summary.causes.facility)] {
+        for (index, cause) in causes.iter().take(MOST_CAUSES).enumerate() {
+            let side = if index == 0 { side } else { "" };
+            let runs = cause.examples.iter().take(3).map(u64::to_string).collect::<Vec<_>>().join(", ");
+            let phase = if cause.phase == "none" { String::new() } else { format!("{} phase", cause.phase) };
+            rows.push([
+                side.to_owned(),
+                format!("{} {}", cause.runs, cause.outcome),
+                cause_text(&cause.cause),
+                phase,
+                format!("runs {runs} ..."),
+            ]);
+        }
+    }
+    if !rows.is_empty() {
+        out.push_str("\nwhy runs do not pass the task\n");
+        table(out, &rows);
+    }
 }
 
 fn accounting_line(out: &mut String, summary: &Summary) {
@@ -151,7 +182,7 @@ fn repetition_lines(out: &mut String, name: &str, kind: &Repetition, parity: &Pa
     if parity.diverged > 0 {
         let _ = writeln!(out, "  {} of them: the facility's loop diverged in one of the two alone", parity.diverged);
     }
-    let forces = parity.metrics.iter().filter(|metric| metric.column.ends_with("peak_force_n"));
+    let forces = parity.metrics.iter().filter(|metric| metric.column.ends_with("peak_contact_force_n"));
     for metric in forces {
         let (max, rms) =
             (with_unit(metric.max_difference, &metric.unit), with_unit(metric.rms_difference, &metric.unit));

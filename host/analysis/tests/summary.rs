@@ -5,7 +5,7 @@ mod synthetic;
 use softdock_analysis::exact::{allowed_failures, clopper_pearson, upper_bound};
 use softdock_analysis::{InvalidRuns, Summary, Verdict, summarise, verdict_text};
 use softdock_campaign::requirement::Requirement;
-use softdock_results::runs::{Agreement, RunRow, Status};
+use softdock_results::runs::{Agreement, Outcome, RunRow, Status};
 use softdock_results::shards::{shard_path, write_shard};
 use synthetic::{facts, plan, provenance, requirements, row, schema, write_campaign, write_shards};
 
@@ -28,8 +28,8 @@ fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
     assert_eq!(summary.accounting.invalid, invalid);
     assert_eq!(summary.accounting.runs(), RUNS);
     for (at, requirement) in summary.requirements.iter().enumerate() {
-        let space = count(&|row| row.space_outcomes[at].pass != Some(true));
-        let facility = count(&|row| row.hil_outcomes[at].pass != Some(true));
+        let space = count(&|row| row.space.requirements[at].pass != Some(true));
+        let facility = count(&|row| row.hil.requirements[at].pass != Some(true));
         let loops = &requirement.loops;
         assert_eq!((loops.space.failures, loops.space.runs, loops.space.invalid), (space, RUNS, invalid));
         assert_eq!(loops.facility.failures, facility);
@@ -37,14 +37,38 @@ fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
         assert_eq!(loops.space.failure_rate_bound, Some(upper_bound(space, RUNS, 0.9)));
         assert_eq!(loops.space.verdict == Verdict::Verified, loops.space.failures <= loops.space.allowed.unwrap());
     }
-    let both = count(&|row| row.space_outcomes.iter().all(|outcome| outcome.pass == Some(true)));
+    let both = count(&|row| row.space.requirements.iter().all(|outcome| outcome.pass == Some(true)));
     assert_eq!((summary.joint.space.count, summary.joint.space.cases), (both, RUNS));
     let false_pass = count(&|row| row.agreement == Agreement::FalsePass);
     let true_fail = count(&|row| row.agreement == Agreement::TrueFail);
     assert!(false_pass > 0 && true_fail > 0);
     let rate = &summary.agreement.false_pass_rate;
-    assert_eq!((rate.count, rate.cases), (false_pass, false_pass + true_fail));
-    assert_eq!(rate.interval, clopper_pearson(false_pass, false_pass + true_fail, 0.95));
+    let failing = false_pass + true_fail + count(&|row| row.agreement == Agreement::AbortedFail);
+    assert_eq!((rate.count, rate.cases), (false_pass, failing));
+    assert_eq!(rate.interval, clopper_pearson(false_pass, failing, 0.95));
+    let aborted = count(&|row| row.hil.outcome == Outcome::Aborted);
+    assert!(aborted > 0);
+    assert_eq!((summary.agreement.abort_rate.count, summary.agreement.abort_rate.cases), (aborted, RUNS - invalid));
+    for (side, causes) in [(0, &summary.causes.space), (1, &summary.causes.facility)] {
+        let outcome = |row: &RunRow| [row.space.outcome, row.hil.outcome][side];
+        let not_passed = count(&|row| outcome(row) != Outcome::Pass);
+        assert_eq!(
+            causes.iter().map(|cause| cause.runs).sum::<u64>(),
+            not_passed,
+            "every loop that did not pass has a cause"
+        );
+        assert!(causes.windows(2).all(|pair| pair[0].runs >= pair[1].runs), "most frequent first");
+    }
+    let stopped = summary.causes.facility.iter().find(|cause| cause.cause == "injected_energy").expect("a rule");
+    assert_eq!((stopped.outcome.as_str(), stopped.runs, stopped.examples.len()), ("aborted", aborted, 10));
+    assert!(stopped.values.expect("values")[0] > stopped.limit.expect("a limit"));
+    for (at, requirement) in summary.requirements.iter().enumerate() {
+        let own = &requirement.loops.facility;
+        assert_eq!(own.causes.iter().map(|cause| cause.runs).sum::<u64>(), own.failures, "every failure has a cause");
+        let alone =
+            count(&|row| row.space.requirements[at].pass == Some(false) && row.hil.requirements[at].pass == Some(true));
+        assert_eq!(requirement.agreement.false_pass.count, alone);
+    }
     assert_eq!(summary.agreement.invalid.count, invalid);
     let non_finite = summary.accounting.flags.iter().find(|flag| flag.flag == "space_non_finite").unwrap();
     assert_eq!((non_finite.runs, non_finite.invalid_runs, non_finite.invalidates), (invalid, invalid, true));
@@ -55,7 +79,8 @@ fn the_worst_run_and_the_tolerance_limit_are_order_statistics() {
     let (results, requirements) = whole(RUNS);
     let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
     let margins = |at: usize| -> Vec<(f64, u64)> {
-        let keyed = (0..RUNS).map(row).map(|row| (row.space_outcomes[at].margin.unwrap_or(f64::NEG_INFINITY), row.run));
+        let keyed =
+            (0..RUNS).map(row).map(|row| (row.space.requirements[at].margin.unwrap_or(f64::NEG_INFINITY), row.run));
         let mut margins: Vec<_> = keyed.collect();
         margins.sort_by(|one, two| one.0.total_cmp(&two.0));
         margins
@@ -148,7 +173,7 @@ fn every_outer_draw_must_be_verified() {
     for shard in 0..2 {
         let rows = plan(1_000).range(shard).map(outer);
         let bad = |mut row: RunRow| {
-            row.space_outcomes[0].pass = Some(row.outer != 2 || row.run.is_multiple_of(2));
+            row.space.requirements[0].pass = Some(row.outer != 2 || row.run.is_multiple_of(2));
             row
         };
         write_shard(results.path(), shard, &schema(), rows.map(bad).collect(), &provenance()).unwrap();
@@ -179,11 +204,11 @@ fn parity_measures_differences_and_flips() {
     assert_eq!(parity.flips[0].within_three_rms, Some(false));
     let fates: Vec<(u64, bool)> = parity.flips.iter().map(|flip| (flip.run, flip.diverged)).collect();
     assert_eq!(fates, [(280, false), (287, true)]);
-    let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
+    let force = parity.metrics.iter().find(|metric| metric.column == "space_peak_contact_force_n").unwrap();
     assert!(force.rms_difference > 0.0 && force.max_difference <= 0.01 && force.unit == "N");
     let halved = summary.half_step.as_ref().unwrap();
     assert_eq!((halved.runs, halved.flipped.count), (50, 0));
-    let force = halved.metrics.iter().find(|metric| metric.column == "space_peak_force_n").unwrap();
+    let force = halved.metrics.iter().find(|metric| metric.column == "space_peak_contact_force_n").unwrap();
     assert!((force.rms_difference - 0.3).abs() < 1e-9 && (force.max_difference - 0.3).abs() < 1e-9);
     let text = verdict_text(&summary);
     assert!(text.contains("  1 of them: the facility's loop diverged in one of the two alone"), "{text}");

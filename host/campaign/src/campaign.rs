@@ -458,6 +458,7 @@ fn hash(campaign: &Source, scenario: &Scenario, tables: &[Source]) -> String {
     if let Some(robot) = scenario.robot_text() {
         add("robot", robot);
     }
+    scenario.station_texts().for_each(|text| add("facility", text));
     for table in tables {
         add("table", table.text());
     }

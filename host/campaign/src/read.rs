@@ -9,7 +9,13 @@ use toml::de::{DeTable, Deserializer, Error};
 
 /// What to write for a key that must be there.
 const EXAMPLES: &[(&str, &str)] = &[
-    ("schema", "schema = \"campaign/1\" (or \"scenario/1\", \"robot/1\")"),
+    ("schema", "schema = \"campaign/1\" (or \"scenario/2\", \"facility/2\", \"robot/1\")"),
+    (
+        "facility",
+        "a table [facility] with file = \"../facilities/reference.toml\" or session_rules = \"none\", and unstable_speed = \"2 m/s\"",
+    ),
+    ("capture", "capture = true (success needs a closed latch) or false"),
+    ("touch", "touch = true (success needs a touch) or false"),
     ("id", "id = \"a-name\""),
     ("title", "title = \"one line for people\""),
     ("seed", "seed = 20261121 (any whole number; the same seed gives the same runs)"),
@@ -30,6 +36,32 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("confidence", "confidence = \"90 %\""),
 ];
 
+/// What has changed since an older version of a format.
+const CHANGES: &[(&str, &str)] = &[
+    (
+        "scenario/1",
+        "write schema = \"scenario/2\"; [facility] names the facility file whose rules stop a session (file = \"...\") or says \
+         session_rules = \"none\", and has unstable_speed (was \"2 m/s\"); [task] has capture (was false) and touch (was \
+         true); max_force is max_contact_force",
+    ),
+    (
+        "facility/1",
+        "write schema = \"facility/2\"; [safety] has every rule: contact_energy is injected_energy, following_error is \
+         a distance at the tool, and following_rotation, tool_reach, tool_rotation, \
+         sensor_saturation are new",
+    ),
+];
+
+/// Refuses an older version of a format before its keys are looked at.
+fn check_age(source: &Source, table: &DeTable<'_>, format: &str) -> Option<Problem> {
+    let written = table.get("schema")?;
+    let found = written.get_ref().as_str()?;
+    let is_older = |(older, _): &&(&str, &str)| *older == found && older.split('/').next() == format.split('/').next();
+    let (_, remedy) = CHANGES.iter().find(is_older)?;
+    let message = "this version of softdock does not read this format";
+    Some(Problem::at(source, written.span(), message).expected(format!("\"{format}\"")).remedy(*remedy))
+}
+
 /// Reads a file of the given format ("campaign/1").
 pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problems> {
     if source.text().trim().is_empty() {
@@ -39,6 +71,9 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
     }
     // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
     let mut table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
+    if let Some(problem) = check_age(source, table.get_ref(), format) {
+        return Err(problem.into());
+    }
     let overlaid = source.overlay().map(|overlay| (overlay, overlay.text_behind(source.text().len())));
     if let Some((overlay, text)) = &overlaid {
         let campaign = DeTable::parse(text).map_err(|error| syntax(source, &error))?;

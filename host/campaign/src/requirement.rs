@@ -4,8 +4,12 @@ use crate::check::{Checker, span_of};
 use crate::ranges::Range;
 use crate::suggest::suggestion;
 use crate::written::campaign::RequirementTable;
-use softdock_kernels::fields::fields;
+use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::Metrics;
+
+/// Metric of a loop that is no number of the monitor: 1 if every criterion of the task holds, 0 if not; not available
+/// where the session was aborted.
+pub const SUCCESS: &str = "success";
 
 /// On which side of the limit a metric passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +27,7 @@ pub struct Requirement {
     pub id: String,
     /// The requirement's text.
     pub text: String,
-    /// Field name of [`softdock_kernels::metrics::Metrics`] (`peak_force`).
+    /// Field name of [`softdock_kernels::metrics::Metrics`] (`peak_contact_force`).
     pub metric: String,
     /// Unit of the metric and its limit (SI).
     pub unit: &'static str,
@@ -57,7 +61,8 @@ const SHARE: Range = Range::above(0.0, 0.999_999);
 
 /// Checks the requirements of a campaign file.
 pub(crate) fn read(c: &mut Checker, tables: &[RequirementTable]) -> Vec<Requirement> {
-    let metrics = fields::<f64, Metrics<f64>>();
+    let mut metrics = fields::<f64, Metrics<f64>>();
+    metrics.insert(0, Field { name: SUCCESS.to_owned(), unit: "1", meaning: "1 if every criterion of the task holds" });
     let mut checked: Vec<Requirement> = Vec::new();
     for table in tables {
         let Some(metric) = metrics.iter().find(|metric| metric.name == table.metric.value) else {

@@ -16,6 +16,7 @@ use crate::ranges::{ANGLE, FORCE, LENGTH, Range, SPEED};
 use crate::read;
 use crate::source::Source;
 use crate::stability::{Extremes, faults};
+use crate::station::Station;
 use crate::units::show;
 use crate::written::Quantity;
 use crate::written::scenario::{ScenarioFile, StartTable, TaskTable, TimingTable};
@@ -28,7 +29,7 @@ use std::ops::Range as Span;
 use std::path::Path;
 
 /// Format that this version reads.
-pub(crate) const FORMAT: &str = "scenario/1";
+pub(crate) const FORMAT: &str = "scenario/2";
 
 /// Most ticks of a run: an hour at 1 ms.
 const MOST_TICKS: f64 = 3.6e6;
@@ -52,6 +53,8 @@ pub struct Scenario {
     urdf: Option<Source>,
     /// The robots' model, at the joint level.
     robot: Option<Source>,
+    /// The facility whose rules end and stop a session; none: no rule does.
+    pub station: Option<Station>,
 }
 
 impl Scenario {
@@ -79,12 +82,22 @@ impl Scenario {
     pub fn gathered(&self) -> (String, Vec<(String, String)>) {
         let mut text = self.text().to_owned();
         let mut beside = Vec::new();
-        let named = [("arm.urdf", &self.urdf), ("facility.joint_level.robot", &self.robot)];
-        for (key, file) in named.into_iter().filter_map(|(key, file)| Some((key, file.as_ref()?))) {
+        let [station, _] = self.station_sources();
+        let named = [
+            ("arm.urdf", self.urdf.as_ref()),
+            ("facility.joint_level.robot", self.robot.as_ref()),
+            ("facility.file", station),
+        ];
+        for (key, file) in named.into_iter().filter_map(|(key, file)| Some((key, file?))) {
             let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
             let written = self.text()[self.source.span_of(key)].to_owned();
             text = text.replacen(&written, &format!("\"{name}\""), 1);
             beside.push((name, file.text().to_owned()));
+        }
+        if let (Some(own), Some(station)) = (beside.last_mut(), &self.station) {
+            let (text, model) = station.gathered();
+            own.1 = text;
+            beside.push(model);
         }
         (text, beside)
     }
@@ -93,9 +106,24 @@ impl Scenario {
         &self.source
     }
 
-    /// The file, the URDF and the robots' model.
+    /// The facility file and its robots' model, if there is a facility.
+    fn station_sources(&self) -> [Option<&Source>; 2] {
+        self.station.as_ref().map_or([None; 2], |station| station.sources().map(Some))
+    }
+
+    /// The text of the facility file, and of its robots' model, if there is a facility.
+    pub fn station_texts(&self) -> impl Iterator<Item = &str> {
+        self.station_sources().into_iter().flatten().map(Source::text)
+    }
+
+    /// The file, the URDF, the robots' model, the facility file and its robots' model, each once.
     pub(crate) fn sources(&self) -> impl Iterator<Item = &Source> {
-        std::iter::once(&self.source).chain(&self.urdf).chain(&self.robot)
+        let of_joints =
+            self.robot.iter().filter(|robot| self.station_sources()[1].is_none_or(|own| own.path() != robot.path()));
+        std::iter::once(&self.source)
+            .chain(&self.urdf)
+            .chain(of_joints)
+            .chain(self.station_sources().into_iter().flatten())
     }
 
     pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
@@ -104,7 +132,7 @@ impl Scenario {
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
         let bodies = bodies::read(&mut c, &file);
-        let (model, robot) = compile(&mut c, &file, &bodies);
+        let (model, robot, station) = compile(&mut c, &file, &bodies);
         Problems::check(std::mem::take(&mut c.problems))?;
 
         let mut scenario = Self {
@@ -116,10 +144,14 @@ impl Scenario {
             source: c.source.clone(),
             urdf: bodies.urdf,
             robot,
+            station,
         };
         contact::complete(&mut c, &file.contact.value, &file.start, &mut scenario.model);
-        if let Some(level) = &file.facility.joint_level {
+        if let Some(level) = &file.facility.value.joint_level {
             joint_level::check_places(&mut c, &level.value, &mut scenario.model);
+        }
+        if let (Some(station), Some(written)) = (&scenario.station, &file.facility.value.file) {
+            facility::check_robots(&mut c, station, written, &mut scenario.model);
         }
         scenario.found = found(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;
@@ -162,14 +194,15 @@ impl Scenario {
     }
 }
 
-/// The model, with harmless values where there are problems; and the robots' model file, if there is one.
-fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> (Model, Option<Source>) {
+/// The model, with harmless values where there are problems; the robots' model file and the facility, if it names them.
+fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> (Model, Option<Source>, Option<Station>) {
     let timing = timing(c, &file.timing);
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
     let contact = contact::read(c, file, &mut nominal);
-    let (facility, robot) = facility::read(c, &file.facility, &timing, &mut nominal);
+    let station = facility::station(c, &file.facility);
+    let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
         // Without its URDF an arm has no joints to control; that problem is noted already.
@@ -199,10 +232,10 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> (Model, Opt
         orbit_axes,
         field,
         facility,
-        task: task(c, &file.task, file.latch.is_some()),
+        task: task(c, &file.task, file.latch.is_some(), station.as_ref()),
         nominal,
     };
-    (model, robot)
+    (model, robot, station)
 }
 
 /// The base either as stated or from the gap between the parts.
@@ -265,29 +298,43 @@ fn start(c: &mut Checker, table: &StartTable, p: &mut Params<f64>) {
     p.target_rate = c.parameter_vector(&table.target_rate, "target_rate");
 }
 
-fn task(c: &mut Checker, table: &TaskTable, has_latch: bool) -> Task {
+fn task(c: &mut Checker, table: &TaskTable, has_latch: bool, station: Option<&Station>) -> Task {
     let never = f64::INFINITY;
     let time = Range::above(0.0, 1e6);
-    let capture = table.capture.as_ref().is_some_and(|capture| capture.value);
-    if let (Some(written), true, false) = (&table.capture, capture, has_latch) {
+    let capture = table.capture.value;
+    if capture && !has_latch {
         c.refuse(
-            &written.span,
+            &table.capture.span,
             "success needs a closed latch, but there is none",
             "add a table [latch], or write capture = false",
         );
     }
-    if let (Some(written), false) = (&table.end_after_capture, has_latch) {
-        let remedy = "remove it, or add a table [latch]";
-        c.refuse(&written.span, "this does nothing: without a latch nothing is captured", remedy);
+    for written in [&table.end_after_capture, &table.facility_end_after_capture].into_iter().flatten() {
+        if !has_latch {
+            let remedy = "remove it, or add a table [latch]";
+            c.refuse(&written.span, "this does nothing: without a latch nothing is captured", remedy);
+        }
     }
+    let hold = Range::within(0.0, 1e6);
+    let in_space = c.number_or(&table.end_after_capture, never, "s", hold);
+    let on_facility = match (&table.facility_end_after_capture, station.is_some_and(|station| station.end_at_capture)) {
+        (Some(written), true) => {
+            let remedy = "remove it, or write end_at_capture = false in the facility file";
+            c.refuse(&written.span, "the facility ends a session at capture: there is no phase after it", remedy);
+            0.0
+        }
+        (None, true) => 0.0,
+        (written, false) => c.number_or(written, in_space, "s", hold),
+    };
     Task {
         capture,
-        touch: table.touch.unwrap_or(true),
-        max_force: c.number_or(&table.max_force, never, "N", Range::above(0.0, FORCE)),
+        touch: table.touch,
+        max_contact_force: c.number_or(&table.max_contact_force, never, "N", Range::above(0.0, FORCE)),
+        max_interface_force: c.number_or(&table.max_interface_force, never, "N", Range::above(0.0, FORCE)),
         max_time: c.number_or(&table.max_time, never, "s", time),
         max_restitution: c.number_or(&table.max_restitution, never, "1", Range::above(0.0, 1e3)),
         end_after_separation: c.number_or(&table.end_after_separation, never, "s", Range::within(0.0, 1e6)),
-        end_after_capture: c.number_or(&table.end_after_capture, never, "s", Range::within(0.0, 1e6)),
+        end_after_capture: [in_space, on_facility],
         max_depth: c.number(&table.max_depth, "m", Range::above(0.0, 10.0)),
     }
 }

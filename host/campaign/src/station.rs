@@ -10,13 +10,14 @@ use crate::source::Source;
 use crate::written::station::{
     EtherCatTable, JointsTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile,
 };
-use softdock_kernels::manipulator::Manipulator;
-use softdock_kernels::manipulator::cell::{AXES, Mount};
-use softdock_kernels::vector::{Pose, Vec3};
+use softdock_kernels::manipulator::cell::{AXES, Carriage, Feedforward, Mount, Servo};
+use softdock_kernels::manipulator::{Drive, Friction, Joint, Limits, Manipulator, VelocityLoop};
+use softdock_kernels::model::{AxisRange, JointLevel, Link, SessionRobots, SessionRules};
+use softdock_kernels::vector::{Pose, Sym3, Vec3};
 use std::path::Path;
 
 /// Format that this version reads.
-const FORMAT: &str = "facility/1";
+pub(crate) const FORMAT: &str = "facility/2";
 /// Joints of a robot with a spherical wrist.
 const JOINTS: usize = 6;
 
@@ -39,8 +40,14 @@ pub struct Station {
     pub robots: [StationRobot; 2],
     /// The sensor.
     pub sensor: StationSensor,
-    /// When to stop.
-    pub safety: Safety,
+    /// What a session tolerates of its links.
+    pub links: LinkRules,
+    /// The rules that stop a session, in the farm and on the robots.
+    pub rules: SessionRules,
+    /// A session ends with a controlled stop when the latch closes.
+    pub end_at_capture: bool,
+    /// The robots' model.
+    robot_source: Source,
     source: Source,
 }
 
@@ -89,29 +96,15 @@ pub struct StationSensor {
     pub touch_force: f64,
 }
 
-/// When a run is stopped.
+/// What a session tolerates of its links.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Safety {
+pub struct LinkRules {
     /// Lost cycles in a row over which the last command is held.
     pub hold_cycles: u32,
     /// Lost cycles in a row after which the link counts as dead.
     pub stop_cycles: u32,
     /// Greatest age of a sensor sample \[s\].
     pub sensor_age: f64,
-    /// Energy that the facility may create in the contact \[J\].
-    pub contact_energy: f64,
-    /// The run ends with a controlled stop when the latch closes.
-    pub end_at_capture: bool,
-    /// Greatest measured force \[N\].
-    pub force: f64,
-    /// Greatest measured moment \[N m\].
-    pub moment: f64,
-    /// Greatest change of the measured force \[N/s\].
-    pub force_rate: f64,
-    /// Time over which commands may be cut to speed, acceleration and jerk without a pause \[s\].
-    pub clamp_time: f64,
-    /// Greatest distance of a measured axis from its command: joints \[rad\], the rail \[m\].
-    pub following_error: [f64; 2],
 }
 
 impl Station {
@@ -123,18 +116,63 @@ impl Station {
         Self::from_source(Source::read(path, None)?)
     }
 
+    /// Its robots joint by joint, as ideal drives: for where the joints stand and what they may do.
+    pub fn joint_level(&self) -> JointLevel {
+        let still = VelocityLoop { gain: 0.0, integral_time: f64::INFINITY };
+        JointLevel {
+            robot: self.model.clone(),
+            mounts: [self.robots[0].mount, self.robots[1].mount],
+            servo: Servo { velocity: [still; JOINTS], feedforward: Feedforward::Off },
+            carriage: self.rail.then(|| Carriage { joint: rail_joint(&self.limits[JOINTS]), velocity: still }),
+        }
+    }
+
+    /// Its robots as a session's rules look at them.
+    pub fn session_robots(&self) -> SessionRobots {
+        let range = |limit: AxisLimits| {
+            let AxisLimits { lower, upper, speed, acceleration, .. } = limit;
+            AxisRange { lower, upper, speed, acceleration }
+        };
+        SessionRobots {
+            level: self.joint_level(),
+            limits: self.limits.map(range),
+            correction: [self.robots[0].correction, self.robots[1].correction],
+        }
+    }
+
+    /// Where the file lies.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// The file's text with its robots' model beside it: the text, and name and text of the model.
+    pub(crate) fn gathered(&self) -> (String, (String, String)) {
+        let name = |source: &Source| {
+            source.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        };
+        let (model, written) = (name(&self.robot_source), &self.text()[self.source.span_of("robot")]);
+        let text = self.text().replacen(written, &format!("\"{model}\""), 1);
+        (text, (model, self.robot_source.text().to_owned()))
+    }
+
     /// The file's text.
     pub fn text(&self) -> &str {
         self.source.text()
     }
 
-    fn from_source(source: Source) -> Result<Self, Problems> {
+    /// The file and its robots' model.
+    pub(crate) fn sources(&self) -> [&Source; 2] {
+        [&self.source, &self.robot_source]
+    }
+
+    pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
         let file: StationFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
         let path = c.source.sibling(&file.robot.value);
-        let model = Robot::from_source(Source::read(&path, Some((&c.source, file.robot.span.clone())))?)?.model;
+        let robot_source = Source::read(&path, Some((&c.source, file.robot.span.clone())))?;
+        let model = Robot::from_source(robot_source.clone())?.model;
         if model.joints.len() != JOINTS {
             let message = format!("a robot of {} joints cannot be driven", model.joints.len());
             c.refuse(&file.robot.span, message, "take a model of six joints");
@@ -143,10 +181,24 @@ impl Station {
         let (zero, limits) = axes(&mut c, &file.joints, file.rail.as_ref(), &model);
         let robots = [&file.robot1, &file.robot2].map(|table| robot(&mut c, table));
         let sensor = sensor(&mut c, &file.sensor);
-        let safety = safety(&mut c, &file.safety);
+        let (links, rules) = (links(&mut c, &file.safety), rules(&mut c, &file.safety));
         Problems::check(std::mem::take(&mut c.problems))?;
-        let title = file.title.value;
-        Ok(Self { id, title, model, zero, limits, rail: file.rail.is_some(), robots, sensor, safety, source: c.source })
+        let (title, end_at_capture) = (file.title.value, file.safety.end_at_capture);
+        Ok(Self {
+            id,
+            title,
+            model,
+            zero,
+            limits,
+            rail: file.rail.is_some(),
+            robots,
+            sensor,
+            links,
+            rules,
+            end_at_capture,
+            robot_source,
+            source: c.source,
+        })
     }
 }
 
@@ -224,26 +276,55 @@ fn sensor(c: &mut Checker, table: &SensorTable) -> StationSensor {
     }
 }
 
-fn safety(c: &mut Checker, table: &SafetyTable) -> Safety {
+fn links(c: &mut Checker, table: &SafetyTable) -> LinkRules {
     let hold = table.hold_cycles.as_ref().map_or(3, |cycles| c.count(cycles, 1, 1000));
     let stop = table.stop_cycles.as_ref().map_or(10, |cycles| c.count(cycles, 2, 10_000));
     if let (true, Some(written)) = (stop <= hold, table.stop_cycles.as_ref().or(table.hold_cycles.as_ref())) {
         let message = format!("a link that is dead after {stop} lost cycles is never held over {hold}");
         c.refuse(&written.span, message, "write stop_cycles greater than hold_cycles");
     }
-    Safety {
-        hold_cycles: hold as u32,
-        stop_cycles: stop as u32,
-        sensor_age: c.number_or(&table.sensor_age, 5e-3, "s", Range::above(0.0, 1.0)),
-        contact_energy: c.number_or(&table.contact_energy, 0.5, "J", Range::above(0.0, 1e6)),
-        end_at_capture: table.end_at_capture.unwrap_or(true),
-        force: c.number_or(&table.force, 500.0, "N", Range::above(0.0, FORCE)),
-        moment: c.number_or(&table.moment, 100.0, "N m", Range::above(0.0, FORCE)),
-        force_rate: c.number_or(&table.force_rate, 2e5, "N/s", Range::above(0.0, FORCE)),
-        clamp_time: c.number_or(&table.clamp_time, 0.1, "s", Range::within(0.0, 1e3)),
-        following_error: [
-            c.number_or(&table.following_error, 5f64.to_radians(), "rad", Range::above(0.0, ANGLE)),
-            c.number_or(&table.rail_following_error, 0.05, "m", Range::above(0.0, LENGTH)),
-        ],
+    let sensor_age = c.number_or(&table.sensor_age, 5e-3, "s", Range::above(0.0, 1.0));
+    LinkRules { hold_cycles: hold as u32, stop_cycles: stop as u32, sensor_age }
+}
+
+/// The rules that farm and robots step alike. None has a default: each can decide what a session answers.
+fn rules(c: &mut Checker, table: &SafetyTable) -> SessionRules {
+    SessionRules {
+        force: c.number(&table.force, "N", Range::above(0.0, FORCE)),
+        moment: c.number(&table.moment, "N m", Range::above(0.0, FORCE)),
+        force_rate: c.number(&table.force_rate, "N/s", Range::above(0.0, FORCE)),
+        sensor_saturation: table.sensor_saturation,
+        injected_energy: c.number(&table.injected_energy, "J", Range::above(0.0, 1e6)),
+        following_error: c.number(&table.following_error, "m", Range::above(0.0, LENGTH)),
+        following_rotation: c.number(&table.following_rotation, "rad", Range::above(0.0, ANGLE / 4.0)),
+        tool_reach: c.number(&table.tool_reach, "m", Range::above(0.0, LENGTH)),
+        tool_rotation: c.number(&table.tool_rotation, "rad", Range::above(0.0, ANGLE / 4.0)),
+        clamp_time: c.number(&table.clamp_time, "s", Range::within(0.0, 1e3)),
     }
+}
+
+/// The rail as an axis of which only the range counts: nothing here has dynamics.
+fn rail_joint(limits: &AxisLimits) -> Joint {
+    let drive = Drive {
+        gear_ratio: 1.0,
+        rotor_inertia: 0.0,
+        gear_stiffness: 1.0,
+        gear_damping: 0.0,
+        backlash: 0.0,
+        torque_offset: 0.0,
+        torque_limit: 0.0,
+        static_torque: 0.0,
+    };
+    let friction = Friction {
+        coulomb: 0.0,
+        viscous: 0.0,
+        stribeck: 0.0,
+        stribeck_speed: 1.0,
+        presliding_stiffness: 1.0,
+        load_coefficient: 0.0,
+    };
+    let link = Link { origin: Pose::identity(), mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
+    let limits =
+        Limits { lower: limits.lower, upper: limits.upper, speed: limits.speed, acceleration: limits.acceleration };
+    Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }
 }

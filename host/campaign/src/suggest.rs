@@ -17,8 +17,27 @@ pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
         .map(|(_, candidate)| candidate)
 }
 
+/// Names of older versions, and what to write now.
+const FORMER: [(&str, &str, &str); 7] = [
+    ("max_force", "max_contact_force", "max_contact_force (latch excluded) or max_interface_force (contact and latch)"),
+    (
+        "peak_force",
+        "peak_contact_force",
+        "peak_contact_force (latch excluded) or peak_interface_force (contact and latch)",
+    ),
+    ("peak_moment", "peak_contact_moment", "peak_interface_moment (contact and latch) or peak_contact_moment"),
+    ("created_energy", "injected_energy", "injected_energy"),
+    ("contact_energy", "injected_energy", "injected_energy"),
+    ("rail_following_error", "following_error", "following_error, a distance at the tool, rail included"),
+    ("end_at_capture", "end_after_capture", "end_after_capture, or end_at_capture in the facility file"),
+];
+
 /// "did you mean `x`?" or a list of what may be written.
 pub(crate) fn suggestion(word: &str, candidates: &[&str]) -> String {
+    let former = FORMER.iter().find(|(old, new, _)| *old == word && candidates.contains(new));
+    if let Some((.., now)) = former {
+        return format!("write {now}");
+    }
     match nearest(word, candidates.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("write one of: {}", candidates.join(", ")),

@@ -301,7 +301,7 @@ fn settings_and_requirements_are_read() {
     let c = campaign(
         10,
         "[execution]\nbackend = \"cpu\"\nparity = \"2 %\"\n[[requirement]]\nid = \"A-1\"\ntext = \"t\"\n\
-         metric = \"peak_force\"\nat_most = \"0.5 kN\"\nprobability = \"99.73 %\"\nconfidence = 0.9\n\
+         metric = \"peak_contact_force\"\nat_most = \"0.5 kN\"\nprobability = \"99.73 %\"\nconfidence = 0.9\n\
          [traces]\nrate = \"250 Hz\"\nkeep = [\"nominal\", \"worst:20\"]\n",
     );
     assert_eq!((c.execution.parity, c.execution.shard_runs), (0.02, 1000));
@@ -315,7 +315,8 @@ fn a_campaign_knows_the_files_that_it_was_read_from() {
     let names = |c: &Campaign| -> Vec<String> {
         c.files().iter().map(|file| file.file_name().expect("a file").to_string_lossy().into_owned()).collect()
     };
-    assert_eq!(names(&shipped("probe_drogue.toml")), ["probe_drogue.toml", "probe_drogue.toml", "ets_vii_arm.urdf"]);
+    let all = ["probe_drogue.toml", "probe_drogue.toml", "ets_vii_arm.urdf", "reference.toml", "kr300_r2500.toml"];
+    assert_eq!(names(&shipped("probe_drogue.toml")), all);
     let table = "[[dispersion]]\ntarget = \"loop_delay\"\n\
                  dist = { kind = \"table\", file = \"delays.csv\", column = \"delay_ms\", unit = \"ms\" }\n";
     assert_eq!(names(&campaign(10, table)), ["c.toml", "s.toml", "delays.csv"]);

@@ -41,9 +41,9 @@ pub(crate) struct DriveArgs {
     /// Secret effects of the emulated facility: keys of the scenario that differ.
     #[arg(long, value_name = "FILE")]
     pub(crate) effects: Option<PathBuf>,
-    /// Facility file: robots, limits, sensor, when to stop.
-    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
-    pub(crate) facility: PathBuf,
+    /// Facility file in place of the one that the scenario names: with other robots or addresses, but the same rules.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) facility: Option<PathBuf>,
     /// Robot 1, which holds part A and gives the beat.
     #[arg(long, value_name = "ADDRESS", default_value = "emulated://")]
     pub(crate) robot1: String,
@@ -113,9 +113,9 @@ pub(crate) struct EmulateArgs {
     /// Experiment file that a diagnosis has left: it says which draw of the campaign.
     #[arg(long, value_name = "FILE", conflicts_with = "run")]
     pub(crate) experiment: Option<PathBuf>,
-    /// Facility file.
-    #[arg(long, value_name = "FILE", default_value = "campaigns/facilities/reference.toml")]
-    pub(crate) facility: PathBuf,
+    /// Facility file in place of the one that the scenario names.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) facility: Option<PathBuf>,
     /// Robot 1.
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) robot1: Option<String>,

@@ -199,7 +199,7 @@ fn linear_loop(kind: CompensatorKind, ratio: f64, phi: f64) -> Option<(f64, f64)
 fn bodies(step: f64, ticks: u32, gap: f64, nominal: Params<f64>) -> Model {
     let at = |x: f64| Pose { position: vec3(x, 0.0, 0.0), attitude: Quat::identity() };
     let inertia = Sym3::diagonal(vec3(1.0, 1.0, 1.0));
-    let (never, joints) = (f64::INFINITY, [0.0; MAX_JOINTS]);
+    let joints = [0.0; MAX_JOINTS];
     Model {
         timing: Timing { substep: step, substeps: 1, max_ticks: ticks },
         base_inertia: inertia,
@@ -221,30 +221,8 @@ fn bodies(step: f64, ticks: u32, gap: f64, nominal: Params<f64>) -> Model {
         orbit_rate: 0.0,
         orbit_axes: Quat::identity(),
         field: Vec3::zero(),
-        facility: Facility {
-            robot1_share: 0.5,
-            rail: None,
-            drop_hold_ticks: 3,
-            sensor_substeps: 1,
-            crosstalk: [[0.0; 6]; 6],
-            unstable_speed: 1e3,
-            impedance: None,
-            test_motion: None,
-            joint_level: None,
-            compensator: Compensator::NONE,
-            load: None,
-            tared: false,
-        },
-        task: Task {
-            capture: false,
-            touch: true,
-            max_force: never,
-            max_time: never,
-            max_restitution: never,
-            end_after_separation: never,
-            end_after_capture: never,
-            max_depth: 1e6,
-        },
+        facility: Facility { unstable_speed: 1e3, ..Facility::IDEAL },
+        task: Task { touch: true, ..Task::OPEN },
         nominal,
     }
 }

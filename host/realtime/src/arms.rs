@@ -3,12 +3,10 @@
 use crate::signals::{AXES, RAIL};
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
-use softdock_kernels::manipulator::cell::{Axes, Carriage, Cell, Feedforward, Misplaced, Servo};
-use softdock_kernels::manipulator::{Drive, Friction, Joint, Limits, VelocityLoop};
-use softdock_kernels::model::{JointLevel, Link};
+use softdock_kernels::manipulator::cell::{Axes, Cell, Misplaced};
 use softdock_kernels::plant::{Plant, place};
 use softdock_kernels::space::{Motion, Parts};
-use softdock_kernels::vector::{Pose, Sym3, Vec3};
+use softdock_kernels::vector::Pose;
 
 /// Both robots, with the zeros of their controllers.
 #[derive(Clone, Debug)]
@@ -25,13 +23,7 @@ impl Arms {
     /// # Errors
     /// The robot (1 or 2) that cannot hold its part at the scenario's start, and why.
     pub fn new(plant: &Plant, station: &Station) -> Result<Self, (usize, Misplaced)> {
-        let still = VelocityLoop { gain: 0.0, integral_time: f64::INFINITY };
-        let level = JointLevel {
-            robot: station.model.clone(),
-            mounts: [station.robots[0].mount, station.robots[1].mount],
-            servo: Servo { velocity: [still; AXES - 1], feedforward: Feedforward::Off },
-            carriage: station.rail.then(|| Carriage { joint: rail_joint(&station.limits[AXES - 1]), velocity: still }),
-        };
+        let level = station.joint_level();
         let tools = [station.robots[0].tool, station.robots[1].tool];
         // The rail is robot 1's.
         let mut second = station.zero;
@@ -77,30 +69,4 @@ impl Arms {
     fn in_model(&self, robot: usize, position: &[f64; AXES]) -> [f64; AXES] {
         std::array::from_fn(|i| position[i] + self.zero[robot][i])
     }
-}
-
-/// The rail as an axis of which only the range counts: nothing here has dynamics.
-fn rail_joint(limits: &AxisLimits) -> Joint {
-    let drive = Drive {
-        gear_ratio: 1.0,
-        rotor_inertia: 0.0,
-        gear_stiffness: 1.0,
-        gear_damping: 0.0,
-        backlash: 0.0,
-        torque_offset: 0.0,
-        torque_limit: 0.0,
-        static_torque: 0.0,
-    };
-    let friction = Friction {
-        coulomb: 0.0,
-        viscous: 0.0,
-        stribeck: 0.0,
-        stribeck_speed: 1.0,
-        presliding_stiffness: 1.0,
-        load_coefficient: 0.0,
-    };
-    let link = Link { origin: Pose::identity(), mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
-    let limits =
-        Limits { lower: limits.lower, upper: limits.upper, speed: limits.speed, acceleration: limits.acceleration };
-    Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }
 }

@@ -14,7 +14,7 @@ use crate::process::{Realtime, Warning};
 use crate::signals::LinkFault;
 use crate::time::Nanos;
 use softdock_campaign::Station;
-use softdock_campaign::station::Safety;
+use softdock_campaign::station::LinkRules;
 use softdock_kernels::space::Wrench;
 use std::fmt;
 use std::io;
@@ -112,7 +112,7 @@ pub fn measure(
 /// A facility that puts up with a machine that is late.
 fn patient(station: &Station) -> Station {
     let mut station = station.clone();
-    station.safety = Safety { hold_cycles: 1_000, stop_cycles: 2_000, sensor_age: 1.0, ..station.safety };
+    station.links = LinkRules { hold_cycles: 1_000, stop_cycles: 2_000, sensor_age: 1.0 };
     station
 }
 

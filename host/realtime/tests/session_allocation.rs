@@ -1,6 +1,7 @@
 //! A whole docking takes no memory from the heap in its cycles, in process and over real sockets; nor does the facility.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use softdock_campaign::station::LinkRules;
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::frame::single::{Reading, emulated_facility, simulation_computer};
 use softdock_kernels::philox;
@@ -35,11 +36,13 @@ fn docking() -> (Task, World) {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
     let mut station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
     // A busy machine is late; that may end a drive, but not this test.
-    let safety = &mut station.safety;
-    (safety.hold_cycles, safety.stop_cycles, safety.sensor_age) = (1_000, 2_000, 1.0);
-    (safety.contact_energy, safety.force_rate, safety.following_error) = (1e3, 1e9, [1.0; 2]);
-    safety.clamp_time = 10.0;
-    let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+    station.links = LinkRules { hold_cycles: 1_000, stop_cycles: 2_000, sensor_age: 1.0 };
+    let rules = &mut station.rules;
+    (rules.injected_energy, rules.force_rate, rules.following_error) = (1e3, 1e9, 1.0);
+    rules.clamp_time = 10.0;
+    let mut model = campaign.scenario.model.clone();
+    model.facility.rules = *rules;
+    let plant = Arc::new(Plant::new(model));
     let (run, key) = (1244, philox::key(campaign.seed));
     let params = campaign.draw(run).params;
     let world = World::new(&plant, &station, key, run, &params, Wrench::zero()).expect("in reach");

@@ -1,4 +1,4 @@
-//! One run as a row: its status, inputs, metrics of both loops and the outcome of every requirement.
+//! One run as a row: its status, inputs, outcome and metrics of both loops, and the result of every requirement.
 
 use softdock_kernels::metrics::Metrics;
 
@@ -32,7 +32,88 @@ impl Status {
     }
 }
 
-/// The facility's verdict on the task against the verdict of space.
+/// How a loop ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// Every criterion of the task holds.
+    Pass,
+    /// Some criterion does not hold.
+    Fail,
+    /// A rule stopped the session: the facility gives no answer.
+    Aborted,
+    /// The numbers cannot be trusted.
+    Invalid,
+}
+
+/// Words of the outcome columns, in the order of [`Outcome`].
+pub const OUTCOME_WORDS: [&str; 4] = ["pass", "fail", "aborted", "invalid"];
+
+impl Outcome {
+    const ALL: [Self; 4] = [Self::Pass, Self::Fail, Self::Aborted, Self::Invalid];
+
+    /// The word in the file.
+    pub fn word(self) -> &'static str {
+        OUTCOME_WORDS[self as usize]
+    }
+
+    /// The outcome of a word.
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|outcome| outcome.word() == word)
+    }
+}
+
+/// Where in a run something was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// Before the first touch.
+    Approach,
+    /// From the first touch to capture.
+    Contact,
+    /// From capture on.
+    Latch,
+}
+
+/// Words of the phase columns, in the order of [`Phase`]; the last one stands for none.
+pub const PHASE_WORDS: [&str; 4] = ["approach", "contact", "latch", "none"];
+
+impl Phase {
+    /// The phase at a time of a loop \[s\].
+    pub fn at(time: f64, metrics: &Metrics<f64>) -> Self {
+        let since = |event: f64| event >= 0.0 && time >= event;
+        match (since(metrics.touch_time), since(metrics.capture_time)) {
+            (_, true) => Self::Latch,
+            (true, _) => Self::Contact,
+            _ => Self::Approach,
+        }
+    }
+
+    /// The word in the file.
+    pub fn word(self) -> &'static str {
+        PHASE_WORDS[self as usize]
+    }
+
+    /// The phase of a word.
+    pub fn from_word(word: &str) -> Option<Self> {
+        [Self::Approach, Self::Contact, Self::Latch].into_iter().find(|phase| phase.word() == word)
+    }
+}
+
+/// Why a loop did not pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cause {
+    /// Id of the criterion that was broken, of the rule that was met, or of the flag that makes the run invalid.
+    pub id: String,
+    /// When \[s\]; none for an invalid run.
+    pub time: Option<f64>,
+    /// The value, in the unit of the limit; none where nothing was measured.
+    pub value: Option<f64>,
+    /// The limit; none where there is no number.
+    pub limit: Option<f64>,
+    /// In which phase of the run.
+    pub phase: Option<Phase>,
+}
+
+/// The facility's verdict against the verdict of space: the task's criteria and all requirements on single runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Agreement {
     /// Both pass.
@@ -43,24 +124,62 @@ pub enum Agreement {
     TrueFail,
     /// The facility fails what passes in space.
     FalseFail,
+    /// The facility gives no answer to what passes in space.
+    AbortedPass,
+    /// The facility gives no answer to what fails in space.
+    AbortedFail,
     /// The run is invalid.
     Invalid,
 }
 
 /// Words of the `agreement` column, in the order of [`Agreement`].
-pub const AGREEMENT_WORDS: [&str; 5] = ["true_pass", "false_pass", "true_fail", "false_fail", "invalid"];
+pub const AGREEMENT_WORDS: [&str; 7] =
+    ["true_pass", "false_pass", "true_fail", "false_fail", "aborted_pass", "aborted_fail", "invalid"];
 
 impl Agreement {
-    const ALL: [Self; 5] = [Self::TruePass, Self::FalsePass, Self::TrueFail, Self::FalseFail, Self::Invalid];
+    const ALL: [Self; 7] = [
+        Self::TruePass,
+        Self::FalsePass,
+        Self::TrueFail,
+        Self::FalseFail,
+        Self::AbortedPass,
+        Self::AbortedFail,
+        Self::Invalid,
+    ];
 
-    /// The agreement of two verdicts.
-    pub fn of(space_passes: bool, facility_passes: bool) -> Self {
+    /// The agreement of two verdicts; the facility's is `None` if its session was aborted.
+    pub fn of(space_passes: bool, facility_passes: Option<bool>) -> Self {
         match (space_passes, facility_passes) {
-            (true, true) => Self::TruePass,
-            (false, true) => Self::FalsePass,
-            (false, false) => Self::TrueFail,
-            (true, false) => Self::FalseFail,
+            (true, Some(true)) => Self::TruePass,
+            (false, Some(true)) => Self::FalsePass,
+            (false, Some(false)) => Self::TrueFail,
+            (true, Some(false)) => Self::FalseFail,
+            (true, None) => Self::AbortedPass,
+            (false, None) => Self::AbortedFail,
         }
+    }
+
+    /// Whether the run passes in space; `None` if it is invalid.
+    pub fn space_passes(self) -> Option<bool> {
+        match self {
+            Self::TruePass | Self::FalseFail | Self::AbortedPass => Some(true),
+            Self::FalsePass | Self::TrueFail | Self::AbortedFail => Some(false),
+            Self::Invalid => None,
+        }
+    }
+
+    /// Whether the facility passes the run; `None` if it gives no answer or the run is invalid.
+    pub fn facility_passes(self) -> Option<bool> {
+        match self {
+            Self::TruePass | Self::FalsePass => Some(true),
+            Self::TrueFail | Self::FalseFail => Some(false),
+            Self::AbortedPass | Self::AbortedFail | Self::Invalid => None,
+        }
+    }
+
+    /// Whether the facility's session was aborted.
+    pub fn is_aborted(self) -> bool {
+        matches!(self, Self::AbortedPass | Self::AbortedFail)
     }
 
     /// The word in the file.
@@ -74,13 +193,27 @@ impl Agreement {
     }
 }
 
-/// How one loop of a run stands to one requirement; `None` where the run is invalid or the metric not available.
+/// How one loop of a run meets one requirement; `None` where the run is invalid or the session was aborted, the margin
+/// also where the metric is not available.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Outcome {
+pub struct RequirementResult {
     /// Distance to the limit in the requirement's unit, positive inside.
     pub margin: Option<f64>,
     /// Whether the requirement holds.
     pub pass: Option<bool>,
+}
+
+/// One loop of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopRow {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it did not pass; none if it did.
+    pub cause: Option<Cause>,
+    /// Its metrics.
+    pub metrics: Metrics<f64>,
+    /// Each requirement, in the schema's order.
+    pub requirements: Vec<RequirementResult>,
 }
 
 /// One run.
@@ -100,12 +233,8 @@ pub struct RunRow {
     pub inputs: Vec<f64>,
     /// Effective mass along the contact normal at first touch, kg.
     pub effective_mass: Option<f64>,
-    /// Metrics of the loop in space.
-    pub space: Metrics<f64>,
-    /// Metrics of the loop on the facility.
-    pub hil: Metrics<f64>,
-    /// Each requirement in space, in the schema's order.
-    pub space_outcomes: Vec<Outcome>,
-    /// Each requirement on the facility, in the schema's order.
-    pub hil_outcomes: Vec<Outcome>,
+    /// The loop in space.
+    pub space: LoopRow,
+    /// The loop on the facility.
+    pub hil: LoopRow,
 }

@@ -4,7 +4,10 @@ use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::Params;
 
-use crate::runs::{AGREEMENT_WORDS, Agreement, Outcome, RunRow, STATUS_WORDS, Status};
+use crate::runs::{
+    AGREEMENT_WORDS, Agreement, Cause, LoopRow, OUTCOME_WORDS, Outcome, PHASE_WORDS, Phase, RequirementResult, RunRow,
+    STATUS_WORDS, Status,
+};
 use crate::table::{Column, Kind, Table, Values};
 
 /// What the runs table must know of a requirement.
@@ -40,12 +43,13 @@ impl Loop {
         ["in space", "on the facility"][self as usize]
     }
 
-    fn metrics(self, row: &RunRow) -> &Metrics<f64> {
+    fn of(self, row: &RunRow) -> &LoopRow {
         [&row.space, &row.hil][self as usize]
     }
 
-    fn outcomes(self, row: &RunRow) -> &[Outcome] {
-        [&row.space_outcomes, &row.hil_outcomes][self as usize]
+    /// Name of one of its columns.
+    fn column(self, name: &str) -> String {
+        format!("{}_{name}", self.prefix())
     }
 }
 
@@ -71,7 +75,7 @@ impl MetricColumn {
     /// The metrics that a loop's columns hold; in space no energy can be created, so that column is left out.
     pub(crate) fn all(side: Loop) -> Vec<Self> {
         let fields = metric_fields();
-        let kept = |field: &Field| matches!(side, Loop::Hil) || field.name != "created_energy";
+        let kept = |field: &Field| matches!(side, Loop::Hil) || field.name != "injected_energy";
         let described = fields.into_iter().enumerate().map(|(at, field)| {
             let presence = Metrics::presence(&field.name);
             Self { field, at, presence }
@@ -82,10 +86,6 @@ impl MetricColumn {
     /// Its value among those of a loop.
     pub(crate) fn value(&self, all: &Metrics<f64>, scalars: &[f64]) -> Option<f64> {
         all.told(self.presence, scalars[self.at])
-    }
-
-    pub(crate) fn is_success(&self) -> bool {
-        self.field.name == "success"
     }
 
     /// The number that stands for "not available" in memory.
@@ -125,6 +125,7 @@ impl RunsSchema {
         let effective = Values::F64(rows.iter().map(|row| row.effective_mass).collect());
         let meaning = "effective mass along the contact normal at first touch";
         columns.push(column("effective_mass_kg", "kg", meaning, "monitor", Kind::Metric, effective));
+        columns.extend(Loop::BOTH.into_iter().flat_map(|side| outcome_columns(rows, side)));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| metric_columns(rows, side)));
         for (at, requirement) in self.requirements.iter().enumerate() {
             columns.extend(Loop::BOTH.into_iter().map(|side| margin_column(rows, at, requirement, side)));
@@ -140,10 +141,8 @@ impl RunsSchema {
         let inputs = input_fields().into_iter().map(|field| numbers(format!("in_{}", field.column())));
         let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
         let effective = numbers("effective_mass_kg".to_owned())?;
-        let [space, hil] = Loop::BOTH.map(|side| read_metrics(table, side));
-        let [space_outcomes, hil_outcomes] = Loop::BOTH.map(|side| self.read_outcomes(table, side));
+        let [space, hil] = Loop::BOTH.map(|side| self.read_loop(table, side));
         let (mut space, mut hil) = (space?.into_iter(), hil?.into_iter());
-        let (mut space_outcomes, mut hil_outcomes) = (space_outcomes?.into_iter(), hil_outcomes?.into_iter());
         let run = table.u64s("run").ok_or_else(|| lacking("run"))?;
         let outer = table.u32s("outer").ok_or_else(|| lacking("outer"))?;
         let flags = table.u32s("flags").ok_or_else(|| lacking("flags"))?;
@@ -162,23 +161,30 @@ impl RunsSchema {
                     flags: flags[row],
                     inputs: inputs.iter().map(|values| values[row].unwrap_or(f64::NAN)).collect(),
                     effective_mass: effective[row],
-                    space: space.next().ok_or_else(|| lacking("space_success"))?,
-                    hil: hil.next().ok_or_else(|| lacking("hil_success"))?,
-                    space_outcomes: space_outcomes.next().unwrap_or_default(),
-                    hil_outcomes: hil_outcomes.next().unwrap_or_default(),
+                    space: space.next().ok_or_else(|| lacking("space_outcome"))?,
+                    hil: hil.next().ok_or_else(|| lacking("hil_outcome"))?,
                 })
             })
             .collect()
     }
 
-    fn read_outcomes(&self, table: &Table, side: Loop) -> Result<Vec<Vec<Outcome>>, String> {
+    fn read_loop(&self, table: &Table, side: Loop) -> Result<Vec<LoopRow>, String> {
+        let (metrics, requirements) = (read_metrics(table, side)?, self.read_results(table, side)?);
+        let outcomes = read_outcomes(table, side)?;
+        let rows = outcomes.into_iter().zip(metrics).zip(requirements);
+        Ok(rows
+            .map(|(((outcome, cause), metrics), requirements)| LoopRow { outcome, cause, metrics, requirements })
+            .collect())
+    }
+
+    fn read_results(&self, table: &Table, side: Loop) -> Result<Vec<Vec<RequirementResult>>, String> {
         let mut rows = vec![Vec::with_capacity(self.requirements.len()); table.rows()];
         for requirement in &self.requirements {
-            let (margin, pass) = outcome_names(side, &requirement.id);
+            let (margin, pass) = result_names(side, &requirement.id);
             let margins = table.f64s(&margin).ok_or_else(|| format!("no column `{margin}`"))?;
             let passes = table.bools(&pass).ok_or_else(|| format!("no column `{pass}`"))?;
             for (row, (margin, pass)) in rows.iter_mut().zip(margins.iter().zip(passes)) {
-                row.push(Outcome { margin: *margin, pass: *pass });
+                row.push(RequirementResult { margin: *margin, pass: *pass });
             }
         }
         Ok(rows)
@@ -197,7 +203,8 @@ fn head(rows: &[RunRow]) -> Vec<Column> {
     let agreement = Values::words(&AGREEMENT_WORDS, rows.iter().map(|row| row.agreement as u32).collect());
     let flags = Values::U32(rows.iter().map(|row| row.flags).collect());
     let status_meaning = "pass: every requirement holds in space; invalid: the numbers cannot be trusted";
-    let agreement_meaning = "the facility's verdict on the task against the verdict of space";
+    let agreement_meaning =
+        "the facility's verdict against the verdict of space: the task's criteria and all requirements";
     vec![
         column("run", "1", "run number", "campaign", Kind::Key, run),
         column("outer", "1", "number of the outer draw of the epistemic inputs", "campaign", Kind::Key, outer),
@@ -207,17 +214,68 @@ fn head(rows: &[RunRow]) -> Vec<Column> {
     ]
 }
 
+/// Word of a cause column for a loop that passes.
+const NO_CAUSE: &str = "none";
+
+/// How a loop ended, and why.
+fn outcome_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
+    let outcomes = rows.iter().map(|row| side.of(row).outcome as u32).collect();
+    let causes: Vec<Option<&Cause>> = rows.iter().map(|row| side.of(row).cause.as_ref()).collect();
+    let ids = causes.iter().map(|cause| cause.map_or(NO_CAUSE, |cause| cause.id.as_str()));
+    let phase = |cause: &Option<&Cause>| cause.and_then(|cause| cause.phase).map_or(3, |phase| phase as u32);
+    let number = |of: fn(&Cause) -> Option<f64>| Values::F64(causes.iter().map(|cause| cause.and_then(of)).collect());
+    let place = side.place();
+    let all = [
+        (
+            "outcome",
+            "1",
+            "pass, fail, aborted (a rule stopped the session: no answer) or invalid",
+            Values::words(&OUTCOME_WORDS, outcomes),
+        ),
+        ("cause", "1", "criterion, rule or flag by which the loop did not pass", Values::words_of(ids)),
+        ("cause_time_s", "s", "time of it", number(|cause| cause.time)),
+        ("cause_value", "1", "its value, SI units of the criterion or rule", number(|cause| cause.value)),
+        ("cause_limit", "1", "its limit, SI units of the criterion or rule", number(|cause| cause.limit)),
+        (
+            "cause_phase",
+            "1",
+            "phase of the run in which it was",
+            Values::words(&PHASE_WORDS, causes.iter().map(phase).collect()),
+        ),
+    ];
+    let described = all.into_iter().map(|(name, unit, meaning, values)| {
+        column(side.column(name), unit, &format!("{meaning}, {place}"), "monitor", Kind::Status, values)
+    });
+    described.collect()
+}
+
+fn read_outcomes(table: &Table, side: Loop) -> Result<Vec<(Outcome, Option<Cause>)>, String> {
+    let lacking = |name: &str| format!("no column `{name}` of the expected type");
+    let words = |name: &str| table.column(&side.column(name)).ok_or_else(|| lacking(&side.column(name)));
+    let numbers = |name: &str| table.f64s(&side.column(name)).ok_or_else(|| lacking(&side.column(name)));
+    let (outcomes, ids, phases) = (words("outcome")?, words("cause")?, words("cause_phase")?);
+    let [times, values, limits] = [numbers("cause_time_s")?, numbers("cause_value")?, numbers("cause_limit")?];
+    let row = |row: usize| {
+        let word = outcomes.values.word(row).unwrap_or_default();
+        let outcome = Outcome::from_word(word).ok_or_else(|| lacking(&side.column("outcome")))?;
+        let cause = ids.values.word(row).filter(|id| *id != NO_CAUSE).map(|id| Cause {
+            id: id.to_owned(),
+            time: times[row],
+            value: values[row],
+            limit: limits[row],
+            phase: phases.values.word(row).and_then(Phase::from_word),
+        });
+        Ok((outcome, cause))
+    };
+    (0..table.rows()).map(row).collect()
+}
+
 fn metric_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
-    let scalars: Vec<Vec<f64>> = rows.iter().map(|row| to_vec(side.metrics(row))).collect();
+    let scalars: Vec<Vec<f64>> = rows.iter().map(|row| to_vec(&side.of(row).metrics)).collect();
     let metric = |metric: MetricColumn| {
         let all = rows.iter().zip(&scalars);
-        let numbers = all.map(|(row, scalars)| metric.value(side.metrics(row), scalars));
-        let values = if metric.is_success() {
-            Values::Bool(numbers.map(|number| number.map(|success| success != 0.0)).collect())
-        } else {
-            Values::F64(numbers.collect())
-        };
-        let name = format!("{}_{}", side.prefix(), metric.field.column());
+        let values = Values::F64(all.map(|(row, scalars)| metric.value(&side.of(row).metrics, scalars)).collect());
+        let name = side.column(&metric.field.column());
         let meaning = format!("{}, {}", metric.field.meaning, side.place());
         column(name, metric.field.unit, &meaning, "monitor", Kind::Metric, values)
     };
@@ -227,36 +285,30 @@ fn metric_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
 fn read_metrics(table: &Table, side: Loop) -> Result<Vec<Metrics<f64>>, String> {
     let mut rows = vec![vec![0.0; metric_fields().len()]; table.rows()];
     for metric in MetricColumn::all(side) {
-        let name = format!("{}_{}", side.prefix(), metric.field.column());
-        let lacking = || format!("no column `{name}`");
-        if metric.is_success() {
-            for (row, pass) in rows.iter_mut().zip(table.bools(&name).ok_or_else(lacking)?) {
-                row[metric.at] = pass.map_or(metric.missing(), f64::from);
-            }
-        } else {
-            for (row, value) in rows.iter_mut().zip(table.f64s(&name).ok_or_else(lacking)?) {
-                row[metric.at] = value.unwrap_or(metric.missing());
-            }
+        let name = side.column(&metric.field.column());
+        let values = table.f64s(&name).ok_or_else(|| format!("no column `{name}`"))?;
+        for (row, value) in rows.iter_mut().zip(values) {
+            row[metric.at] = value.unwrap_or(metric.missing());
         }
     }
     Ok(rows.iter().map(|scalars| from_slice(scalars)).collect())
 }
 
 /// Names of a requirement's margin and pass columns.
-fn outcome_names(side: Loop, id: &str) -> (String, String) {
+fn result_names(side: Loop, id: &str) -> (String, String) {
     (format!("{}_margin_{id}", side.prefix()), format!("{}_pass_{id}", side.prefix()))
 }
 
 fn margin_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
-    let values = Values::F64(rows.iter().map(|row| side.outcomes(row)[at].margin).collect());
+    let values = Values::F64(rows.iter().map(|row| side.of(row).requirements[at].margin).collect());
     let meaning = format!("distance to the requirement's limit, positive inside, {}", side.place());
-    let (name, _) = outcome_names(side, &requirement.id);
+    let (name, _) = result_names(side, &requirement.id);
     column(name, &requirement.unit, &meaning, "requirement", Kind::Margin, values)
 }
 
 fn pass_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
-    let values = Values::Bool(rows.iter().map(|row| side.outcomes(row)[at].pass).collect());
+    let values = Values::Bool(rows.iter().map(|row| side.of(row).requirements[at].pass).collect());
     let meaning = format!("whether the requirement holds, {}", side.place());
-    let (_, name) = outcome_names(side, &requirement.id);
+    let (_, name) = result_names(side, &requirement.id);
     column(name, "1", &meaning, "requirement", Kind::Verdict, values)
 }

@@ -11,7 +11,7 @@ use crate::write::{Metadata, content_hash, write_table};
 use crate::{Error, Result};
 
 /// Version of the runs contract; a change of the first number breaks readers, columns are only added.
-pub const RUNS_SCHEMA: &str = "runs/1";
+pub const RUNS_SCHEMA: &str = "runs/2";
 
 /// Key of the place of a shard's first case in a table of given cases, whose run numbers may have gaps.
 const FIRST_CASE: &str = "softdock.first_case";

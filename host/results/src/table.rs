@@ -1,5 +1,6 @@
 //! A small columnar table: what goes into a Parquet file and comes out of it.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use arrow_array::types::Int32Type;
@@ -75,6 +76,13 @@ impl Values {
     /// Words with the given vocabulary; a row's code is a position in it.
     pub fn words(vocabulary: &[&str], codes: Vec<u32>) -> Self {
         Self::Words { vocabulary: vocabulary.iter().map(|word| (*word).to_owned()).collect(), codes }
+    }
+
+    /// Words whose vocabulary is what occurs, in alphabetical order.
+    pub fn words_of<'a>(words: impl Iterator<Item = &'a str> + Clone) -> Self {
+        let vocabulary: Vec<&str> = words.clone().collect::<BTreeSet<_>>().into_iter().collect();
+        let code = |word| vocabulary.binary_search(&word).expect("every word is in the vocabulary") as u32;
+        Self::words(&vocabulary, words.map(code).collect())
     }
 
     /// Number of rows.

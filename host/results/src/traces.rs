@@ -15,12 +15,12 @@ pub const TRACE_SCHEMA: &str = "trace/1";
 pub const NOMINAL_RUN: u64 = u64::MAX;
 
 /// Signals that the report plots: magnitude of the contact force.
-pub const FORCE_SIGNALS: [&str; 2] = ["space_force_n", "hil_force_n"];
+pub const FORCE_SIGNALS: [&str; 2] = ["space_contact_force_n", "hil_contact_force_n"];
 
 /// One quantity over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// Column name with its unit as a suffix (`hil_force_n`).
+    /// Column name with its unit as a suffix (`hil_contact_force_n`).
     pub name: String,
     /// SI unit.
     pub unit: String,

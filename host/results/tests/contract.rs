@@ -69,14 +69,21 @@ fn every_column_of_the_contract_exists_with_unit_and_meaning() {
         "in_contact_friction",
         "in_target_mass_kg",
         "effective_mass_kg",
-        "space_success",
+        "space_outcome",
+        "space_cause",
+        "space_cause_time_s",
+        "space_cause_value",
+        "space_cause_limit",
+        "space_cause_phase",
+        "space_peak_interface_force_n",
         "space_restitution",
-        "space_peak_force_n",
+        "space_peak_contact_force_n",
         "space_contact_duration_s",
         "space_capture_time_s",
         "space_impulse_n_s",
-        "hil_success",
-        "hil_created_energy_j",
+        "hil_outcome",
+        "hil_cause",
+        "hil_injected_energy_j",
         "space_margin_dck_010",
         "hil_margin_dck_010",
         "space_pass_dck_010",
@@ -85,8 +92,10 @@ fn every_column_of_the_contract_exists_with_unit_and_meaning() {
     for name in named {
         assert!(table.column(name).is_some(), "no column {name}");
     }
-    assert!(table.column("space_created_energy_j").is_none());
-    let expected = 5 + input_fields().len() + 1 + 2 * metric_fields().len() - 1 + 4 * schema().requirements().len();
+    assert!(table.column("space_injected_energy_j").is_none());
+    let outcomes = 2 * 6;
+    let metrics = 2 * metric_fields().len() - 1;
+    let expected = 5 + input_fields().len() + 1 + outcomes + metrics + 4 * schema().requirements().len();
     assert_eq!(table.columns.len(), expected);
     assert!(table.columns.iter().all(|column| !column.unit.is_empty() && !column.description.is_empty()));
     assert_eq!(table.column("space_margin_dck_010").unwrap().unit, "N");
@@ -105,7 +114,7 @@ fn not_available_is_null_and_never_a_number() {
     let passes = table.bools("space_pass_dck_010").unwrap();
     for run in 0..10 {
         let source = row(run as u64);
-        assert_eq!(captured[run], source.space.available("capture_time"));
+        assert_eq!(captured[run], source.space.metrics.available("capture_time"));
         assert_eq!(passes[run].is_none(), source.status == Status::Invalid);
         assert_eq!(table.column("status").unwrap().values.word(run), Some(source.status.word()));
     }
@@ -117,7 +126,7 @@ fn not_available_is_null_and_never_a_number() {
 fn what_a_test_motion_tells_is_null_without_one_and_may_be_negative_with_one() {
     let mut rows = [row(0), row(1)];
     for (row, [gain, overshoot]) in rows.iter_mut().zip([[-1.0, 0.0], [0.8, -0.2]]) {
-        (row.hil.tracking_gain, row.hil.tracking_overshoot) = (gain, overshoot);
+        (row.hil.metrics.tracking_gain, row.hil.metrics.tracking_overshoot) = (gain, overshoot);
     }
     let table = schema().table(&rows);
     for name in ["gain", "lag_rad", "error_m", "overshoot"] {
@@ -159,7 +168,7 @@ fn file_metadata_say_where_a_shard_comes_from() {
     fill(results.path(), &[2]);
     let metadata = TableReader::open(&shard_path(results.path(), 2)).unwrap().metadata();
     let expected = [
-        ("schema", "runs/1"),
+        ("schema", "runs/2"),
         ("campaign_hash", "abc"),
         ("seed", "7"),
         ("version", "0.1.0"),
@@ -346,7 +355,7 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
 
     fill(one.path(), &[1]);
     let mut altered: Vec<RunRow> = PLAN.range(1).map(row).collect();
-    altered[0].hil.peak_force += 1.0;
+    altered[0].hil.metrics.peak_contact_force += 1.0;
     write_shard(two.path(), 1, &schema(), altered, &provenance()).unwrap();
     let refused = merge(&folders, out.path(), PLAN, "abc", 7).unwrap_err();
     assert!(matches!(&refused, MergeError::Clash { shard: 1, .. }), "{refused}");
@@ -356,7 +365,7 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
     assert!(matches!(&refused, MergeError::Foreign { .. }), "{refused}");
 
     let rows: Vec<RunRow> = PLAN.range(1).map(row).collect();
-    let mut metadata = provenance().metadata("runs/1");
+    let mut metadata = provenance().metadata("runs/2");
     for (key, value) in [("shard", "1"), ("first_run", "10"), ("rows", "10"), ("content_hash", "0000")] {
         metadata.push((format!("softdock.{key}"), value.to_owned()));
     }
@@ -371,7 +380,7 @@ fn parity_holds_both_values_of_every_metric() {
     let results = folder();
     assert_eq!(read_repetition(&PARITY, results.path()).unwrap(), None);
     let mut truth = row(3);
-    truth.space.peak_force += 0.25;
+    truth.space.metrics.peak_contact_force += 0.25;
     write_repetition(
         &PARITY,
         results.path(),
@@ -382,7 +391,7 @@ fn parity_holds_both_values_of_every_metric() {
     .unwrap();
     let table = read_repetition(&PARITY, results.path()).unwrap().unwrap();
     let value = |name: &str| table.f64s(name).unwrap()[0].unwrap();
-    assert_eq!(value("truth_space_peak_force_n") - value("space_peak_force_n"), 0.25);
+    assert_eq!(value("truth_space_peak_contact_force_n") - value("space_peak_contact_force_n"), 0.25);
     assert_eq!(table.column("truth_agreement").unwrap().values.word(0), Some(row(3).agreement.word()));
     assert!(table.column("truth_hil_pass_dck_010").is_some() && table.column("in_loop_delay_s").is_none());
 }
@@ -395,7 +404,7 @@ fn traces_come_back_and_the_nominal_case_has_its_own_name() {
         kept_as: kept_as.to_owned(),
         time: vec![0.0, 0.001],
         signals: vec![Signal {
-            name: "space_force_n".to_owned(),
+            name: "space_contact_force_n".to_owned(),
             unit: "N".to_owned(),
             description: "contact force, in space".to_owned(),
             values: vec![Some(0.0), None],

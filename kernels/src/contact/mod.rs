@@ -63,6 +63,7 @@ bundle! {
         closed: R, "1", "1 once the latch has closed";
         wrench: Wrench<R>, "1", "wrench on part A about A's origin, inertial axes";
         offset: R, "m", "radial offset of the latch point from the seat's axis";
+        distance: R, "m", "distance of the latch point from the seat";
     }
 }
 
@@ -142,7 +143,7 @@ pub(crate) fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec
 pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> LatchState<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some(gate) = m.contact.latch else {
-        return LatchState { closed, wrench: Wrench::zero(), offset: zero };
+        return LatchState { closed, wrench: Wrench::zero(), offset: zero, distance: zero };
     };
     let (a, b) = (parts.a, parts.b);
     let lever = a.attitude.rotate(Vec3::lit(gate.point));
@@ -165,5 +166,5 @@ pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> 
     let twist = relative.small_rotation_vector();
     let force = velocity.scale_add(-p.latch_damping, gap * -p.latch_stiffness) * closed;
     let moment = (a.omega - b.omega).scale_add(-p.latch_rotation_damping, twist * -p.latch_rotation_stiffness) * closed;
-    LatchState { closed, wrench: Wrench { force, moment: moment + lever.cross(force) }, offset }
+    LatchState { closed, wrench: Wrench { force, moment: moment + lever.cross(force) }, offset, distance: gap.norm() }
 }

@@ -57,7 +57,7 @@ pub fn follow<L: Lane>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> 
     let entering: Vec<_> = (0..L::WIDTH).map(|lane| (lane, 0, *sets.get(lane).unwrap_or(&sets[0]))).collect();
     let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
     let (mut facility, mut interface) = FacilityLanes::<L>::alone(m, batch, &entering);
-    let start = m.start();
+    let start = m.start;
     facility.begin(m, &told(recorded, 0), &told(recorded, 1));
     let mut out = Vec::with_capacity(recorded.samples() * fields::<f64, Readings<f64>>().len());
     let mut wrench = zero_wrench();

@@ -1,6 +1,6 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
-use super::{Batch, FacilityLanes, Interface, Loops, all, touch_points, zero_wrench};
+use super::{Batch, FacilityLanes, Interface, all, touch_points, zero_wrench};
 use crate::compensator::{look_back, new_compensation};
 use crate::contact::Pair;
 use crate::delay_line::{Line, line_slots};
@@ -15,12 +15,13 @@ use crate::monitor::{self, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::{mounted_parts, transport};
+use crate::robot::mounted_parts;
 use crate::sensor::Sensor;
+use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
     carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate, kinematics, latch, normals,
-    set_where, start, substitute, with_test,
+    on_course, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
 use crate::vector::Vec3;
@@ -45,7 +46,9 @@ impl<L: Lane> Stage for TickFacility<'_, L> {
         let Self { facility, m, interface, simulated, now, live } = self;
         let jitter = facility.send_command(m, simulated, now, live);
         facility.tick_facility(m, interface, simulated, now, jitter, live);
-        facility.receive_wrench(m, &mut interface.watch, simulated, live);
+        let measured = facility.arriving_wrench(m, live);
+        let live = facility.watch_session(m, &mut interface.watch, measured, now, live);
+        facility.receive_wrench(m, &mut interface.watch, simulated, measured, live);
     }
 }
 
@@ -112,6 +115,7 @@ impl<L: Lane> FacilityLanes<L> {
             dropped: zero,
             tracking: no_tracking(),
             yielding: not_yielding(),
+            session: new_session(),
             commands: Line::new(line_slots(m)),
             wrenches: Line::new(line_slots(m)),
         }
@@ -130,10 +134,7 @@ impl<L: Lane> FacilityLanes<L> {
             let field = field.next().expect("an endless count");
             L::gather(|lane| starts[lane][field])
         });
-        let mut interface = Interface::new(m, crate::contact::hil_pair(&facility.params));
-        if batch.loops == Loops::SpaceOnly {
-            interface.watch.done = L::lit(1.0);
-        }
+        let interface = Interface::new(m, crate::contact::hil_pair(&facility.params));
         L::stage(ResetFacility { facility: &mut facility, m, parts: &parts, fresh });
         (facility, interface)
     }
@@ -142,6 +143,12 @@ impl<L: Lane> FacilityLanes<L> {
     #[inline(always)]
     pub(super) fn now(&self, m: &Plant) -> L {
         self.tick * L::lit(m.timing.tick())
+    }
+
+    /// 1 in the last tick of the run.
+    #[inline(always)]
+    pub(super) fn is_last(&self, m: &Plant) -> L {
+        L::select(L::lit(f64::from(m.timing.max_ticks) - 1.0).le(self.tick), L::lit(1.0), L::lit(0.0))
     }
 
     /// Ends the tick.
@@ -176,22 +183,31 @@ impl<L: Lane> FacilityLanes<L> {
         for age in 1..self.slots {
             let past = carry_on(m, &told, L::lit(-(age as f64)));
             self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
+        }
+        self.place_robots(m, &on_course(m, &self.params, &told), fresh);
+        self.begin_readings(m, fresh);
+        self.held.set_where(fresh, &zero_wrench());
+        self.compensation.set_where(fresh, &new_compensation());
+        self.tracking.set_where(fresh, &no_tracking());
+        self.yielding.set_where(fresh, &not_yielding());
+        self.session.set_where(fresh, &new_session());
+        self.tick = L::select(fresh, zero, self.tick);
+    }
+
+    /// Sensor, its line and the counts of lost commands as before the first tick, in the lanes of the mask.
+    #[inline(always)]
+    pub(super) fn begin_readings(&mut self, m: &Plant, fresh: L::Mask) {
+        for age in 1..self.slots {
             self.wrenches.put((self.step + self.slots - age) % self.slots, &zero_wrench(), fresh);
         }
-        let at = carry_on(m, &told, -(transport(m, &self.params, zero) + L::lit(1.0)));
-        self.place_robots(m, &at, fresh);
         let a = mounted_parts(m, &self.params, &self.robots).a;
         let load = load_at(m, &self.params, a);
         let sensor = sensor_at(m, &load, a);
         self.load.set_where(fresh, &load);
         self.sensor.set_where(fresh, &sensor);
-        self.held.set_where(fresh, &zero_wrench());
-        self.compensation.set_where(fresh, &new_compensation());
+        let zero = L::lit(0.0);
         self.lost = L::select(fresh, zero, self.lost);
         self.dropped = L::select(fresh, zero, self.dropped);
-        self.tracking.set_where(fresh, &no_tracking());
-        self.yielding.set_where(fresh, &not_yielding());
-        self.tick = L::select(fresh, zero, self.tick);
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
@@ -298,10 +314,46 @@ impl<L: Lane> FacilityLanes<L> {
         crate::sensor::blend(newer, older, age - whole)
     }
 
-    /// The measured wrench as it arrives, and what the compensator makes of it.
+    /// One cycle of the session's rules; gives the lanes whose session goes on.
     #[inline(always)]
-    pub(super) fn receive_wrench(&mut self, m: &Plant, watch: &mut Watch<L>, parts: &Parts<L>, live: L::Mask) {
-        let measured = self.arriving_wrench(m, live);
+    pub(super) fn watch_session(
+        &mut self,
+        m: &Plant,
+        watch: &mut Watch<L>,
+        measured: Wrench<L>,
+        now: L,
+        live: L::Mask,
+    ) -> L::Mask {
+        if !supervised(m) {
+            return live;
+        }
+        let seen = Observed {
+            parts: mounted_parts(m, &self.params, &self.robots),
+            commanded: displaced(m, &self.commands.at(self.step, 0), &self.yielding),
+            wrench: measured,
+            saturated: self.sensor.saturated,
+            cut: L::lit(0.0),
+            port_energy: watch.port_energy,
+        };
+        let before = self.session;
+        in_place::supervise(m, &mut self.session, &seen, L::lit(m.timing.tick()));
+        set_where(!live, &mut self.session, &before);
+        let stops = live & L::lit(0.0).lt(self.session.rule);
+        watch.done = L::select(stops, L::lit(1.0), watch.done);
+        watch.end_time = L::select(stops, now, watch.end_time);
+        live & !stops
+    }
+
+    /// What the compensator makes of the measured wrench that has arrived.
+    #[inline(always)]
+    pub(super) fn receive_wrench(
+        &mut self,
+        m: &Plant,
+        watch: &mut Watch<L>,
+        parts: &Parts<L>,
+        measured: Wrench<L>,
+        live: L::Mask,
+    ) {
         let held = self.compensated_wrench(m, parts, measured, live);
         // Half a substep of the port's energy ends under the old wrench and begins under the new.
         let half = L::lit(0.5 * m.timing.substep);

@@ -7,7 +7,7 @@ use crate::fields::Bundle;
 use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
 use crate::monitor::Watch;
-use crate::outcome::{Finished, RunEnd, run_flags};
+use crate::outcome::{Finished, RunEnd, Stop, run_flags};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::space::{hil_masses, space_masses};
@@ -78,11 +78,19 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                 run: self.facility.runs[lane].take().expect("only lanes with a run end"),
                 params: one(&self.facility.params, lane),
                 flags: self.flags(m, lane, &space, &hil),
+                stop: self.stop(lane),
                 space,
                 hil,
                 touch: [one(&self.space.interface.watch.normal, lane), one(&self.space.interface.watch.lever, lane)],
             });
         }
+    }
+
+    /// What stopped the session of a lane's run.
+    fn stop(&self, lane: usize) -> Option<Stop> {
+        let (watch, session) = (&self.hil.interface.watch, &self.facility.session);
+        let [unstable, speed, rule, value] = [watch.unstable, watch.end_speed, session.rule, session.value];
+        Stop::of([unstable, speed, rule, value].map(|number| number.lane(lane)))
     }
 
     fn flags(&self, m: &Plant, lane: usize, space: &Metrics<f64>, hil: &Metrics<f64>) -> u32 {

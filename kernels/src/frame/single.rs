@@ -21,6 +21,8 @@ pub struct Measured {
     pub parts: Parts<f64>,
     /// Wrench on part A about its origin, part A's axes, without the load behind the sensor.
     pub wrench: Wrench<f64>,
+    /// A channel of the sensor has saturated.
+    pub saturated: bool,
 }
 
 /// What the simulation computer of a run has come to.
@@ -42,8 +44,10 @@ pub struct Progress {
     pub over: bool,
     /// It ended by divergence.
     pub unstable: bool,
-    /// Energy that the facility has created so far \[J\].
-    pub created_energy: f64,
+    /// Relative speed of the simulated parts when it ended \[m/s\].
+    pub speed: f64,
+    /// Energy through the port on the simulated side so far \[J\].
+    pub port_energy: f64,
 }
 
 /// The simulation computer: space dynamics, compensator and commands of one run, tick by tick.
@@ -65,6 +69,9 @@ pub trait SimulationComputer: Send {
 pub trait EmulatedFacility: Send {
     /// Puts both robots at rest where they are told.
     fn stand(&mut self, told: &Parts<f64>);
+
+    /// The run begins with the next tick: clock, random numbers and readings of the sensor start as in the farm's run.
+    fn begin_run(&mut self);
 
     /// One tick towards the motions that the parts shall have at its end.
     fn tick(&mut self, told: &Parts<f64>) -> Measured;
@@ -139,7 +146,7 @@ struct Computer<const N: usize> {
 
 impl<const N: usize> Computer<N> {
     fn now(&self) -> f64 {
-        self.tile.facility.tick * self.plant.timing.tick()
+        self.tile.facility.now(&self.plant)
     }
 
     fn simulated(&self) -> Parts<f64> {
@@ -198,12 +205,11 @@ impl<const N: usize> SimulationComputer for Computer<N> {
         let live = hil.interface.watch.done <= 0.0;
         crate::staged::update_kinematics(m, &hil.masses, &hil.bodies, &mut hil.kinematics);
         facility.send_command(m, &simulated, now, live);
-        facility.sensor.output = measured.wrench;
-        facility.receive_wrench(m, &mut hil.interface.watch, &simulated, live);
+        facility.receive_wrench(m, &mut hil.interface.watch, &simulated, measured.wrench, live);
         self.tile.tick_simulation(m, live);
         let Tile { hil, facility, .. } = &mut self.tile;
-        let last = f64::from(u8::from(f64::from(m.timing.max_ticks) - 1.0 <= facility.tick));
-        in_place::finish(m, &mut hil.interface.watch, now + m.timing.tick(), &hil.kinematics.parts, last);
+        let (last, end) = (facility.is_last(m), now + m.timing.tick());
+        in_place::finish(m, &mut hil.interface.watch, end, &hil.kinematics.parts, last, 1.0);
         facility.end_tick();
     }
 
@@ -218,7 +224,8 @@ impl<const N: usize> SimulationComputer for Computer<N> {
             captured: watch.closed > 0.0,
             over: watch.done > 0.0,
             unstable: watch.unstable > 0.0,
-            created_energy: watch.port_energy - watch.hardware_energy,
+            speed: watch.end_speed,
+            port_energy: watch.port_energy,
         }
     }
 
@@ -247,10 +254,16 @@ impl EmulatedFacility for Facility {
         t.place_robots(m, &told, true);
     }
 
+    fn begin_run(&mut self) {
+        let (m, t) = (&self.plant, &mut self.lanes);
+        t.begin_readings(m, true);
+        t.tick = 0.0;
+    }
+
     fn tick(&mut self, told: &Parts<f64>) -> Measured {
         let (m, t) = (&self.plant, &mut self.lanes);
         let wrench = t.follow(m, &mut self.interface, told);
-        Measured { parts: mounted_parts(m, &t.params, &t.robots), wrench }
+        Measured { parts: mounted_parts(m, &t.params, &t.robots), wrench, saturated: t.sensor.saturated > 0.0 }
     }
 
     fn watch(&self) -> Watch<f64> {

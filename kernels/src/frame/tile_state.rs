@@ -4,6 +4,7 @@ use super::*;
 use crate::fields::{Field, fields, from_slice, join, to_vec};
 use crate::lane_layout::{bristle_names, compensates, moves};
 use crate::manipulator::cell::{Drives, SetPoint};
+use crate::session::supervised;
 
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,9 @@ fn all_fields<const N: usize>(m: &Plant) -> Vec<(bool, Field)> {
     ];
     if loaded(m) {
         variables.push(("load", fields::<f64, Load<f64>>()));
+    }
+    if supervised(m) {
+        variables.push(("session", fields::<f64, Session<f64>>()));
     }
     if compensates(m) {
         variables.push(("compensation", fields::<f64, Compensation<f64>>()));
@@ -108,6 +112,9 @@ impl<const N: usize> Tile<f64, N> {
         if loaded(m) {
             tile.facility.load = take(&mut state);
         }
+        if supervised(m) {
+            tile.facility.session = take(&mut state);
+        }
         if compensates(m) {
             tile.facility.compensation = take(&mut state);
         }
@@ -142,6 +149,9 @@ impl<const N: usize> Tile<f64, N> {
         if loaded(m) {
             state.extend(to_vec::<f64, _>(&self.facility.load));
         }
+        if supervised(m) {
+            state.extend(to_vec::<f64, _>(&self.facility.session));
+        }
         if compensates(m) {
             state.extend(to_vec::<f64, _>(&self.facility.compensation));
         }
@@ -157,12 +167,6 @@ impl<const N: usize> Tile<f64, N> {
         );
         let kept = all_fields::<N>(m).into_iter().zip(state).filter_map(|((kept, _), value)| kept.then_some(value));
         LaneState { state: kept.collect(), lines: commands.chain(wrenches).collect() }
-    }
-
-    /// Time of this tick \[s\] and whether it is the last, as [`step`](Self::step) finds them.
-    fn clock(&self, m: &Plant) -> (f64, f64) {
-        let last = if f64::from(m.timing.max_ticks) - 1.0 <= self.facility.tick { 1.0 } else { 0.0 };
-        (self.facility.tick * m.timing.tick(), last)
     }
 }
 
@@ -188,12 +192,12 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("tick_space", |tile, m| {
-            let (now, last) = tile.clock(m);
+            let (now, last) = (tile.facility.now(m), tile.facility.is_last(m));
             tile.tick_space(m, now, last);
             Vec::new()
         }),
         ("tick_hil", |tile, m| {
-            let (now, last) = tile.clock(m);
+            let (now, last) = (tile.facility.now(m), tile.facility.is_last(m));
             tile.tick_hil(m, now, last);
             Vec::new()
         }),
@@ -217,19 +221,27 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("send_command", |tile, m| {
-            vec![tile.facility.send_command(m, &simulated(m, &tile.hil).parts, tile.clock(m).0, true)]
+            let (parts, now) = (simulated(m, &tile.hil).parts, tile.facility.now(m));
+            vec![tile.facility.send_command(m, &parts, now, true)]
         }),
         ("tick_facility", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
             tile.facility.commands.put(tile.facility.step, &command(m, &parts), true);
             let jitter = tile.facility.tick % 7.0 * 1e-4;
-            let now = tile.clock(m).0;
+            let now = tile.facility.now(m);
             tile.facility.tick_facility(m, &mut tile.hil.interface, &parts, now, jitter, true);
             Vec::new()
         }),
         ("receive_wrench", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
-            tile.facility.receive_wrench(m, &mut tile.hil.interface.watch, &parts, true);
+            let measured = tile.facility.arriving_wrench(m, true);
+            tile.facility.receive_wrench(m, &mut tile.hil.interface.watch, &parts, measured, true);
+            Vec::new()
+        }),
+        ("arriving_wrench", |tile, m| to_vec(&tile.facility.arriving_wrench(m, true))),
+        ("watch_session", |tile, m| {
+            let (measured, now) = (tile.facility.held, tile.facility.now(m));
+            tile.facility.watch_session(m, &mut tile.hil.interface.watch, measured, now, true);
             Vec::new()
         }),
         ("compensated_wrench", |tile, m| {
@@ -271,7 +283,9 @@ fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
         space.interface.watch.contact_work,
         space.interface.watch.absorbed,
         hil.interface.watch.unstable,
+        hil.interface.watch.end_speed,
     ]);
+    out.extend([tile.facility.session.rule, tile.facility.session.value]);
     out.extend([tile.facility.sensor.saturated, tile.facility.robots.limited, tile.facility.dropped]);
     out.extend(to_vec::<f64, _>(&space.interface.watch.normal));
     out.extend(to_vec::<f64, _>(&space.interface.watch.lever));

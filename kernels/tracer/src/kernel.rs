@@ -11,6 +11,7 @@ use softdock_kernels::model::CompensatorKind;
 use softdock_kernels::noise::{LINK, SENSOR};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{quads, read, reads, stores, words};
+use softdock_kernels::session::supervised;
 use std::fmt::Write;
 
 /// The hand-written part of the robots: those that lag, and those of the joint level.
@@ -25,7 +26,7 @@ const FRAME: &str = concat!(
     include_str!("../../wgsl/frame.wgsl")
 );
 
-/// Private variables that live across slices, with their structs; load, compensation and the joint level's, if there are
+/// Private variables that live across slices, with their structs; load, session, compensation and the joint level's, if there are
 /// any, and the bristles of the contact points follow.
 const STATE: [(&str, &str); 10] = [
     ("space", "Bodies"),
@@ -45,11 +46,14 @@ const JOINT_STATE: [(&str, &str); 5] =
     [("drives_a", "Drives"), ("drives_b", "Drives"), ("set_a", "SetPoint"), ("set_b", "SetPoint"), ("push", "Wrench")];
 
 /// What a finished run leaves besides its metrics, as `member of a variable`.
-const EXTRAS: [&str; 13] = [
+const EXTRAS: [&str; 16] = [
     "space_watch.unstable",
     "space_watch.contact_work",
     "space_watch.absorbed",
     "hil_watch.unstable",
+    "hil_watch.end_speed",
+    "session.rule",
+    "session.value",
     "sensed.saturated",
     "robot.limited",
     "link.y",
@@ -102,9 +106,10 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let variables = || {
         let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
         let load = loaded(plant).then_some(&("load", "Load"));
+        let session = supervised(plant).then_some(&("session", "Session"));
         let compensation = compensates(plant).then_some(&("compensation", "Compensation"));
         let joint_level = JOINT_STATE.iter().filter(|_| plant.cells.is_some());
-        let all = STATE.iter().chain(load).chain(compensation).chain(joint_level);
+        let all = STATE.iter().chain(load).chain(session).chain(compensation).chain(joint_level);
         let all = all.map(|(variable, name)| (*variable, fields(name))).chain(bristles);
         all.flat_map(|(variable, fields)| fields.iter().map(move |field| (variable, field)))
             .filter(|(_, field)| moves(plant, &field.name))
@@ -154,7 +159,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
-         const GIVES_WAY = {};\n\n",
+         const GIVES_WAY = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -167,6 +172,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
         gives_way(plant),
+        supervised(plant),
     )
 }
 

@@ -15,8 +15,10 @@ use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise::{self, Normals};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::real::Real;
 use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
+use softdock_kernels::session::{self, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::test_motion::{self, Followed, Tracking};
 use softdock_kernels::vector::Vec3;
@@ -68,6 +70,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Robots<Sym>>(),
         structure::<Sensor<Sym>>(),
         structure::<Load<Sym>>(),
+        structure::<Session<Sym>>(),
         structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
         structure::<Yielding<Sym>>(),
@@ -140,6 +143,7 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
         stage!(interpolate(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>, place: Sym) -> Parts<Sym>
             => robot::interpolate(m, &first, &second, &third, place)),
+        stage!(on_course(p: Params<Sym>, told: Parts<Sym>) -> Parts<Sym> => robot::on_course(m, &p, &told)),
         stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
         stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
         stage!(push_fixture(p: Params<Sym>, s: Robots<Sym>, w: Wrench<Sym>) -> Robots<Sym>
@@ -159,6 +163,13 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(wrench_age(p: Params<Sym>) -> Sym => sensor::wrench_age(m, &p)),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
+        stage!(new_session() -> Session<Sym> => session::new_session()),
+        stage!(supervise(s: Session<Sym>, parts: Parts<Sym>, commanded: Parts<Sym>, w: Wrench<Sym>, sensed: Sensor<Sym>,
+            port_energy: Sym, cycle: Sym) -> Session<Sym> => {
+            let (saturated, cut) = (sensed.saturated, Sym::lit(0.0));
+            let seen = Observed { parts, commanded, wrench: w, saturated, cut, port_energy };
+            session::supervise(m, &s, &seen, cycle)
+        }),
         stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),
         stage!(look_back(p: Params<Sym>) -> Sym => compensator::look_back(m, &p)),
         stage!(compensate(p: Params<Sym>, s: Compensation<Sym>, parts: Parts<Sym>, past: Parts<Sym>, w: Wrench<Sym>)
@@ -194,9 +205,9 @@ fn monitor_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(port_power(parts: Parts<Sym>, w: Wrench<Sym>) -> Sym => monitor::port_power(&parts, w)),
         stage!(observe(s: Watch<Sym>, time: Sym, parts: Parts<Sym>, simulated: Parts<Sym>, touch: Touch<Sym>, latch: LatchState<Sym>)
             -> Watch<Sym> => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch)),
-        stage!(finish(s: Watch<Sym>, time: Sym, simulated: Parts<Sym>, last: Sym) -> Watch<Sym>
-            => monitor::finish(m, &s, time, &simulated, last)),
-        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, followed: Followed<Sym>, created: Sym) -> Metrics<Sym>
-            => monitor::metrics(m, &s, &bodies, &followed, created)),
+        stage!(finish(s: Watch<Sym>, time: Sym, simulated: Parts<Sym>, last: Sym, facility: Sym)
+            -> Watch<Sym> => monitor::finish(m, &s, time, &simulated, last, facility)),
+        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, followed: Followed<Sym>, facility: Sym) -> Metrics<Sym>
+            => monitor::metrics(m, &s, &bodies, &followed, facility)),
     ]
 }

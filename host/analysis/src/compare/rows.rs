@@ -30,11 +30,11 @@ impl Row {
     }
 
     pub(super) fn passes_in_space(&self) -> bool {
-        matches!(self.agreement, Agreement::TruePass | Agreement::FalseFail)
+        self.agreement.space_passes() == Some(true)
     }
 
     pub(super) fn passes_on_facility(&self) -> bool {
-        matches!(self.agreement, Agreement::TruePass | Agreement::FalsePass)
+        self.agreement.facility_passes() == Some(true)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Energy created by the facility against the loop delay, coloured by agreement.
+//! Energy injected by the facility against the loop delay, coloured by agreement.
 
 use softdock_results::runs::Agreement;
 
@@ -15,7 +15,9 @@ const MOST_DOTS: usize = 1_500;
 const WIDE: f64 = 50.0;
 
 /// The kinds of runs, frequent ones first so that rare ones lie on top.
-const KINDS: [(Agreement, plotters::style::RGBColor); 4] = [
+const KINDS: [(Agreement, plotters::style::RGBColor); 6] = [
+    (Agreement::AbortedPass, colour::ABORTED),
+    (Agreement::AbortedFail, colour::ABORTED),
     (Agreement::TruePass, colour::TRUE_PASS),
     (Agreement::TrueFail, colour::TRUE_FAIL),
     (Agreement::FalseFail, colour::FALSE_FAIL),
@@ -25,7 +27,7 @@ const KINDS: [(Agreement, plotters::style::RGBColor); 4] = [
 /// The figure, or `None` if no run has both numbers.
 pub(crate) fn energy_figure(sample: &Sample) -> Result<Option<Drawing>> {
     let dots: Vec<(Agreement, f64, f64)> = (0..sample.runs())
-        .filter_map(|row| Some((sample.agreement[row], sample.delay[row], sample.created_energy[row]?)))
+        .filter_map(|row| Some((sample.agreement[row], sample.delay[row], sample.injected_energy[row]?)))
         .filter(|(_, delay, _)| delay.is_finite())
         .collect();
     let Some(y) = energy_axis(&dots) else { return Ok(None) };
@@ -33,7 +35,7 @@ pub(crate) fn energy_figure(sample: &Sample) -> Result<Option<Drawing>> {
     let delays = dots.iter().map(|(_, delay, _)| 1.0e3 * delay);
     let (lo, hi) = delays.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), delay| (lo.min(delay), hi.max(delay)));
     let x = Axis::linear("loop delay [ms]", lo, hi).padded(0.02);
-    let mut figure = Figure::new("Energy created by the facility against loop delay", Size::Wide, x, y);
+    let mut figure = Figure::new("Energy injected by the facility against loop delay", Size::Wide, x, y);
     let mut thinned = false;
     for (kind, colour) in KINDS {
         let all: Vec<(f64, f64)> = dots
@@ -62,7 +64,7 @@ fn energy_axis(dots: &[(Agreement, f64, f64)]) -> Option<Axis> {
     let mut energies: Vec<f64> = dots.iter().map(|(.., energy)| *energy).collect();
     energies.sort_by(f64::total_cmp);
     let (lo, hi) = (*energies.first()?, *energies.last()?);
-    let axis = Axis::linear("created energy [J]", lo.min(0.0), hi.max(0.0)).padded(0.03);
+    let axis = Axis::linear("injected energy [J]", lo.min(0.0), hi.max(0.0)).padded(0.03);
     let mut sizes: Vec<f64> = energies.iter().map(|energy| energy.abs()).filter(|size| *size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let typical = sorted_quantile(&sizes, 0.5);

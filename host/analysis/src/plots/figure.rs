@@ -30,6 +30,8 @@ pub mod colour {
     pub const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
     /// Only the facility fails.
     pub const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
+    /// The facility gives no answer.
+    pub const ABORTED: RGBColor = RGBColor(0x4A, 0x6F, 0xA5);
     /// Frame of what is to be trusted.
     pub const TRUSTED: RGBColor = RGBColor(0x00, 0x7A, 0x5A);
     /// Facilities side by side.

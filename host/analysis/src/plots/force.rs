@@ -1,5 +1,6 @@
-//! Contact force over time of the kept runs, in space and on the facility.
+//! The limited quantity over time of the kept runs, in space and on the facility; without a limit the contact force.
 
+use softdock_campaign::requirement::Requirement;
 use softdock_results::traces::{FORCE_SIGNALS, NOMINAL_RUN, Trace};
 
 use crate::Result;
@@ -11,11 +12,11 @@ use crate::plots::figure::{Figure, Size, colour};
 /// Points of a line on the page; between them the extremes are kept.
 const MOST_POINTS: usize = 600;
 
-/// Figures on the page, at most.
-const MOST_FIGURES: usize = 8;
+/// Figures of the worst runs of one requirement on one loop, at most.
+const MOST_OF_A_KIND: usize = 2;
 
-/// Figures of one kind (worst, random) on the page, at most.
-const MOST_OF_A_KIND: usize = 4;
+/// Figures of random runs, at most.
+const MOST_RANDOM: usize = 2;
 
 /// Peaks in space beyond which the facility's force leaves the axis: a facility that diverges has no scale.
 const HIGHEST: f64 = 6.0;
@@ -23,25 +24,64 @@ const HIGHEST: f64 = 6.0;
 /// Share of the time of contact that is shown before and after it.
 const ROOM: f64 = 0.08;
 
-/// Nominal, then worst, then random runs; runs without a force signal are left out.
-pub(crate) fn force_figures(traces: &[Trace]) -> Result<Vec<Drawing>> {
-    let of_kind =
-        |kind: &'static str| traces.iter().filter(move |trace| trace.kept_as.starts_with(kind)).take(MOST_OF_A_KIND);
-    let chosen = ["nominal", "worst", "random"].into_iter().flat_map(of_kind);
+/// What a figure draws: a quantity of both loops, and the limit of a requirement on it.
+struct Quantity {
+    /// Words on the axis.
+    name: &'static str,
+    unit: &'static str,
+    /// Signals in space and on the facility.
+    signals: [&'static str; 2],
+    limit: Option<f64>,
+}
+
+/// Limited metrics, and the signals of which they are the peaks.
+const QUANTITIES: [(&str, &str, &str, [&str; 2]); 6] = [
+    ("peak_contact_force", "contact force", "N", FORCE_SIGNALS),
+    ("peak_latch_force", "latch force", "N", ["space_latch_force_n", "hil_latch_force_n"]),
+    ("peak_interface_force", "interface force", "N", ["space_interface_force_n", "hil_interface_force_n"]),
+    ("peak_contact_moment", "contact moment", "N m", ["space_contact_moment_n_m", "hil_contact_moment_n_m"]),
+    ("peak_latch_moment", "latch moment", "N m", ["space_latch_moment_n_m", "hil_latch_moment_n_m"]),
+    ("peak_interface_moment", "interface moment", "N m", ["space_interface_moment_n_m", "hil_interface_moment_n_m"]),
+];
+
+impl Quantity {
+    /// What a trace was kept for: the quantity that its requirement limits, or else the contact force.
+    fn of(trace: &Trace, requirements: &[Requirement]) -> Self {
+        let id = trace.kept_as.strip_prefix("worst ").map(|id| id.trim_end_matches(" on the facility"));
+        let requirement = requirements.iter().find(|requirement| Some(requirement.id.as_str()) == id);
+        let limited = |metric: &str| QUANTITIES.iter().find(|quantity| quantity.0 == metric);
+        let own = requirement.and_then(|requirement| Some((limited(&requirement.metric)?, Some(requirement.limit))));
+        let ((_, name, unit, signals), limit) = own.unwrap_or((&QUANTITIES[0], None));
+        Self { name, unit, signals: *signals, limit }
+    }
+}
+
+/// Nominal, then the worst run of each requirement on each loop, then random runs; runs without the signal are left out.
+pub(crate) fn force_figures(traces: &[Trace], requirements: &[Requirement]) -> Result<Vec<Drawing>> {
+    let kept = |kind: &str, most: usize| {
+        let kind = kind.to_owned();
+        traces.iter().filter(move |trace| trace.kept_as == kind).take(most)
+    };
+    let worst = requirements.iter().flat_map(|requirement| {
+        let id = &requirement.id;
+        [format!("worst {id}"), format!("worst {id} on the facility")]
+    });
+    let worst: Vec<&Trace> = worst.flat_map(|kind| kept(&kind, MOST_OF_A_KIND).collect::<Vec<_>>()).collect();
     let mut drawings = Vec::new();
-    for trace in chosen.take(MOST_FIGURES) {
-        drawings.extend(force_figure(trace)?);
+    for trace in kept("nominal", 1).chain(worst).chain(kept("random", MOST_RANDOM)) {
+        drawings.extend(force_figure(trace, &Quantity::of(trace, requirements))?);
     }
     Ok(drawings)
 }
 
-fn force_figure(trace: &Trace) -> Result<Option<Drawing>> {
-    let [Some(space), Some(facility)] = FORCE_SIGNALS.map(|name| points(trace, name)) else { return Ok(None) };
+fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
+    let [Some(space), Some(facility)] = quantity.signals.map(|name| points(trace, name)) else { return Ok(None) };
     let (start, end) = time_of_contact(&space, &facility);
     let [peak, facility_peak] =
         [&space, &facility].map(|points| points.iter().map(|point| point.1).fold(0.0, f64::max));
     let leaves = peak > 0.0 && facility_peak > HIGHEST * peak;
     let highest = if leaves { HIGHEST * peak } else { facility_peak.max(peak) };
+    let highest = quantity.limit.map_or(highest, |limit| highest.max(limit));
     let name = match trace.run {
         NOMINAL_RUN => "Nominal case".to_owned(),
         run => format!("Run {run}"),
@@ -49,18 +89,23 @@ fn force_figure(trace: &Trace) -> Result<Option<Drawing>> {
     let shown =
         |points: Vec<(f64, f64)>| thinned(points.into_iter().filter(|(t, _)| (start..=end).contains(t)).collect());
     let x = Axis::linear("time [s]", start, end);
-    let y = Axis::linear("contact force [N]", 0.0, if highest > 0.0 { 1.08 * highest } else { 1.0 });
-    let svg = Figure::new(format!("Contact force, {name}"), Size::Half, x, y)
+    let label = format!("{} [{}]", quantity.name, quantity.unit);
+    let y = Axis::linear(label, 0.0, if highest > 0.0 { 1.08 * highest } else { 1.0 });
+    let mut figure = Figure::new(format!("{}, {name}", quantity.name), Size::Half, x, y)
         .line(shown(facility), colour::FACILITY, 1.3)
-        .line(shown(space), colour::SPACE, 1.3)
-        .svg()?;
+        .line(shown(space), colour::SPACE, 1.3);
+    if let Some(limit) = quantity.limit {
+        figure = figure.line(vec![(start, limit), (end, limit)], colour::FALSE_PASS, 1.0);
+    }
+    let svg = figure.svg()?;
     let kept = if trace.kept_as == "nominal" { String::new() } else { format!(" ({})", trace.kept_as) };
+    let limit = quantity.limit.map_or(String::new(), |limit| format!(" Limit {}.", with_unit(limit, quantity.unit)));
     let note = if leaves {
-        format!(" The facility's force leaves the axis; its peak is {}.", with_unit(facility_peak, "N"))
+        format!(" The facility leaves the axis; its peak is {}.", with_unit(facility_peak, quantity.unit))
     } else {
         String::new()
     };
-    Ok(Some(Drawing { svg, caption: format!("{name}{kept}.{note}") }))
+    Ok(Some(Drawing { svg, caption: format!("{name}{kept}.{limit}{note}") }))
 }
 
 fn points(trace: &Trace, signal: &str) -> Option<Vec<(f64, f64)>> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use softdock_results::Table;
-use softdock_results::runs::{Agreement, input_fields};
+use softdock_results::runs::{Agreement, Outcome, input_fields};
 use softdock_results::shards::{read_columns, run_columns};
 
 use crate::facts::CampaignFacts;
@@ -71,13 +71,13 @@ pub(crate) struct Sample {
     /// Every so many runs one is kept.
     pub(crate) stride: u64,
     pub(crate) agreement: Vec<Agreement>,
-    /// Task success: space, facility; an invalid run has none.
+    /// Task success: space, facility; an aborted session and an invalid run have none.
     pub(crate) success: [Vec<bool>; 2],
     /// Per requirement: space, facility.
     pub(crate) margins: Vec<[Vec<Option<f64>>; 2]>,
     pub(crate) inputs: Vec<Input>,
     pub(crate) delay: Vec<f64>,
-    pub(crate) created_energy: Vec<Option<f64>>,
+    pub(crate) injected_energy: Vec<Option<f64>>,
     /// The [`TRACKING`] columns.
     pub(crate) tracking: [Vec<Option<f64>>; TRACKING.len()],
     /// Largest size of the [`CONSERVED`] columns over all runs.
@@ -127,9 +127,10 @@ impl Sample {
             self.agreement.push(word.ok_or("agreement")?);
         }
         for (side, success) in LOOPS.into_iter().zip(&mut self.success) {
-            let name = format!("{side}_success");
-            let passes = table.bools(&name).ok_or(name)?;
-            success.extend(kept.iter().map(|row| passes[*row] == Some(true)));
+            let name = format!("{side}_outcome");
+            let outcomes = table.column(&name).ok_or(name)?;
+            let passes = |row: &usize| outcomes.values.word(*row) == Some(Outcome::Pass.word());
+            success.extend(kept.iter().map(passes));
         }
         for (requirement, margins) in facts.requirements.iter().zip(&mut self.margins) {
             for (side, margins) in LOOPS.into_iter().zip(margins) {
@@ -143,9 +144,9 @@ impl Sample {
             values.iter().flatten().for_each(|value| input.moments.add(*value));
             input.values.extend(kept.iter().map(|row| values[*row].unwrap_or(f64::NAN)));
         }
-        let (delay, energy) = (numbers("in_loop_delay_s")?, numbers("hil_created_energy_j")?);
+        let (delay, energy) = (numbers("in_loop_delay_s")?, numbers("hil_injected_energy_j")?);
         self.delay.extend(kept.iter().map(|row| delay[*row].unwrap_or(f64::NAN)));
-        self.created_energy.extend(kept.iter().map(|row| energy[*row]));
+        self.injected_energy.extend(kept.iter().map(|row| energy[*row]));
         for (name, kept_values) in TRACKING.into_iter().zip(&mut self.tracking) {
             let values = numbers(name)?;
             kept_values.extend(kept.iter().map(|row| values[*row]));
@@ -158,7 +159,7 @@ impl Sample {
 }
 
 fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
-    let fixed = ["run", "agreement", "space_success", "hil_success", "in_loop_delay_s", "hil_created_energy_j"];
+    let fixed = ["run", "agreement", "space_outcome", "hil_outcome", "in_loop_delay_s", "hil_injected_energy_j"];
     let mut names: Vec<String> = fixed.into_iter().chain(CONSERVED).chain(TRACKING).map(str::to_owned).collect();
     for requirement in facts.requirements {
         names.extend(LOOPS.map(|side| outcome_columns(side, &requirement.column_id())[0].clone()));

@@ -8,7 +8,10 @@ use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::params::Params;
 use softdock_results::parity::{HALF_STEP, PARITY, RepeatedRow, write_repetition};
-use softdock_results::runs::{Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status, metric_fields};
+use softdock_results::runs::{
+    Agreement, Cause, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow, RunsSchema, Status,
+    metric_fields,
+};
 use softdock_results::shards::{Provenance, ShardPlan, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
 
@@ -33,7 +36,7 @@ pub(crate) fn requirements() -> Vec<Requirement> {
         confidence: 0.9,
     };
     vec![
-        requirement("DCK-010", "Peak contact force shall not exceed 400 N.", "peak_force", "N", 400.0, 0.9),
+        requirement("DCK-010", "Peak contact force shall not exceed 400 N.", "peak_contact_force", "N", 400.0, 0.9),
         requirement("DCK-020", "Capture completes within 22 s.", "capture_time", "s", 22.0, 0.8),
     ]
 }
@@ -107,7 +110,7 @@ fn metrics(params: &Params<f64>, run: u64, delay: f64) -> Metrics<f64> {
     let mass = 0.8 * params.target_mass;
     let w = f64::sqrt(params.contact_stiffness / mass);
     metrics.restitution = 0.6 * f64::exp(0.8 * w * delay);
-    metrics.peak_force = mass * w * params.closing_speed * (1.0 + 0.3 * w * delay);
+    metrics.peak_contact_force = mass * w * params.closing_speed * (1.0 + 0.3 * w * delay);
     metrics.approach_speed = params.closing_speed;
     metrics.touch_time = 0.5 / params.closing_speed.max(1e-3) * 0.6;
     metrics.capture_time = metrics.touch_time + 4.0 * metrics.restitution + 3.0 * uniform(run, 9);
@@ -116,8 +119,7 @@ fn metrics(params: &Params<f64>, run: u64, delay: f64) -> Metrics<f64> {
     if !captured {
         metrics.capture_time = -1.0;
     }
-    metrics.success = f64::from(u8::from(captured && metrics.peak_force < 550.0));
-    metrics.created_energy = 0.5 * mass * params.closing_speed.powi(2) * (f64::exp(9.0 * w * delay) - 1.0);
+    metrics.injected_energy = 0.5 * mass * params.closing_speed.powi(2) * (f64::exp(9.0 * w * delay) - 1.0);
     metrics.end_time = 40.0;
     metrics
 }
@@ -128,34 +130,59 @@ pub(crate) fn row(run: u64) -> RunRow {
     let mut space = metrics(&params, run, 0.0);
     let mut hil = metrics(&params, run, params.loop_delay);
     // A rubbing rig holds some parts that would slip off in space.
-    if space.success == 0.0 && hil.success == 0.0 && uniform(run, 10) < 0.3 {
-        (hil.success, hil.capture_time) = (1.0, hil.touch_time + 5.0);
+    if !docks(&space) && !docks(&hil) && hil.peak_contact_force < 550.0 && uniform(run, 10) < 0.3 {
+        hil.capture_time = hil.touch_time + 5.0;
     }
-    space.created_energy = 0.0;
+    space.injected_energy = 0.0;
     let invalid = run % INVALID_EVERY == INVALID_EVERY - 1;
-    let outcomes = |metrics: &Metrics<f64>| -> Vec<Outcome> {
-        let judge = |requirement: &Requirement| {
-            let margin = requirement.margin(metrics.available(&requirement.metric));
-            Outcome { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
+    let stopped = hil.injected_energy > STOP_ENERGY;
+    let ended = |metrics: Metrics<f64>, stopped: bool| {
+        let (outcome, cause) = match (invalid, stopped, docks(&metrics)) {
+            (true, ..) => (Outcome::Invalid, Some(cause("space_non_finite", None))),
+            (_, true, _) => {
+                (Outcome::Aborted, Some(cause("injected_energy", Some((metrics.injected_energy, STOP_ENERGY)))))
+            }
+            (.., false) => (Outcome::Fail, Some(cause("capture", None))),
+            _ => (Outcome::Pass, None),
         };
-        requirements().iter().map(|requirement| if invalid { Outcome::default() } else { judge(requirement) }).collect()
+        let judge = |requirement: &Requirement| {
+            if invalid || stopped {
+                return RequirementResult::default();
+            }
+            let margin = requirement.margin(metrics.available(&requirement.metric));
+            RequirementResult { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
+        };
+        LoopRow { outcome, cause, metrics, requirements: requirements().iter().map(judge).collect() }
     };
-    let (space_outcomes, hil_outcomes) = (outcomes(&space), outcomes(&hil));
-    let pass = space_outcomes.iter().all(|outcome| outcome.pass == Some(true));
-    let status = if pass { Status::Pass } else { Status::Fail };
+    let (space, hil) = (ended(space, false), ended(hil, stopped));
+    let holds = |side: &LoopRow| side.requirements.iter().all(|result| result.pass == Some(true));
+    let verdict = |side: &LoopRow| side.outcome == Outcome::Pass && holds(side);
+    let status = if holds(&space) { Status::Pass } else { Status::Fail };
+    let answer = (!stopped).then(|| verdict(&hil));
     RunRow {
         run,
         outer: 0,
         status: if invalid { Status::Invalid } else { status },
-        agreement: if invalid { Agreement::Invalid } else { Agreement::of(space.success > 0.5, hil.success > 0.5) },
-        flags: if invalid { flags::SPACE_NON_FINITE | flags::RETRIED } else { hil_flags(&hil) },
+        agreement: if invalid { Agreement::Invalid } else { Agreement::of(verdict(&space), answer) },
+        flags: if invalid { flags::SPACE_NON_FINITE | flags::RETRIED } else { hil_flags(&hil.metrics) },
         inputs: to_vec(&params),
         effective_mass: Some(0.8 * params.target_mass),
         space,
         hil,
-        space_outcomes,
-        hil_outcomes,
     }
+}
+
+/// Injected energy that stops a session \[J\].
+const STOP_ENERGY: f64 = 30.0;
+
+/// The made-up task: capture without too much force.
+fn docks(metrics: &Metrics<f64>) -> bool {
+    metrics.capture_time >= 0.0 && metrics.peak_contact_force < 550.0
+}
+
+fn cause(id: &str, numbers: Option<(f64, f64)>) -> Cause {
+    let (value, limit) = numbers.unzip();
+    Cause { id: id.to_owned(), time: Some(9.0), value, limit, phase: Some(Phase::Contact) }
 }
 
 fn hil_flags(hil: &Metrics<f64>) -> u32 {
@@ -175,14 +202,14 @@ pub(crate) fn write_campaign(results: &Path, runs: u64) {
     write_shards(results, runs, 0..plan(runs).shards());
     let pairs = (0..100).map(|run| {
         let (mut backend, truth) = (row(run * 7), row(run * 7));
-        backend.space.peak_force += 0.02 * (uniform(run, 20) - 0.5);
-        backend.hil.peak_force += 0.05 * (uniform(run, 21) - 0.5);
-        backend.space_outcomes[0].margin = backend.space_outcomes[0].margin.map(|margin| margin + 0.004);
+        backend.space.metrics.peak_contact_force += 0.02 * (uniform(run, 20) - 0.5);
+        backend.hil.metrics.peak_contact_force += 0.05 * (uniform(run, 21) - 0.5);
+        backend.space.requirements[0].margin = backend.space.requirements[0].margin.map(|margin| margin + 0.004);
         if run == 40 {
-            backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
+            backend.hil.requirements[0].pass = backend.hil.requirements[0].pass.map(|pass| !pass);
         }
         if run == 41 {
-            backend.hil_outcomes[0].pass = backend.hil_outcomes[0].pass.map(|pass| !pass);
+            backend.hil.requirements[0].pass = backend.hil.requirements[0].pass.map(|pass| !pass);
             backend.flags ^= flags::HIL_UNSTABLE;
         }
         RepeatedRow { first: backend, second: truth }
@@ -190,7 +217,7 @@ pub(crate) fn write_campaign(results: &Path, runs: u64) {
     write_repetition(&PARITY, results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
     let halved = (0..50).map(|run| {
         let (first, mut second) = (row(run * 9), row(run * 9));
-        second.space.peak_force += 0.3;
+        second.space.metrics.peak_contact_force += 0.3;
         RepeatedRow { first, second }
     });
     write_repetition(&HALF_STEP, results, &schema(), halved.collect(), &provenance()).expect("a half-step table");
@@ -228,8 +255,8 @@ fn trace(run: u64, kept_as: &str) -> Trace {
     };
     let start = 8.0 + uniform(seed, 31);
     let signals = vec![
-        signal("space_force_n", "in space", force(start, 0.6, peak)),
-        signal("hil_force_n", "on the facility", force(start + 0.016, 0.8, 1.12 * peak)),
+        signal("space_contact_force_n", "in space", force(start, 0.6, peak)),
+        signal("hil_contact_force_n", "on the facility", force(start + 0.016, 0.8, 1.12 * peak)),
     ];
     Trace { run, kept_as: kept_as.to_owned(), time, signals }
 }

@@ -4,14 +4,15 @@ use super::{compensator, impedance, joint_level, whole_steps};
 use crate::check::Checker;
 use crate::ranges::{LENGTH, MASS, Range, SPEED};
 use crate::source::Source;
+use crate::station::Station;
 use crate::written::At;
 use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
-use softdock_kernels::model::{Facility, JointLevel, Rail, SensorLoad, TestMotion, Timing, Waveform};
+use softdock_kernels::model::{
+    Facility, JointLevel, Model, Rail, SensorLoad, SessionRules, TestMotion, Timing, Waveform,
+};
 use softdock_kernels::params::{Params, UNLIMITED};
+use softdock_kernels::plant::{Plant, place};
 use softdock_kernels::vector::{Vec3, vec3};
-
-/// The HIL loop counts as diverged above this relative speed \[m/s\]: far above any docking.
-const UNSTABLE_SPEED: f64 = 2.0;
 
 /// Lost commands are carried on along their twist for this many ticks.
 const DROP_HOLD_TICKS: u32 = 2;
@@ -22,10 +23,12 @@ const WAVEFORMS: [(&str, Waveform); 3] =
 /// The facility, and the file of its robots' model if there is one.
 pub(crate) fn read(
     c: &mut Checker,
-    table: &FacilityTable,
+    written: &At<FacilityTable>,
+    station: Option<&Station>,
     timing: &Timing,
     p: &mut Params<f64>,
 ) -> (Facility, Option<Source>) {
+    let table = &written.value;
     sensor(c, &table.sensor, p);
     let own = timing.own_delay() + p.sensor_delay;
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
@@ -58,12 +61,60 @@ pub(crate) fn read(
         compensator: compensator::read(c, &table.compensator, p),
         load: table.sensor.load.as_ref().map(|load| sensor_load(c, load, p)),
         tared: table.sensor.tared.as_ref().is_some_and(|tared| tared.value),
-        unstable_speed: c.number_or(&table.unstable_speed, UNSTABLE_SPEED, "m/s", Range::above(0.0, SPEED)),
+        unstable_speed: unstable_speed(c, written),
+        rules: station.map_or(SessionRules::NONE, |station| station.rules),
+        session_robots: None,
         impedance: table.impedance.as_ref().and_then(|table| impedance::read(c, table)),
         test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
         joint_level,
     };
     (facility, robot)
+}
+
+/// The facility whose rules end and stop a session; none where the scenario says so.
+pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Station> {
+    match (&table.value.file, &table.value.session_rules) {
+        (Some(written), None) => {
+            let path = c.source.sibling(&written.value);
+            let place = Some((&c.source, written.span.clone()));
+            match Source::read(&path, place).and_then(Station::from_source) {
+                Ok(station) => return Some(station),
+                Err(problems) => c.problems.extend(problems),
+            }
+        }
+        (None, Some(written)) => c.choice(written, &[("none", ())]),
+        (Some(_), Some(written)) => {
+            let message = "the rules of a session are written twice: here and by `facility.file`";
+            c.refuse(&written.span, message, "remove one of them");
+        }
+        (None, None) => {
+            let remedy = "add file = \"../facilities/reference.toml\", or session_rules = \"none\"";
+            c.refuse(&table.span, "nothing says by which rules a session on the robots ends and stops", remedy);
+        }
+    }
+    None
+}
+
+/// Puts the facility's robots behind the parts, where they can hold them; or refuses the facility.
+pub(crate) fn check_robots(c: &mut Checker, station: &Station, written: &At<String>, model: &mut Model) {
+    let robots = station.session_robots();
+    match place(&Plant::new(model.clone()), &robots.level) {
+        Ok(_) => model.facility.session_robots = Some(robots),
+        Err((robot, why)) => {
+            let message = format!("robot {robot} of this facility cannot hold its part at the start ({why:?})");
+            c.refuse(&written.span, message, "move its base in the facility file, or move the start");
+        }
+    }
+}
+
+/// Above this relative speed of the parts the loop counts as diverged: it ends runs, so it is written.
+fn unstable_speed(c: &mut Checker, table: &At<FacilityTable>) -> f64 {
+    let range = Range::above(0.0, SPEED);
+    if let Some(written) = &table.value.unstable_speed {
+        return c.number(written, "m/s", range);
+    }
+    c.refuse(&table.span, "nothing says when the HIL loop has diverged", "add unstable_speed = \"2 m/s\"");
+    range.max
 }
 
 /// A motion that the robots are told besides that of the simulation.

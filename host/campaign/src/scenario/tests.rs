@@ -6,7 +6,7 @@ use softdock_kernels::vector::vec3;
 
 /// A ball of 400 kg against a plane on a target of 400 kg.
 pub(crate) const FREE_BODY: &str = r#"
-schema = "scenario/1"
+schema = "scenario/2"
 id = "ball"
 title = "A ball against a plane"
 [timing]
@@ -30,7 +30,12 @@ stiffness = "1e5 N/m"
 [start]
 gap = "150 mm"
 closing_speed = "50 mm/s"
+[facility]
+session_rules = "none"
+unstable_speed = "2 m/s"
 [task]
+capture = false
+touch = true
 max_depth = "50 mm"
 "#;
 
@@ -100,7 +105,7 @@ fn a_contact_too_stiff_for_the_step_is_refused_with_the_step_that_would_do() {
 
 #[test]
 fn a_delay_below_the_loops_own_is_refused_with_the_least() {
-    let problem = first("[task]", "[facility]\nloop_delay = \"0.2 ms\"\nsensor = { delay = \"1 ms\" }\n[task]");
+    let problem = first("[facility]", "[facility]\nloop_delay = \"0.2 ms\"\nsensor = { delay = \"1 ms\" }");
     assert_eq!(problem.key, "facility.loop_delay");
     assert!(problem.remedy.contains("\"1.375000 ms\""), "{}", problem.remedy);
 }

@@ -9,6 +9,10 @@ use serde::Deserialize;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FacilityTable {
+    /// Facility file whose rules end and stop a session, relative to this file.
+    pub(crate) file: Option<At<String>>,
+    /// In place of `file`: "none", no rule stops a session.
+    pub(crate) session_rules: Option<At<String>>,
     /// Whole effective dead time of the loop; default the least that the loop can have.
     pub(crate) loop_delay: Option<Quantity>,
     /// Standard deviation of the command delay, per packet.
@@ -27,7 +31,7 @@ pub(crate) struct FacilityTable {
     pub(crate) max_speed: Option<Quantity>,
     /// Rate limit of the tools, per axis.
     pub(crate) max_rate: Option<Quantity>,
-    /// The HIL loop counts as diverged above this relative speed; default "2 m/s".
+    /// The HIL loop counts as diverged above this relative speed of the parts; must be written.
     pub(crate) unstable_speed: Option<Quantity>,
     /// Response of the robot with part A.
     #[serde(default)]

@@ -42,9 +42,8 @@ pub(crate) struct ScenarioFile {
     pub(crate) orbit: Option<OrbitTable>,
     /// A constant acceleration of all bodies, as a test field.
     pub(crate) field: Option<FieldTable>,
-    /// The facility that closes the HIL loop; without it an ideal one.
-    #[serde(default)]
-    pub(crate) facility: FacilityTable,
+    /// The facility that closes the HIL loop; beside the rules of its sessions an ideal one by default.
+    pub(crate) facility: At<FacilityTable>,
     /// Success and end of a run.
     pub(crate) task: TaskTable,
     /// Effects that a diagnosis found, and that the facility has from now on.
@@ -328,20 +327,25 @@ pub(crate) struct FieldTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TaskTable {
-    /// Success needs a closed latch; default false.
-    pub(crate) capture: Option<At<bool>>,
-    /// Success needs a first touch; default true.
-    pub(crate) touch: Option<bool>,
-    /// Success needs a peak contact force below this.
-    pub(crate) max_force: Option<Quantity>,
-    /// Success needs capture (or the end of contact) before this.
+    /// Whether success needs a closed latch.
+    pub(crate) capture: At<bool>,
+    /// Whether success needs a first touch.
+    pub(crate) touch: bool,
+    /// Success needs a peak contact force, latch excluded, of at most this; not written: no criterion.
+    pub(crate) max_contact_force: Option<Quantity>,
+    /// Success needs a peak interface force, contact and latch together, of at most this; not written: no criterion.
+    pub(crate) max_interface_force: Option<Quantity>,
+    /// Success needs capture (or the end of contact) by this time; not written: no criterion.
     pub(crate) max_time: Option<Quantity>,
-    /// Success needs a restitution below this.
+    /// Success needs a restitution of at most this; not written: no criterion.
     pub(crate) max_restitution: Option<Quantity>,
     /// A run is over this long after the parts have separated.
     pub(crate) end_after_separation: Option<Quantity>,
-    /// A run is over this long after capture.
+    /// The loop in space is over this long after capture.
     pub(crate) end_after_capture: Option<Quantity>,
+    /// The loop on the facility is over this long after capture; only where the facility file does not end a session at
+    /// capture. Not written: as in space.
+    pub(crate) facility_end_after_capture: Option<Quantity>,
     /// Deeper contact is a numerical failure.
     pub(crate) max_depth: Quantity,
 }

@@ -10,7 +10,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "softdock facility")]
 pub(crate) struct StationFile {
-    /// Format and version of this file: "facility/1".
+    /// Format and version of this file: "facility/2".
     pub(crate) schema: At<String>,
     /// Name of the facility: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -28,8 +28,7 @@ pub(crate) struct StationFile {
     pub(crate) robot2: RobotTable,
     /// The force/torque sensor between robot 1's flange and part A.
     pub(crate) sensor: SensorTable,
-    /// When a run is stopped.
-    #[serde(default)]
+    /// When a session is stopped or over.
     pub(crate) safety: SafetyTable,
 }
 
@@ -113,8 +112,8 @@ pub(crate) struct SensorTable {
     pub(crate) touch_force: Option<Quantity>,
 }
 
-/// When a run is stopped.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
+/// When a session is stopped or over. The rules have no default: each can decide what a session answers.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SafetyTable {
     /// Lost cycles in a row over which the last command is held; default 3.
@@ -123,20 +122,26 @@ pub(crate) struct SafetyTable {
     pub(crate) stop_cycles: Option<At<u64>>,
     /// Greatest age of a sensor sample; default 5 ms.
     pub(crate) sensor_age: Option<Quantity>,
-    /// Energy that the facility may create in the contact; default 0.5 J.
-    pub(crate) contact_energy: Option<Quantity>,
-    /// The run ends with a controlled stop when the latch closes; default true.
-    pub(crate) end_at_capture: Option<bool>,
-    /// Greatest measured force; default 500 N.
-    pub(crate) force: Option<Quantity>,
-    /// Greatest measured moment; default 100 N m.
-    pub(crate) moment: Option<Quantity>,
-    /// Greatest change of the measured force in a second; default 200 kN/s.
-    pub(crate) force_rate: Option<Quantity>,
-    /// Time over which commands may be cut to speed, acceleration and jerk without a pause; default 100 ms.
-    pub(crate) clamp_time: Option<Quantity>,
-    /// Greatest distance of a measured joint from its command; default 5 degrees.
-    pub(crate) following_error: Option<Quantity>,
-    /// Greatest distance of the rail from its command; default 50 mm.
-    pub(crate) rail_following_error: Option<Quantity>,
+    /// Whether a session ends with a controlled stop when the latch closes.
+    pub(crate) end_at_capture: bool,
+    /// Greatest measured force.
+    pub(crate) force: Quantity,
+    /// Greatest measured moment about part A's origin.
+    pub(crate) moment: Quantity,
+    /// Greatest change of the measured force from cycle to cycle.
+    pub(crate) force_rate: Quantity,
+    /// Whether a saturated channel of the sensor stops the session.
+    pub(crate) sensor_saturation: bool,
+    /// Greatest energy injected by the facility.
+    pub(crate) injected_energy: Quantity,
+    /// Greatest distance of a tool from its command.
+    pub(crate) following_error: Quantity,
+    /// Greatest angle between a tool and its command.
+    pub(crate) following_rotation: Quantity,
+    /// Greatest distance of a commanded tool from the start of the run.
+    pub(crate) tool_reach: Quantity,
+    /// Greatest angle of a commanded tool from the start of the run.
+    pub(crate) tool_rotation: Quantity,
+    /// Time during which commands may be cut without a pause.
+    pub(crate) clamp_time: Quantity,
 }

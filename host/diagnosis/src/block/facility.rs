@@ -198,7 +198,7 @@ fn trial(
     channels: std::ops::Range<usize>,
     held_out: bool,
 ) -> Trial {
-    let (start, tare) = (plant.start(), left_by_tare(&log.cycles[1..]));
+    let (start, tare) = (plant.start, left_by_tare(&log.cycles[1..]));
     let measured: Vec<Vec<f64>> = held(plant, log)
         .iter()
         .zip(&log.cycles[1..])

@@ -5,7 +5,7 @@ mod scene;
 
 use crate::{Engine, EngineError, Job, RunInput};
 pub use peak::{cpu_peak, device_peak};
-pub use scene::{ideal_step_flops, scene, with_joints};
+pub use scene::{ideal_step_flops, scene, supervised, with_joints};
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Loops;
 use std::time::Instant;
@@ -19,7 +19,9 @@ pub enum Scene {
     IdealLoop,
     /// Both loops of a run, with delay, lagging robots and a noisy sensor; a tick of 1 ms in four substeps.
     HilLoop,
-    /// The same with both robots joint by joint.
+    /// The same with every rule of a session in force, and none that is ever met.
+    SupervisedLoop,
+    /// The HIL loop with both robots joint by joint.
     JointLoop,
 }
 
@@ -37,12 +39,13 @@ impl Scene {
         let plant = match self {
             Self::IdealStep => scene(1e-3, 1, ticks),
             Self::IdealLoop | Self::HilLoop => scene(2.5e-4, 4, ticks),
+            Self::SupervisedLoop => supervised(&scene(2.5e-4, 4, ticks)),
             Self::JointLoop => with_joints(&scene(2.5e-4, 4, ticks)),
         };
         // As a campaign without dispersions would: what its one parameter set has not is not computed.
         let effects = EffectSet::of(&plant.nominal, &plant.timing);
         let plant = plant.with_effects(effects);
-        let both = matches!(self, Self::HilLoop | Self::JointLoop);
+        let both = matches!(self, Self::HilLoop | Self::SupervisedLoop | Self::JointLoop);
         let mut job = Job::new(plant, 1, both);
         job.batch.loops = if both { Loops::Both } else { Loops::SpaceOnly };
         job
@@ -82,6 +85,23 @@ pub fn speed(
     }
     rates.sort_by(f64::total_cmp);
     Ok(Speed { ticks: rates[rates.len() / 2], first: first_more })
+}
+
+/// What the rules of a session cost on an engine, as a share of a tick of both loops without them: the median of `pairs`
+/// measurements side by side.
+///
+/// # Errors
+/// What the engine says.
+pub fn cost_of_rules(engine: &mut dyn Engine, runs: u64, seconds: f64, pairs: usize) -> Result<f64, EngineError> {
+    let rate = measure(engine, Scene::HilLoop, runs, 512)?;
+    let ticks = (seconds * rate / runs as f64).clamp(512.0, 1.1e6) as u32;
+    let mut costs = Vec::new();
+    for _ in 0..pairs {
+        let free = measure(engine, Scene::HilLoop, runs, ticks)?;
+        costs.push(free / measure(engine, Scene::SupervisedLoop, runs, ticks)? - 1.0);
+    }
+    costs.sort_by(f64::total_cmp);
+    Ok(costs[costs.len() / 2])
 }
 
 fn measure(engine: &mut dyn Engine, scene: Scene, runs: u64, ticks: u32) -> Result<f64, EngineError> {

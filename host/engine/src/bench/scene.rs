@@ -1,16 +1,14 @@
 //! The scenes that are measured: an arm of seven joints on a free base, a sphere in a drogue, a free target.
 
 use softdock_kernels::frame::Batch;
-use softdock_kernels::manipulator::cell::{Feedforward, Mount};
+use softdock_kernels::manipulator::cell::{AXES, Feedforward, Mount};
 use softdock_kernels::manipulator::sample;
 use softdock_kernels::model::*;
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use softdock_tracer::kernel::kernel;
-
-/// A limit that no run meets.
-const ENDLESS: f64 = f64::INFINITY;
+use std::f64::consts::PI;
 
 /// The scene with a tick of `substeps` steps of `substep` seconds, ended after `ticks`.
 ///
@@ -46,8 +44,8 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
         orbit_rate: 0.0,
         orbit_axes: Quat::identity(),
         field: Vec3::zero(),
-        facility: facility(),
-        task: unending(),
+        facility: Facility::IDEAL,
+        task: Task::OPEN,
         nominal: nominal(),
     };
     // The tool at the contact frame's origin, whatever the posture.
@@ -76,6 +74,28 @@ pub fn with_joints(plant: &Plant) -> Plant {
         carriage: None,
     });
     (model.nominal.robot1, model.nominal.robot2) = (sample::reference_drives(), sample::reference_drives());
+    Plant::new(model)
+}
+
+/// The scene with every rule of a session in force, and none that is ever met.
+pub fn supervised(plant: &Plant) -> Plant {
+    const FAR: f64 = 1e9;
+    let level = with_joints(plant).facility.joint_level.clone().expect("robots with joints");
+    let mut model = Model::clone(plant);
+    let limit = AxisRange { lower: -FAR, upper: FAR, speed: FAR, acceleration: FAR };
+    model.facility.session_robots = Some(SessionRobots { level, limits: [limit; AXES], correction: [FAR; 2] });
+    model.facility.rules = SessionRules {
+        force: FAR,
+        moment: FAR,
+        force_rate: FAR,
+        sensor_saturation: true,
+        injected_energy: FAR,
+        following_error: FAR,
+        following_rotation: PI,
+        tool_reach: FAR,
+        tool_rotation: PI,
+        clamp_time: FAR,
+    };
     Plant::new(model)
 }
 
@@ -116,37 +136,6 @@ fn drogue() -> Contact {
         law: NormalLaw::Linear,
         bilateral: false,
         latch: None,
-    }
-}
-
-fn facility() -> Facility {
-    Facility {
-        robot1_share: 0.5,
-        rail: None,
-        drop_hold_ticks: 3,
-        sensor_substeps: 1,
-        crosstalk: [[0.0; 6]; 6],
-        unstable_speed: 1e6,
-        impedance: None,
-        test_motion: None,
-        joint_level: None,
-        compensator: Compensator::NONE,
-        load: None,
-        tared: false,
-    }
-}
-
-/// Nothing ends a run before its last tick.
-fn unending() -> Task {
-    Task {
-        capture: false,
-        touch: false,
-        max_force: ENDLESS,
-        max_time: ENDLESS,
-        max_restitution: ENDLESS,
-        end_after_separation: ENDLESS,
-        end_after_capture: ENDLESS,
-        max_depth: 1e6,
     }
 }
 

@@ -4,7 +4,7 @@ use super::{GpuEngine, WORKGROUP};
 use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::metrics::Metrics;
-use softdock_kernels::outcome::{Finished, RunEnd, run_flags};
+use softdock_kernels::outcome::{Finished, RunEnd, Stop, run_flags};
 use softdock_kernels::quads::{self, word};
 use softdock_kernels::vector::vec3;
 use softdock_tracer::kernel::{Kernel, kernel};
@@ -231,9 +231,9 @@ impl<'a> Farm<'a> {
             hil,
             space_watch: (extra[0] > 0.0, extra[1], extra[2]),
             hil_unstable: extra[3] > 0.0,
-            saturated: extra[4] > 0.0,
-            limited: extra[5] > 0.0,
-            dropped: extra[6] > 0.0,
+            saturated: extra[7] > 0.0,
+            limited: extra[8] > 0.0,
+            dropped: extra[9] > 0.0,
         };
         let [low, high] = self.lanes[lane].run;
         Finished {
@@ -242,7 +242,8 @@ impl<'a> Farm<'a> {
             space,
             hil,
             flags: run_flags(&self.compiled.job.plant, end),
-            touch: [vec3(extra[7], extra[8], extra[9]), vec3(extra[10], extra[11], extra[12])],
+            stop: Stop::of([extra[3], extra[4], extra[5], extra[6]]),
+            touch: [vec3(extra[10], extra[11], extra[12]), vec3(extra[13], extra[14], extra[15])],
         }
     }
 }

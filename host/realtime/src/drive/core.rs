@@ -21,14 +21,15 @@ use softdock_campaign::station::AxisLimits;
 use softdock_kernels::frame::single::{Measured, Progress, Reading, SimulationComputer, simulation_computer};
 use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::metrics::Metrics;
+use softdock_kernels::outcome::Stop;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
 
-/// Duration of the run-in from rest \[s\].
-const RUN_IN_TIME: f64 = 1.0;
+/// Duration of the run-in from rest, half of it at constant speed \[s\].
+const RUN_IN_TIME: f64 = 2.0;
 /// Cycles over which the protocol's end is sent.
 const END_CYCLES: u32 = 5;
 
@@ -93,6 +94,11 @@ pub enum Unprepared {
     /// The robot's cycle is not a whole number of ticks.
     #[error("a robot's cycle of {0} ms is not a whole number of ticks of {1} ms: change the scenario's timing.tick")]
     Cycle(f64, f64),
+    /// The scenario is judged by other rules than those of the facility that is driven.
+    #[error(
+        "the scenario's facility has other session rules than the facility that is driven: name this facility file in the scenario"
+    )]
+    Rules,
 }
 
 /// As the kernels say it.
@@ -118,7 +124,7 @@ enum State {
     Enabling { begun: Nanos },
     ToStart { way: JointMove, begun: Nanos },
     Taring { begun: Nanos, sum: Wrench<f64>, least: f64, most: f64, samples: u32 },
-    RunIn { begun: Nanos },
+    RunIn { cycles: u32 },
     Running,
     Stopping,
     Ending { cycles: u32 },
@@ -139,6 +145,8 @@ pub struct Core {
     guard: Option<Guard>,
     /// Measured axes of the last two reports, newest first.
     axes: [[[f64; AXES]; 2]; 2],
+    /// What the parts were commanded to do by the end of the last cycle.
+    commanded: Parts<f64>,
     state: State,
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
@@ -160,7 +168,11 @@ impl Core {
         }
         let reading = Reading { touch_force: task.station.sensor.touch_force, hold_back: ticks as usize };
         let computer = simulation_computer(&task.plant, task.run, &task.params, reading);
+        if task.plant.facility.rules != task.station.rules {
+            return Err(Unprepared::Rules);
+        }
         let run_in = RunIn::new(computer.told(), RUN_IN_TIME);
+        let commanded = run_in.at(&task.plant, 0.0);
         let mut record = CycleRecord::BLANK;
         record.flags = if task.armed { cycle_flags::ARMED } else { 0 };
         Ok(Self {
@@ -174,6 +186,7 @@ impl Core {
             limiters: None,
             guard: None,
             axes: [[[0.0; AXES]; 2]; 2],
+            commanded,
             state: State::StartUp(StartUp::default()),
             dead: [false; 2],
             begun_at: [[0.0; AXES]; 2],
@@ -211,6 +224,27 @@ impl Core {
     /// Why the drive did not begin, if it did not.
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
+    }
+
+    /// The session's rule that was met, and by what.
+    pub fn rule_met(&self) -> Option<Stop> {
+        self.guard.as_ref().and_then(Guard::stop)
+    }
+
+    /// Energy injected by the facility since the run began \[J\].
+    pub fn injected_energy(&self) -> f64 {
+        let progress = self.computer.progress();
+        self.guard.as_ref().map_or(0.0, |guard| guard.injected_energy(&progress))
+    }
+
+    /// What the sensor reads at rest beside the tool's weight, its own axes.
+    pub fn tare_found(&self) -> Wrench<f64> {
+        self.sensing.tare
+    }
+
+    /// Whether the next cycle is the first of the run itself.
+    pub fn begins(&self) -> bool {
+        matches!(self.state, State::Running) && self.record.tick == 0
     }
 
     /// What the run has come to.
@@ -273,7 +307,8 @@ impl Core {
         let wrench = self.sensing.on_part(ft.raw, &parts.a);
         ft.compensated = wrench;
         let tared = matches!(self.state, State::RunIn { .. } | State::Running | State::Stopping);
-        tared.then_some(Measured { parts, wrench })
+        let saturated = inputs.moved.sample.is_some_and(|sample| sample.saturated);
+        tared.then_some(Measured { parts, wrench, saturated })
     }
 
     /// The first reason to stop; none while nothing moves yet or any more.
@@ -288,18 +323,19 @@ impl Core {
         if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken && started) {
             return Some(Alarm { cause: StopCause::LinkFault, dead: (link < 2).then_some(link) });
         }
-        let running = matches!(self.state, State::Running);
+        let (running, stopping) = (matches!(self.state, State::Running), matches!(self.state, State::Stopping));
         let seen = Seen {
             now: inputs.now,
             robots: &inputs.moved.robots,
             sample: inputs.moved.sample.as_ref(),
-            sent: &self.limiters.as_ref()?.each_ref().map(Limiter::position),
-            net: net.map(|measured| measured.wrench),
+            // Once it ramps down, no rule changes anything any more.
+            measured: net.as_ref().filter(|_| !stopping),
+            commanded: &self.commanded,
             progress: running.then(|| self.computer.progress()),
         };
         let alarm = self.guard.as_mut()?.check(&seen)?;
-        // Once it ramps down, only a dead link changes anything.
-        (!matches!(self.state, State::Stopping) || alarm.dead.is_some()).then_some(alarm)
+        // And of the links only a dead one does.
+        (!stopping || alarm.dead.is_some()).then_some(alarm)
     }
 
     /// Begins a controlled stop; the first cause stands.
@@ -325,13 +361,14 @@ impl Core {
             State::Enabling { begun } => self.enable(begun, inputs.now),
             State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
             State::Taring { .. } => self.tare(inputs),
-            State::RunIn { begun } => {
-                let time = (inputs.now - begun).seconds();
-                // In step with the cycle: the command is for its end.
-                let at = time + self.capabilities[0].cycle.seconds();
+            State::RunIn { cycles } => {
+                // Cycle by cycle, as the run itself goes on: after a late cycle no command jumps. It is for the cycle's end.
+                let at = f64::from(cycles + 1) * self.capabilities[0].cycle.seconds();
+                self.state = State::RunIn { cycles: cycles + 1 };
                 let told = self.run_in.at(&self.task.plant, at);
                 if at >= self.run_in.duration() - 1e-9 {
                     self.state = State::Running;
+                    self.guard.iter_mut().for_each(Guard::begin_run);
                 }
                 self.command(&told)
             }
@@ -353,17 +390,20 @@ impl Core {
         self.record.tick += u64::from(self.ticks);
         let told = self.computer.told();
         let progress = self.computer.progress();
-        let docked = progress.captured && self.task.station.safety.end_at_capture;
-        if progress.over || docked {
-            let cause = if progress.unstable { StopCause::NonFinite } else { StopCause::Completed };
-            self.stop(Alarm { cause, dead: None });
+        // A loop that has diverged is stopped by its rule in the next cycle's check.
+        if progress.over && !progress.unstable {
+            self.stop(Alarm { cause: StopCause::Completed, dead: None });
             return self.ramp_down();
+        }
+        if progress.unstable {
+            return self.hold_position();
         }
         self.command(&told)
     }
 
     /// Tells the robots a motion of the parts.
     fn command(&mut self, told: &Parts<f64>) -> Orders {
+        self.commanded = *told;
         let (wanted, reachable) = self.arms.positions_for(told);
         self.limited(&wanted, reachable)
     }
@@ -380,7 +420,11 @@ impl Core {
         }
         let stop = guard.of_command(&cuts, reachable);
         self.note_cuts(&cuts);
-        if let Some(cause) = stop.or_else(|| self.beyond_correction(&sent)) {
+        let beyond = self.beyond_correction(&sent);
+        if matches!(stop, Some(StopCause::AxisLimit)) || beyond.is_some() {
+            self.guard.iter_mut().for_each(Guard::meet_joint_range);
+        }
+        if let Some(cause) = stop.or(beyond) {
             // The command just limited is a good one: the ramp goes on from it in the next cycle.
             self.stop(Alarm { cause, dead: None });
         }

@@ -1,12 +1,16 @@
-//! What stops a run: links, sensor, force, energy, distance from the command; looked at once a cycle.
+//! What stops a session, evaluated once a cycle: links and samples here, all else by the rules that the farm steps too.
 
 use crate::limiter::Cut;
 use crate::log::codes::StopCause;
-use crate::signals::{AXES, ForceSample, RAIL, RobotState};
+use crate::signals::{ForceSample, RobotState};
 use crate::time::Nanos;
-use softdock_campaign::station::Safety;
-use softdock_kernels::frame::single::Progress;
-use softdock_kernels::space::Wrench;
+use softdock_campaign::station::LinkRules;
+use softdock_kernels::frame::single::{Measured, Progress};
+use softdock_kernels::outcome::Stop;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::session::{Observed, Rule, Session, new_session, supervise};
+use softdock_kernels::space::Parts;
+use std::sync::Arc;
 
 /// What a cycle has seen.
 #[derive(Clone, Copy, Debug)]
@@ -17,10 +21,10 @@ pub struct Seen<'a> {
     pub robots: &'a [Option<RobotState>; 2],
     /// The sensor's sample that came in it.
     pub sample: Option<&'a ForceSample>,
-    /// Where the axes were sent last.
-    pub sent: &'a [[f64; AXES]; 2],
-    /// The measured wrench without the tool's weight, once the sensor is tared.
-    pub net: Option<Wrench<f64>>,
+    /// Parts and wrench as measured, once the sensor is tared.
+    pub measured: Option<&'a Measured>,
+    /// What the parts were commanded to do by now.
+    pub commanded: &'a Parts<f64>,
     /// The run, once it has begun.
     pub progress: Option<Progress>,
 }
@@ -34,23 +38,46 @@ pub struct Alarm {
     pub dead: Option<usize>,
 }
 
-/// Watches over a run.
+/// Supervises a session.
 #[derive(Clone, Debug)]
 pub struct Guard {
-    safety: Safety,
+    plant: Arc<Plant>,
+    links: LinkRules,
     /// Periods of the robots' reports.
     cycles: [Nanos; 2],
     last_report: [Nanos; 2],
     last_sample: Nanos,
-    last_force: Option<(Nanos, Wrench<f64>)>,
-    /// Cycles in a row whose command was cut.
-    cut_in_row: u32,
+    session: Session<f64>,
+    stop: Option<Stop>,
+    /// The last command was cut to the limits of an axis.
+    cut: bool,
 }
 
 impl Guard {
-    /// A guard that has just seen everything, at `now`.
-    pub fn new(safety: Safety, cycles: [Nanos; 2], now: Nanos) -> Self {
-        Self { safety, cycles, last_report: [now; 2], last_sample: now, last_force: None, cut_in_row: 0 }
+    /// A guard that has just seen everything, at `now`; the plant holds the session's rules.
+    pub fn new(plant: Arc<Plant>, links: LinkRules, cycles: [Nanos; 2], now: Nanos) -> Self {
+        let session = new_session();
+        Self { plant, links, cycles, last_report: [now; 2], last_sample: now, session, stop: None, cut: false }
+    }
+
+    /// The run begins: energies count from here.
+    pub fn begin_run(&mut self) {
+        self.session = new_session();
+    }
+
+    /// The rule that was met, and by what.
+    pub fn stop(&self) -> Option<Stop> {
+        self.stop
+    }
+
+    /// Notes that a command was beyond the range of a joint, before the rule itself could see it.
+    pub fn meet_joint_range(&mut self) {
+        self.stop.get_or_insert(Stop { rule: Rule::JointRange, value: 1.0 });
+    }
+
+    /// Energy injected by the facility since the run began \[J\].
+    pub fn injected_energy(&self, progress: &Progress) -> f64 {
+        progress.port_energy - self.session.work
     }
 
     /// Cycles that robot 1 or 2 (0 or 1 here) has been silent.
@@ -59,7 +86,7 @@ impl Guard {
         (silent.max(0) / self.cycles[robot].0) as u32
     }
 
-    /// The first reason to stop, if there is one. Before the run begins links and sensor are watched alone.
+    /// The first reason to stop, if there is one. Before the tare only links and samples are supervised.
     pub fn check(&mut self, seen: &Seen) -> Option<Alarm> {
         let alarm = |cause| Some(Alarm { cause, dead: None });
         for (r, report) in seen.robots.iter().enumerate() {
@@ -67,44 +94,41 @@ impl Guard {
                 self.last_report[r] = seen.now;
             }
             let lost = self.lost(r, seen.now);
-            if lost >= self.safety.stop_cycles {
+            if lost >= self.links.stop_cycles {
                 return Some(Alarm { cause: StopCause::LinkSilent, dead: Some(r) });
             }
-            if lost > self.safety.hold_cycles {
+            if lost > self.links.hold_cycles {
                 return alarm(StopCause::LostPackets);
             }
-            if let Some(cause) = report.as_ref().and_then(|report| self.of_robot(r, report, seen)) {
+            if let Some(cause) = report.as_ref().and_then(of_robot) {
                 return alarm(cause);
             }
         }
         if let Some(cause) = self.of_sensor(seen) {
             return alarm(cause);
         }
-        let progress = seen.progress?;
-        if progress.unstable || !progress.created_energy.is_finite() {
-            return alarm(StopCause::NonFinite);
-        }
-        if progress.created_energy > self.safety.contact_energy {
-            return alarm(StopCause::EnergyBudget);
-        }
-        None
+        let stop = self.of_rules(seen)?;
+        self.stop = Some(stop);
+        alarm(cause_of(stop.rule))
     }
 
-    fn of_robot(&self, robot: usize, report: &RobotState, seen: &Seen) -> Option<StopCause> {
-        if !report.ready {
-            return Some(StopCause::RobotFault);
+    /// The rule of the session that is met in this cycle.
+    fn of_rules(&mut self, seen: &Seen) -> Option<Stop> {
+        let measured = seen.measured?;
+        if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
+            return Some(Stop { rule: Rule::Divergence, value: progress.speed });
         }
-        let [joint, rail] = self.safety.following_error;
-        for i in 0..AXES {
-            let (at, sent) = (report.position[i], seen.sent[robot][i]);
-            if !at.is_finite() {
-                return Some(StopCause::NonFinite);
-            }
-            if (at - sent).abs() > if i == RAIL { rail } else { joint } {
-                return Some(StopCause::Tracking);
-            }
-        }
-        None
+        let observed = Observed {
+            parts: measured.parts,
+            commanded: *seen.commanded,
+            wrench: measured.wrench,
+            saturated: f64::from(u8::from(measured.saturated)),
+            cut: f64::from(u8::from(self.cut)),
+            // Before the run nothing goes through the port.
+            port_energy: seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy),
+        };
+        self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
+        Stop::of([0.0, 0.0, self.session.rule, self.session.value])
     }
 
     fn of_sensor(&mut self, seen: &Seen) -> Option<StopCause> {
@@ -112,35 +136,47 @@ impl Guard {
             self.last_sample = seen.now;
             let w = sample.wrench;
             let finite = (w.force.norm() + w.moment.norm()).is_finite();
-            if sample.saturated || sample.invalid || !finite {
+            // Before the tare no rule supervises the samples.
+            let saturated = sample.saturated && seen.measured.is_none();
+            if sample.invalid || saturated || !finite {
                 return Some(StopCause::SensorFault);
             }
         }
-        if (seen.now - self.last_sample).seconds() > self.safety.sensor_age {
+        if (seen.now - self.last_sample).seconds() > self.links.sensor_age {
             return Some(StopCause::SensorStale);
         }
-        let net = seen.net?;
-        if net.force.norm() > self.safety.force || net.moment.norm() > self.safety.moment {
-            return Some(StopCause::ForceLimit);
-        }
-        let last = self.last_force.replace((seen.now, net));
-        let rate = last.map_or(0.0, |(then, old)| {
-            let time = (seen.now - then).seconds();
-            if time > 0.0 { (net.force - old.force).norm() / time } else { 0.0 }
-        });
-        (rate > self.safety.force_rate).then_some(StopCause::ForceRate)
+        None
     }
 
-    /// Whether a command that was cut is a reason to stop: at once where it left a range or was no number, else when
-    /// it goes on for too long.
+    /// Whether a limited command is a reason to stop at once: it left a range or was no number. A command that is cut
+    /// to speed, acceleration or jerk counts towards the session's clamp time.
     pub fn of_command(&mut self, cuts: &[Cut; 2], reachable: bool) -> Option<StopCause> {
-        let any = cuts.iter().any(Cut::any);
-        self.cut_in_row = if any { self.cut_in_row + 1 } else { 0 };
+        self.cut = cuts.iter().any(Cut::any);
         if cuts.iter().any(|cut| cut.not_finite != 0) {
             return Some(StopCause::NonFinite);
         }
         let beyond = !reachable || cuts.iter().any(|cut| cut.position != 0);
-        let clamped = f64::from(self.cut_in_row) * self.cycles[0].seconds();
-        (beyond || clamped > self.safety.clamp_time).then_some(StopCause::AxisLimit)
+        beyond.then_some(StopCause::AxisLimit)
+    }
+}
+
+fn of_robot(report: &RobotState) -> Option<StopCause> {
+    if !report.ready {
+        return Some(StopCause::RobotFault);
+    }
+    report.position.iter().any(|at| !at.is_finite()).then_some(StopCause::NonFinite)
+}
+
+/// The cause in the log of a rule that was met.
+pub fn cause_of(rule: Rule) -> StopCause {
+    match rule {
+        Rule::Force | Rule::Moment => StopCause::ForceLimit,
+        Rule::ForceRate => StopCause::ForceRate,
+        Rule::Saturation => StopCause::SensorFault,
+        Rule::InjectedEnergy => StopCause::EnergyBudget,
+        Rule::FollowingError | Rule::FollowingRotation => StopCause::Tracking,
+        Rule::ToolReach | Rule::ToolRotation => StopCause::ToolLimit,
+        Rule::JointRange | Rule::ClampTime => StopCause::AxisLimit,
+        Rule::Divergence => StopCause::NonFinite,
     }
 }

@@ -53,7 +53,8 @@ impl JointMove {
     }
 }
 
-/// From rest onto the first motion of a run: along its twist, speed rising as u^2 (3 - 2 u).
+/// From rest onto the first motion of a run: along its twist, speed rising as u^2 (3 - 2 u), then at constant speed for as
+/// long again, so that the robots' lag has settled when the run begins.
 #[derive(Clone, Copy, Debug)]
 pub struct RunIn {
     first: Parts<f64>,
@@ -68,8 +69,10 @@ impl RunIn {
 
     /// What the parts shall do at a time after its begin \[s\]; at its end the first motion of the run.
     pub fn at(&self, m: &Plant, time: f64) -> Parts<f64> {
-        let u = (time / self.duration).clamp(0.0, 1.0);
-        let ahead = self.duration * (u * u * u * (1.0 - 0.5 * u) - 0.5);
+        let rise = 0.5 * self.duration;
+        let u = (time / rise).clamp(0.0, 1.0);
+        let coast = (time.min(self.duration) - rise).max(0.0);
+        let ahead = rise * (u * u * u * (1.0 - 0.5 * u) - 0.5) + coast - rise;
         let speed = u * u * (3.0 - 2.0 * u);
         let there = carry_on(m, &self.first, ahead / m.timing.tick());
         let slow =

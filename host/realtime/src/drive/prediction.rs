@@ -8,6 +8,7 @@ use crate::emulation::world::World;
 use crate::log::record::CycleRecord;
 use crate::time::Nanos;
 use softdock_kernels::metrics::Metrics;
+use softdock_kernels::outcome::Stop;
 use softdock_kernels::params::Params;
 use softdock_kernels::space::Wrench;
 use std::rc::Rc;
@@ -20,6 +21,10 @@ const MOST_CYCLES: u64 = 10_000_000;
 pub struct Expected {
     /// Metrics as that facility sees them.
     pub metrics: Metrics<f64>,
+    /// The session's rule that was met, and by what; none if no rule stopped it.
+    pub stop: Option<Stop>,
+    /// Time of the run at its end \[s\].
+    pub run_time: f64,
     /// The last cycle.
     pub last: CycleRecord,
 }
@@ -49,11 +54,20 @@ pub fn rehearse(
     let task = Task { armed: false, to_start: true, ..task.clone() };
     let mut session = Session::new(task, links(&bench), None, clock)?;
     for _ in 0..MOST_CYCLES {
+        if session.core().begins() {
+            bench.borrow_mut().begin_run(session.core().tare_found());
+        }
         let is_over = session.cycle(None);
         see(session.record());
         if is_over {
             break;
         }
     }
-    Ok(Expected { metrics: session.core().metrics(), last: *session.record() })
+    let core = session.core();
+    Ok(Expected {
+        metrics: core.metrics(),
+        stop: core.rule_met(),
+        run_time: core.progress().time,
+        last: *session.record(),
+    })
 }

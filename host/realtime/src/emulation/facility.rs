@@ -130,7 +130,7 @@ impl Facility {
             received: at,
             sequence: self.sequence,
             wrench: self.world.reading(),
-            saturated: self.ailment == Ailment::Saturated,
+            saturated: self.ailment == Ailment::Saturated || self.world.saturated(),
             invalid: self.ailment == Ailment::Invalid,
         };
         let sample = match (self.ailment, self.last) {

@@ -6,6 +6,7 @@ use crate::drive::session::Links;
 use crate::protocol::Line;
 use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Robot, RobotState};
 use crate::time::Nanos;
+use softdock_kernels::space::Wrench;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -34,6 +35,11 @@ impl Bench {
     /// The facility itself.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// The run begins with the next tick, see [`World::begin_run`].
+    pub fn begin_run(&mut self, tare: Wrench<f64>) {
+        self.world.begin_run(tare);
     }
 
     /// Steps the physics up to a time.
@@ -145,8 +151,8 @@ impl ForceSensor for EmulatedSensor {
         }
         self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
         self.seen = bench.sequence;
-        let wrench = bench.world.reading();
-        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, saturated: false, invalid: false }))
+        let (wrench, saturated) = (bench.world.reading(), bench.world.saturated());
+        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, saturated, invalid: false }))
     }
 
     fn counters(&self) -> LinkCounters {

@@ -55,9 +55,9 @@ impl World {
         let facility = emulated_facility(plant, key, run, params);
         let mut sensing = Sensing::new(station);
         sensing.tare = bias;
-        let start = plant.start();
+        let start = plant.start;
         let (home, _) = arms.positions_for(&start);
-        let measured = Measured { parts: start, wrench: Wrench::zero() };
+        let measured = Measured { parts: start, wrench: Wrench::zero(), saturated: false };
         let mut world = Self { plant: Arc::clone(plant), arms, sensing, facility, past: [home; 3], measured };
         world.stand(&home);
         Ok(world)
@@ -73,7 +73,14 @@ impl World {
         self.past = [*position; 3];
         let parts = self.arms.parts_on(position, &[[0.0; AXES]; 2]);
         self.facility.stand(&parts);
-        self.measured = Measured { parts, wrench: Wrench::zero() };
+        self.measured = Measured { parts, wrench: Wrench::zero(), saturated: false };
+    }
+
+    /// The run begins with the next tick, as the farm's run does: with the same noise, and with no error of the tare but
+    /// the draw's. `tare` is what the drive has read at rest, the sensor's axes.
+    pub fn begin_run(&mut self, tare: Wrench<f64>) {
+        self.sensing.tare = tare;
+        self.facility.begin_run();
     }
 
     /// One tick in which the controllers ask their robots to come to these axes.
@@ -113,6 +120,11 @@ impl World {
     /// What the sensor reads, its own axes and origin.
     pub fn reading(&self) -> Wrench<f64> {
         self.sensing.reading(self.measured.wrench, &self.measured.parts.a) + self.sensing.tare
+    }
+
+    /// A channel of the sensor has saturated.
+    pub fn saturated(&self) -> bool {
+        self.measured.saturated
     }
 
     /// Where the parts really are.

@@ -124,7 +124,7 @@ fn a_history_of_the_force_keeps_short_peaks() {
     let history: Vec<f64> = view.force_history(200).collect();
     assert_eq!(history, [1.0, 1.0, 1.0, 1.0, 1.0, 90.0, 1.0, 1.0, 1.0, 1.0]);
     assert_eq!(view.force_history(3).count(), 3);
-    assert_eq!(view.peak_force, 90.0);
+    assert_eq!(view.peak_contact_force, 90.0);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! An emulated facility behind RSI and Net F/T in virtual time, and a drive on it.
 
 use softdock_campaign::{Campaign, Station};
+use softdock_kernels::model::SessionRules;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
@@ -69,6 +70,14 @@ impl Setting {
         let (run, seed) = (1244, campaign.seed);
         let params = campaign.draw(run).params;
         Self { seed, plant, station: station(), run, params, armed: true, to_start: true }
+    }
+
+    /// With other rules, of the scenario and of the facility.
+    pub(crate) fn with_rules(&mut self, change: impl FnOnce(&mut SessionRules)) {
+        change(&mut self.station.rules);
+        let mut model = (**self.plant).clone();
+        model.facility.rules = self.station.rules;
+        self.plant = Arc::new(Plant::new(model));
     }
 
     pub(crate) fn world(&self) -> World {

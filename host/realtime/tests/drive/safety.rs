@@ -147,6 +147,7 @@ fn refused_pose(facility: &Setting, file: &Setting) -> Refusal {
 fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     // Slower than the run needs: everything is clamped, and in the end the drive stops.
     let mut setting = Setting::docking();
+    setting.with_rules(|rules| rules.clamp_time = 0.1);
     setting.station.limits.iter_mut().for_each(|limit| {
         limit.speed *= 0.02;
         limit.acceleration *= 0.02;
@@ -154,7 +155,7 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     let mut rig = Rig::new(&setting, Relay::default());
     let cause = rig.finish().cause;
     assert_eq!(cause, StopCause::AxisLimit);
-    assert!(stop_of(&rig).robot_1.limits.any());
+    assert!(rig.records.iter().any(|record| record.robot_1.limits.any() || record.robot_2.limits.any()));
     assert_within(&rig, &setting.station.limits);
     // A range that ends on the way.
     let mut setting = Setting::docking();
@@ -180,7 +181,7 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
 #[test]
 fn behaviour_4_force_and_a_sick_sensor_stop_the_run() {
     let mut setting = Setting::docking();
-    setting.station.safety.force = 10.0;
+    setting.with_rules(|rules| rules.force = 10.0);
     let mut rig = Rig::new(&setting, Relay::default());
     rig.finish();
     let stop = stop_of(&rig);
@@ -190,7 +191,7 @@ fn behaviour_4_force_and_a_sick_sensor_stop_the_run() {
     assert_ramped_down(&rig);
 
     let mut setting = Setting::docking();
-    setting.station.safety.force_rate = 500.0;
+    setting.with_rules(|rules| rules.force_rate = 500.0);
     let mut rig = Rig::new(&setting, Relay::default());
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::ForceRate);
@@ -305,7 +306,7 @@ fn behaviour_6_a_signal_ends_in_a_ramp_and_the_protocols_own_end() {
 #[test]
 fn behaviour_7_energy_that_the_facility_creates_has_a_budget() {
     let mut setting = Setting::docking();
-    setting.station.safety.contact_energy = 0.01;
+    setting.with_rules(|rules| rules.injected_energy = 0.01);
     let mut rig = Rig::new(&setting, Relay::default());
     rig.finish();
     let stop = stop_of(&rig);

@@ -5,7 +5,8 @@ use std::path::Path;
 use softdock_kernels::fields::from_slice;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{
-    Agreement, Outcome, RequirementColumn, RunRow, RunsSchema, Status, input_fields, metric_fields,
+    Agreement, Cause, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow, RunsSchema, Status,
+    input_fields, metric_fields,
 };
 use softdock_results::shards::{Provenance, ShardPlan, write_shard};
 
@@ -33,31 +34,43 @@ pub(crate) fn provenance() -> Provenance {
 pub(crate) fn row(run: u64) -> RunRow {
     let number = |at: usize| (run as f64 + 1.0) / (at as f64 + 3.0);
     let metrics: Vec<f64> = (0..metric_fields().len()).map(number).collect();
-    let mut space: softdock_kernels::metrics::Metrics<f64> = from_slice(&metrics);
-    space.success = f64::from(u32::from(!run.is_multiple_of(3)));
-    let mut hil = space;
-    hil.success = f64::from(u32::from(!run.is_multiple_of(4)));
-    space.created_energy = 0.0;
+    let hil: softdock_kernels::metrics::Metrics<f64> = from_slice(&metrics);
+    let mut space = softdock_kernels::metrics::Metrics { injected_energy: 0.0, ..hil };
     if run.is_multiple_of(5) {
         space.capture_time = -1.0;
     }
-    let invalid = run == 6;
-    let (space_pass, hil_pass) = (space.success > 0.0, hil.success > 0.0);
-    let outcome =
-        |pass| if invalid { Outcome::default() } else { Outcome { margin: Some(number(1)), pass: Some(pass) } };
+    let (invalid, aborted) = (run == 6, run % 7 == 3);
+    let (space_pass, hil_pass) = (!run.is_multiple_of(3), !run.is_multiple_of(4));
+    let result = |pass: Option<bool>| match pass {
+        Some(pass) if !invalid => RequirementResult { margin: Some(number(1)), pass: Some(pass) },
+        _ => RequirementResult::default(),
+    };
+    let ended = |outcome: Outcome, metrics, pass| {
+        let id = if outcome == Outcome::Aborted { "injected_energy" } else { "capture" };
+        let cause = Cause {
+            id: id.to_owned(),
+            time: Some(number(3)),
+            value: (outcome == Outcome::Aborted).then_some(number(4)),
+            limit: Some(number(5)),
+            phase: Some(Phase::Contact),
+        };
+        let outcome = if invalid { Outcome::Invalid } else { outcome };
+        let cause = (outcome != Outcome::Pass).then_some(cause);
+        LoopRow { outcome, cause, metrics, requirements: vec![result(pass)] }
+    };
+    let judged = |pass| if pass { Outcome::Pass } else { Outcome::Fail };
+    let answer = (!aborted).then_some(hil_pass);
     let status = if space_pass { Status::Pass } else { Status::Fail };
     RunRow {
         run,
         outer: (run / 10) as u32,
         status: if invalid { Status::Invalid } else { status },
-        agreement: if invalid { Agreement::Invalid } else { Agreement::of(space_pass, hil_pass) },
+        agreement: if invalid { Agreement::Invalid } else { Agreement::of(space_pass, answer) },
         flags: if invalid { flags::SPACE_NON_FINITE } else { 0 },
         inputs: (0..input_fields().len()).map(number).collect(),
         effective_mass: (!invalid).then_some(number(2)),
-        space,
-        hil,
-        space_outcomes: vec![outcome(space_pass)],
-        hil_outcomes: vec![outcome(hil_pass)],
+        space: ended(judged(space_pass), space, Some(space_pass)),
+        hil: ended(answer.map_or(Outcome::Aborted, judged), hil, answer),
     }
 }
 

@@ -37,6 +37,14 @@ pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
     Course { angle, rate, limited }
 }
 
+/// Angles from the start posture and rates of the axes for a motion of the part, and 1 where it is out of reach, near a
+/// singular posture or beyond a range of the robot's model.
+#[inline(always)]
+pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], [R; AXES], R) {
+    let Course { angle, rate, limited } = course(cell, told);
+    (angle, rate, limited)
+}
+
 /// What the position loops make of a commanded motion of the part, from where the motors are; once a tick.
 #[inline(always)]
 pub fn set_point<R: Real>(

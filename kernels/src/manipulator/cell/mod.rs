@@ -8,7 +8,7 @@ mod drives;
 mod kinematics;
 mod reach;
 
-pub use controller::{first_set_point, set_point};
+pub use controller::{commanded_axes, first_set_point, set_point};
 pub use drives::{drive, drives_at, held_part};
 pub use kinematics::Axes;
 
@@ -28,7 +28,7 @@ const JOINTS: usize = 6;
 /// Axes that a controller drives: the joints and, last, the rail; a robot without a rail leaves that one at rest.
 pub const AXES: usize = JOINTS + 1;
 /// The rail among the axes; metres and newtons there.
-const RAIL: usize = JOINTS;
+pub(crate) const RAIL: usize = JOINTS;
 
 bundle! {
     /// One robot's joints and its rail; written by the drive stage.
@@ -201,7 +201,7 @@ impl Cell {
     }
 
     /// How many axes there are: 6, or 7 on a rail.
-    fn axes(&self) -> usize {
+    pub(crate) fn axes(&self) -> usize {
         JOINTS + usize::from(self.rail.is_some())
     }
 

@@ -27,7 +27,7 @@ pub(crate) const SENSOR_LAG: f64 = 5e-4;
 pub(crate) const CLOCK_OFFSET: f64 = 1e-4;
 
 /// The scenario file's text.
-pub(crate) const MODEL: &str = r#"schema = "scenario/1"
+pub(crate) const MODEL: &str = r#"schema = "scenario/2"
 id = "hil-plate"
 title = "A ball on a free chaser meets a plate on a free target, aslant"
 
@@ -72,6 +72,7 @@ gap = "35 mm"
 closing_speed = "60 mm/s"
 
 [facility]
+session_rules = "none"
 loop_delay = "6 ms"
 robot1_share = 0.5
 robot1 = { lag = "14 ms", damping = 1.4, zero = "20 ms" }
@@ -86,6 +87,7 @@ noise_force = "0.3 N"
 noise_moment = "0.03 N m"
 
 [task]
+capture = false
 touch = true
 max_depth = "50 mm"
 "#;

@@ -54,6 +54,7 @@ impl Core {
 
     /// The rest of the record.
     pub(super) fn note(&mut self, orders: &Orders) {
+        let energy = self.injected_energy();
         let progress = self.computer.progress();
         let used = self.limits_used();
         for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
@@ -73,7 +74,7 @@ impl Core {
         r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
         (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
         r.fed_back = progress.fed_back;
-        r.contact_energy = progress.created_energy;
+        r.contact_energy = energy;
     }
 
     /// Share of the range that each axis has used up, from its middle.

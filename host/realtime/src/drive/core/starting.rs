@@ -9,6 +9,7 @@ use crate::log::codes::StopCause;
 use crate::signals::AXES;
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
+use std::sync::Arc;
 
 /// Time in which drives come up and brakes open \[s\].
 const ENABLE_TIME: f64 = 0.5;
@@ -41,7 +42,8 @@ impl Core {
         self.begun_at = at;
         let cycle = self.capabilities[0].cycle;
         self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
-        self.guard = Some(Guard::new(self.task.station.safety, self.capabilities.map(|c| c.cycle), now));
+        let (plant, cycles) = (Arc::clone(&self.task.plant), self.capabilities.map(|c| c.cycle));
+        self.guard = Some(Guard::new(plant, self.task.station.links, cycles, now));
         if !self.start_axes().1 {
             let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
             return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
@@ -109,7 +111,7 @@ impl Core {
                 return self.refuse(Refusal::Restless(spread));
             }
             self.sensing.tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
-            self.state = State::RunIn { begun: inputs.now };
+            self.state = State::RunIn { cycles: 0 };
         }
         self.hold_position()
     }

@@ -1,0 +1,532 @@
+//! Session stage: the rules that stop a session on the robots, evaluated once a cycle.
+//!
+//! The farm steps it once a tick behind the sensor, `drive` once a cycle of robot 1, from the same quantities: what the
+//! robots report, what they were commanded, what the sensor measures. A rule that is met stops the session: the
+//! facility then gives no answer.
+
+use crate::bundle;
+use crate::manipulator::cell::{AXES, Cell, RAIL, commanded_axes};
+use crate::model::{Facility, SessionRobots, SessionRules};
+use crate::plant::Plant;
+use crate::real::Real;
+use crate::space::{Motion, Parts, Wrench};
+use crate::vector::{Quat, Vec3};
+
+bundle! {
+    /// What a cycle of a session observes.
+    Observed {
+        parts: Parts<R>, "1", "motion of the parts as the robots report it, laboratory";
+        commanded: Parts<R>, "1", "motion of the parts that was commanded for this instant, laboratory";
+        wrench: Wrench<R>, "1", "measured wrench on part A about its origin, part A's axes, without the tool's load";
+        saturated: R, "1", "1 if a channel of the sensor has saturated";
+        cut: R, "1", "1 if the command was cut to the limits of an axis";
+        port_energy: R, "J", "energy through the port on the simulated side";
+    }
+}
+
+bundle! {
+    /// What the supervision of a session remembers.
+    Session {
+        begun: R, "1", "1 once a cycle has been observed";
+        place: Vec3<R>, "m", "part A's origin from part B's at the last cycle, part B's axes";
+        turn: Quat<R>, "1", "attitude of part A in part B's axes at the last cycle";
+        wrench: Wrench<R>, "1", "measured wrench at the last cycle, part B's axes";
+        work: R, "J", "work of the measured wrench on the reported motion";
+        rates_a: [R; AXES], "1/s", "rates of robot 1's axes that the command asked for at the last cycle";
+        rates_b: [R; AXES], "1/s", "rates of robot 2's axes that the command asked for at the last cycle";
+        clamped: R, "s", "time during which commands have been cut without a pause";
+        rule: R, "1", "number of the rule that was met first, 0 before";
+        value: R, "1", "value that met it, in the rule's own measure";
+    }
+}
+
+/// Share of a range that a pose out of reach counts as.
+const OUT_OF_REACH: f64 = 2.0;
+
+/// A rule that stops a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Rule {
+    /// Measured force.
+    Force = 1,
+    /// Measured moment.
+    Moment,
+    /// Change of the measured force.
+    ForceRate,
+    /// A channel of the sensor at the end of its range.
+    Saturation,
+    /// Energy injected by the facility.
+    InjectedEnergy,
+    /// Distance of a tool from its command.
+    FollowingError,
+    /// Angle between a tool and its command.
+    FollowingRotation,
+    /// Distance of a commanded tool from the start of the run.
+    ToolReach,
+    /// Angle of a commanded tool from the start of the run.
+    ToolRotation,
+    /// Axes of a robot at the end of their ranges, or of the way that they may make.
+    JointRange,
+    /// Commands cut to the limits of an axis for too long.
+    ClampTime,
+    /// Relative speed of the simulated parts: the loop diverges.
+    Divergence,
+}
+
+/// One row of the rule table.
+#[derive(Clone, Copy, Debug)]
+pub struct RuleRow {
+    /// The rule.
+    pub rule: Rule,
+    /// Its id in result files, also its key in the facility file.
+    pub id: &'static str,
+    /// Unit of value and limit.
+    pub unit: &'static str,
+    /// What is limited, as the subject of a sentence.
+    pub quantity: &'static str,
+    /// Its limit in a facility; infinite if the rule is not in force.
+    pub limit: fn(&Facility) -> f64,
+}
+
+/// All rules, in the order of their numbers; of several that are met in one cycle the first one counts.
+pub const RULES: [RuleRow; 12] = [
+    RuleRow {
+        rule: Rule::Force,
+        id: "force",
+        unit: "N",
+        quantity: "measured force at the interface",
+        limit: |f| f.rules.force,
+    },
+    RuleRow {
+        rule: Rule::Moment,
+        id: "moment",
+        unit: "N m",
+        quantity: "measured moment about part A's origin",
+        limit: |f| f.rules.moment,
+    },
+    RuleRow {
+        rule: Rule::ForceRate,
+        id: "force_rate",
+        unit: "N/s",
+        quantity: "change of the measured force from cycle to cycle",
+        limit: |f| f.rules.force_rate,
+    },
+    RuleRow {
+        rule: Rule::Saturation,
+        id: "sensor_saturation",
+        unit: "1",
+        quantity: "saturated sensor channel",
+        limit: |f| if f.rules.sensor_saturation { 0.0 } else { f64::INFINITY },
+    },
+    RuleRow {
+        rule: Rule::InjectedEnergy,
+        id: "injected_energy",
+        unit: "J",
+        quantity: "energy injected by the facility",
+        limit: |f| f.rules.injected_energy,
+    },
+    RuleRow {
+        rule: Rule::FollowingError,
+        id: "following_error",
+        unit: "m",
+        quantity: "distance of a tool from its command",
+        limit: |f| f.rules.following_error,
+    },
+    RuleRow {
+        rule: Rule::FollowingRotation,
+        id: "following_rotation",
+        unit: "rad",
+        quantity: "angle between a tool and its command",
+        limit: |f| f.rules.following_rotation,
+    },
+    RuleRow {
+        rule: Rule::ToolReach,
+        id: "tool_reach",
+        unit: "m",
+        quantity: "distance of a commanded tool from the start of the run",
+        limit: |f| f.rules.tool_reach,
+    },
+    RuleRow {
+        rule: Rule::ToolRotation,
+        id: "tool_rotation",
+        unit: "rad",
+        quantity: "angle of a commanded tool from the start of the run",
+        limit: |f| f.rules.tool_rotation,
+    },
+    RuleRow {
+        rule: Rule::JointRange,
+        id: "joint_range",
+        unit: "1",
+        quantity: "share of its range, or of its correction, that a command needs of a joint",
+        limit: |f| if f.session_robots.is_some() { 1.0 } else { f64::INFINITY },
+    },
+    RuleRow {
+        rule: Rule::ClampTime,
+        id: "clamp_time",
+        unit: "s",
+        quantity: "time of commands that ask an axis for more speed or acceleration than it may have",
+        limit: |f| f.rules.clamp_time,
+    },
+    RuleRow {
+        rule: Rule::Divergence,
+        id: "divergence",
+        unit: "m/s",
+        quantity: "relative speed of the simulated parts",
+        limit: |f| f.unstable_speed,
+    },
+];
+
+impl Rule {
+    /// Its row of the table.
+    pub fn row(self) -> &'static RuleRow {
+        &RULES[self as usize - 1]
+    }
+
+    /// The rule of a number in a session's state; none for 0.
+    pub fn of_number(number: f64) -> Option<Self> {
+        RULES.iter().map(|row| row.rule).find(|rule| f64::from(*rule as u32) == number)
+    }
+
+    /// A value in the rule's unit, from its measure in a session's state: angles are kept as the sine of their half.
+    pub fn in_unit(self, measure: f64) -> f64 {
+        match self {
+            Self::FollowingRotation | Self::ToolRotation => 2.0 * measure.min(1.0).asin(),
+            _ => measure,
+        }
+    }
+}
+
+impl SessionRules {
+    /// No rule: nothing stops a session but the end of its run.
+    pub const NONE: Self = Self {
+        force: f64::INFINITY,
+        moment: f64::INFINITY,
+        force_rate: f64::INFINITY,
+        sensor_saturation: false,
+        injected_energy: f64::INFINITY,
+        following_error: f64::INFINITY,
+        following_rotation: f64::INFINITY,
+        tool_reach: f64::INFINITY,
+        tool_rotation: f64::INFINITY,
+        clamp_time: f64::INFINITY,
+    };
+
+    /// Whether any of these rules can stop a session.
+    pub fn any(&self) -> bool {
+        *self != Self::NONE
+    }
+}
+
+/// Whether any rule can stop the sessions of a facility, besides the bound of divergence.
+pub fn supervised(m: &Plant) -> bool {
+    m.facility.rules.any() || m.facility.session_robots.is_some()
+}
+
+/// A session before its first cycle.
+#[inline(always)]
+pub fn new_session<R: Real>() -> Session<R> {
+    let zero = R::lit(0.0);
+    Session {
+        begun: zero,
+        place: Vec3::zero(),
+        turn: Quat::identity(),
+        wrench: Wrench::zero(),
+        work: zero,
+        rates_a: [zero; AXES],
+        rates_b: [zero; AXES],
+        clamped: zero,
+        rule: zero,
+        value: zero,
+    }
+}
+
+/// One cycle of supervision; `cycle` is its length \[s\].
+///
+/// The work of the measured wrench is taken over the reported displacement, not over reported velocities, which real
+/// robots do not send: the same in the farm and on the robots. A value that is no number meets its rule.
+#[inline(always)]
+pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: R) -> Session<R> {
+    let (zero, half, rules) = (R::lit(0.0), R::lit(0.5), &m.facility.rules);
+    let (a, b) = (&seen.parts.a, &seen.parts.b);
+    let place = b.attitude.rotate_back(a.position - b.position);
+    let turn = b.attitude.conjugate().compose(a.attitude);
+    let wrench = Wrench { force: turn.rotate(seen.wrench.force), moment: turn.rotate(seen.wrench.moment) };
+    let turned = turn.compose(s.turn.conjugate()).small_rotation_vector();
+    let way = (s.wrench.force + wrench.force).dot(place - s.place) + (s.wrench.moment + wrench.moment).dot(turned);
+    let begun = zero.lt(s.begun);
+    let work = s.work + R::select(begun, way * half, zero);
+    let change = R::select(begun, (wrench.force - s.wrench.force).norm(), zero);
+
+    let (told, start) = (&seen.commanded, &m.start);
+    let following = (told.a.position - a.position).norm().max((told.b.position - b.position).norm());
+    let following_turn = half_turn(told.a.attitude, a.attitude).max(half_turn(told.b.attitude, b.attitude));
+    let reach = distance(told.a, start.a).max(distance(told.b, start.b));
+    let reach_turn = half_turn(Quat::lit(start.a.attitude), told.a.attitude)
+        .max(half_turn(Quat::lit(start.b.attitude), told.b.attitude));
+    let mut asked =
+        [Asked { rates: s.rates_a, used: zero, cut: zero }, Asked { rates: s.rates_b, used: zero, cut: zero }];
+    if let (Some(cells), Some(robots)) = (&m.session_cells, &m.facility.session_robots) {
+        asked[0] = ask(&cells[0], robots, 0, &told.a, &s.rates_a, cycle);
+        asked[1] = ask(&cells[1], robots, 1, &told.b, &s.rates_b, cycle);
+    }
+    // Before the first cycle there is no rate to differ from.
+    let cut = R::select(begun, asked[0].cut.max(asked[1].cut), zero);
+    let fast = zero.lt(seen.cut.max(cut));
+    let clamped = R::select(fast, s.clamped + cycle, zero);
+
+    let measures = [
+        (wrench.force.norm(), rules.force),
+        (wrench.moment.norm(), rules.moment),
+        (change / cycle, rules.force_rate),
+        (seen.saturated, if rules.sensor_saturation { 0.0 } else { f64::INFINITY }),
+        (seen.port_energy - work, rules.injected_energy),
+        (following, rules.following_error),
+        (following_turn, half_sine(rules.following_rotation)),
+        (reach, rules.tool_reach),
+        (reach_turn, half_sine(rules.tool_rotation)),
+        (asked[0].used.max(asked[1].used), if m.facility.session_robots.is_some() { 1.0 } else { f64::INFINITY }),
+        (clamped, rules.clamp_time),
+    ];
+    let (mut rule, mut value) = (zero, zero);
+    // No iterator: what it calls might be compiled for any processor.
+    let mut index = measures.len();
+    while index > 0 {
+        index -= 1;
+        let (measure, limit) = measures[index];
+        if limit.is_finite() {
+            // Not "greater than": the comparison must also catch a NaN.
+            let met = !measure.le(R::lit(limit));
+            rule = R::select(met, R::lit(index as f64 + 1.0), rule);
+            value = R::select(met, measure, value);
+        }
+    }
+    let stopped = zero.lt(s.rule);
+    Session {
+        begun: R::lit(1.0),
+        place,
+        turn,
+        wrench,
+        work,
+        rates_a: asked[0].rates,
+        rates_b: asked[1].rates,
+        clamped,
+        rule: R::select(stopped, s.rule, rule),
+        value: R::select(stopped, s.value, value),
+    }
+}
+
+/// Sine of half the angle between two attitudes.
+#[inline(always)]
+fn half_turn<R: Real>(from: Quat<R>, to: Quat<R>) -> R {
+    to.compose(from.conjugate()).v.norm()
+}
+
+/// Sine of half an angle; infinite for none.
+fn half_sine(angle: f64) -> f64 {
+    if angle.is_finite() { (0.5 * angle).sin() } else { angle }
+}
+
+/// Distance of a commanded part from its start.
+#[inline(always)]
+fn distance<R: Real>(commanded: Motion<R>, start: Motion<f64>) -> R {
+    (commanded.position - Vec3::lit(start.position)).norm()
+}
+
+/// What a command asks of a robot's axes.
+#[derive(Clone, Copy)]
+struct Asked<R> {
+    rates: [R; AXES],
+    /// Greatest share of its range, or of its correction, that a joint needs; above 1 it cannot be commanded.
+    used: R,
+    /// 1 where an axis would have to be faster, or to accelerate more, than it may.
+    cut: R,
+}
+
+/// What a commanded motion asks of a robot's axes, from the rates that the last command asked for.
+#[inline(always)]
+fn ask<R: Real>(
+    cell: &Cell,
+    robots: &SessionRobots,
+    robot: usize,
+    told: &Motion<R>,
+    last: &[R; AXES],
+    cycle: R,
+) -> Asked<R> {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let (angle, rates, limited) = commanded_axes(cell, told);
+    let mut used = R::select(zero.lt(limited), R::lit(OUT_OF_REACH), zero);
+    let mut over = one.lt(zero);
+    for i in 0..cell.axes() {
+        let limit = &robots.limits[i];
+        let (middle, half) = (0.5 * (limit.lower + limit.upper), 0.5 * (limit.upper - limit.lower));
+        let start = if i < RAIL { cell.start[i] } else { 0.0 };
+        used = used.max((angle[i] - R::lit(middle - start)).abs() * R::lit(1.0 / half));
+        if i < RAIL {
+            used = used.max(angle[i].abs() * R::lit(1.0 / robots.correction[robot]));
+        }
+        let change = (rates[i] - last[i]).abs();
+        // Not "greater than": the comparison must also catch a NaN.
+        over = over | !rates[i].abs().le(R::lit(limit.speed)) | !change.le(R::lit(limit.acceleration) * cycle);
+    }
+    Asked { rates, used, cut: R::select(over, one, zero) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        ArmControl, Contact, ContactPoint, Facility, Guidance, MAX_JOINTS, Model, NormalLaw, Shape, Solid, Task,
+        Thrust, Timing,
+    };
+    use crate::params::Params;
+    use crate::vector::{Pose, Sym3, vec3};
+
+    /// A plant of which only the rules count: two bodies at the origin.
+    fn plant(rules: SessionRules) -> Plant {
+        let inertia = Sym3::diagonal(vec3(1.0, 1.0, 1.0));
+        let joints = [0.0; MAX_JOINTS];
+        Plant::new(Model {
+            timing: Timing { substep: 1e-3, substeps: 1, max_ticks: 1 },
+            base_inertia: inertia,
+            base_pose: Pose::identity(),
+            links: Vec::new(),
+            tool: Pose::identity(),
+            start_angles: Vec::new(),
+            target_inertia: inertia,
+            target_pose: Pose::identity(),
+            seat: Pose::identity(),
+            contact: Contact {
+                points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
+                solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
+                law: NormalLaw::Linear,
+                bilateral: false,
+                latch: None,
+            },
+            guidance: Guidance { thrust: Thrust::Off, arm: ArmControl::JointPd { stiffness: joints, damping: joints } },
+            orbit_rate: 0.0,
+            orbit_axes: Quat::identity(),
+            field: Vec3::zero(),
+            facility: Facility { rules, ..Facility::IDEAL },
+            task: Task::OPEN,
+            nominal: Params::null(),
+        })
+    }
+
+    fn motion(position: Vec3<f64>, attitude: Quat<f64>) -> Motion<f64> {
+        Motion { position, attitude, velocity: Vec3::zero(), omega: Vec3::zero() }
+    }
+
+    fn turn(axis: Vec3<f64>, angle: f64) -> Quat<f64> {
+        let axis = axis * (1.0 / axis.norm());
+        Quat { w: (0.5 * angle).cos(), v: axis * (0.5 * angle).sin() }
+    }
+
+    fn observed(parts: Parts<f64>, wrench: Wrench<f64>) -> Observed<f64> {
+        Observed { commanded: parts, parts, wrench, saturated: 0.0, cut: 0.0, port_energy: 0.0 }
+    }
+
+    /// The parts after a share of a relative motion: part A slides by 10 mm along x and turns by 0.1 rad about z relative
+    /// to part B, while both are carried along and turned by `carrier`.
+    fn carried(share: f64, carrier: Pose<f64>) -> Parts<f64> {
+        let a = Pose { position: vec3(0.01 * share, 0.0, 0.0), attitude: turn(vec3(0.0, 0.0, 1.0), 0.1 * share) };
+        let b = Pose { position: vec3(0.3, 0.1, 0.0), attitude: Quat::identity() };
+        let [a, b] = [a, b].map(|pose| carrier.compose(pose));
+        Parts { a: motion(a.position, a.attitude), b: motion(b.position, b.attitude) }
+    }
+
+    #[test]
+    fn the_work_of_a_wrench_is_that_of_the_relative_motion_whoever_carries_both_parts() {
+        let m = plant(SessionRules { injected_energy: 1e9, ..SessionRules::NONE });
+        let still = |_: f64| Pose::identity();
+        let carrying = |share: f64| Pose {
+            position: vec3(0.2 * share, -0.1, 0.3 * share),
+            attitude: turn(vec3(1.0, 2.0, -1.0), 0.5 * share),
+        };
+        for carrier in [&still as &dyn Fn(f64) -> Pose<f64>, &carrying] {
+            let mut s = new_session::<f64>();
+            for step in 0..=1000 {
+                let share = f64::from(step) / 1000.0;
+                let parts = carried(share, carrier(share));
+                // 100 N along part B's x, 5 N m about its z, as the sensor on part A sees them.
+                let in_a = turn(vec3(0.0, 0.0, 1.0), 0.1 * share);
+                let wrench = Wrench {
+                    force: in_a.rotate_back(vec3(100.0, 0.0, 0.0)),
+                    moment: in_a.rotate_back(vec3(0.0, 0.0, 5.0)),
+                };
+                s = supervise(&m, &s, &observed(parts, wrench), 1e-3);
+            }
+            assert!((s.work - (100.0 * 0.01 + 5.0 * 0.1)).abs() < 1e-6, "{} J", s.work);
+            assert_eq!(s.rule, 0.0);
+        }
+    }
+
+    #[test]
+    fn each_rule_is_met_by_its_own_quantity_and_the_first_one_stands() {
+        let rules = SessionRules {
+            force: 100.0,
+            moment: 20.0,
+            force_rate: 5e4,
+            sensor_saturation: true,
+            injected_energy: 0.5,
+            following_error: 0.05,
+            following_rotation: 0.1,
+            tool_reach: 0.3,
+            tool_rotation: 0.2,
+            clamp_time: 2e-3,
+        };
+        let m = plant(rules);
+        let start = m.start;
+        let calm = || observed(Parts { a: start.a, b: start.b }, Wrench::zero());
+        let pushed = |force: f64, moment: f64| Wrench { force: vec3(force, 0.0, 0.0), moment: vec3(0.0, moment, 0.0) };
+        let moved = |way: f64, angle: f64| {
+            let attitude = turn(vec3(0.0, 1.0, 0.0), angle).compose(start.b.attitude);
+            Parts { b: Motion { position: start.b.position + vec3(0.0, way, 0.0), attitude, ..start.b }, ..start }
+        };
+        let cases: [(Rule, Observed<f64>, f64); 10] = [
+            (Rule::Force, Observed { wrench: pushed(101.0, 0.0), ..calm() }, 101.0),
+            (Rule::Force, Observed { wrench: pushed(f64::NAN, 0.0), ..calm() }, f64::NAN),
+            (Rule::Moment, Observed { wrench: pushed(0.0, 21.0), ..calm() }, 21.0),
+            (Rule::ForceRate, Observed { wrench: pushed(60.0, 0.0), ..calm() }, 6e4),
+            (Rule::Saturation, Observed { saturated: 1.0, ..calm() }, 1.0),
+            (Rule::InjectedEnergy, Observed { port_energy: 0.6, ..calm() }, 0.6),
+            (Rule::FollowingError, Observed { parts: moved(0.06, 0.0), ..calm() }, 0.06),
+            (Rule::FollowingRotation, Observed { parts: moved(0.0, 0.11), ..calm() }, 0.11),
+            (Rule::ToolReach, observed(moved(0.31, 0.0), Wrench::zero()), 0.31),
+            (Rule::ToolRotation, observed(moved(0.0, 0.21), Wrench::zero()), 0.21),
+        ];
+        for (rule, seen, value) in cases {
+            let before = supervise(&m, &new_session(), &calm(), 1e-3);
+            assert_eq!(before.rule, 0.0, "{rule:?}: a calm cycle meets no rule");
+            let met = supervise(&m, &before, &seen, 1e-3);
+            assert_eq!(Rule::of_number(met.rule), Some(rule));
+            let found = rule.in_unit(met.value);
+            assert!((found - value).abs() < 1e-9 || value.is_nan(), "{rule:?}: {found}, not {value}");
+            let after = supervise(&m, &met, &Observed { wrench: pushed(500.0, 90.0), ..calm() }, 1e-3);
+            assert_eq!((after.rule, after.value.to_bits()), (met.rule, met.value.to_bits()), "the first rule stands");
+        }
+    }
+
+    #[test]
+    fn commands_may_be_cut_for_a_time_without_a_pause() {
+        let m = plant(SessionRules { clamp_time: 2.5e-3, ..SessionRules::NONE });
+        let start = m.start;
+        let step = |s: &Session<f64>, cut: f64| {
+            supervise(&m, s, &Observed { cut, ..observed(Parts { a: start.a, b: start.b }, Wrench::zero()) }, 1e-3)
+        };
+        let mut s = new_session();
+        for cut in [1.0, 1.0, 0.0, 1.0, 1.0] {
+            s = step(&s, cut);
+            assert_eq!(s.rule, 0.0);
+        }
+        assert_eq!(Rule::of_number(step(&s, 1.0).rule), Some(Rule::ClampTime));
+    }
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_numbers() {
+        for (index, row) in RULES.iter().enumerate() {
+            assert_eq!(row.rule as usize, index + 1);
+            assert_eq!(row.rule.row().id, row.id);
+        }
+        assert_eq!(Rule::of_number(0.0), None);
+    }
+}
