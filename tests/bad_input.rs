@@ -65,7 +65,8 @@ const fn table(old: &'static str, new: &'static str, line: usize, message: &'sta
 
 #[rustfmt::skip]
 const CAMPAIGNS: &[Case] = &[
-    campaign("campaign/1", "campaign/9", 1, "schema", "does not read this format", "schema = \"campaign/1\""),
+    campaign("campaign/2", "campaign/9", 1, "schema", "does not read this format", "schema = \"campaign/2\""),
+    campaign("campaign/2", "campaign/1", 1, "schema", "does not read this format", "each [[requirement]] has its subject"),
     campaign("id = \"valid\"", "id = \"a/b\"", 2, "id", "cannot be a name", "letters, digits, - and _"),
     campaign("seed = 7\n", "", 1, "seed", "must be there", "add seed = 20261121"),
     campaign("seed = 7", "seed = -7", 4, "seed", "does not fit", "a whole number, not negative"),
@@ -111,21 +112,35 @@ const CAMPAIGNS: &[Case] = &[
     campaign("2/3 * contact_stiffness", "2/3 (contact_stiffness)", 37, "derived[1].expr", "`(` does not belong here", "a product needs its `*`"),
     campaign("bristle_stiffness / 100", "0 - bristle_stiffness", 41, "derived[2].expr", "beyond its legal range", "bound it with max"),
     campaign("draws = 4", "draws = 101", 44, "outer.draws", "101 is out of range", "from 1 to 100"),
-    campaign("\"peak_contact_force\"", "\"peak_contact_forse\"", 49, "requirement[1].metric", "no metric `peak_contact_forse`", "did you mean `peak_contact_force`?"),
-    campaign("\"peak_contact_force\"", "\"peak_force\"", 49, "requirement[1].metric", "no metric `peak_force`", "peak_interface_force (contact and latch)"),
-    campaign("at_most = \"80 N\"", "at_most = \"80 N m\"", 50, "requirement[1].at_most", "this is a moment, not a force", "write \"80 N\""),
-    campaign("at_most = \"80 N\"\n", "", 47, "requirement[1].id", "no limit", "one of at_most and at_least"),
-    campaign("[traces]", "[[requirement]]\nid = \"req_1\"\ntext = \"t\"\nmetric = \"impulse\"\nat_most = \"1 N s\"\nprobability = 0.9\nconfidence = 0.9\n[traces]", 55, "requirement[2].id", "the same columns as `REQ-1`", "an id of its own"),
-    campaign("\"99 %\"", "\"100 %\"", 51, "requirement[1].probability", "1 is out of range", "above 0, at most 0.999999"),
-    campaign("\"90 %\"", "90", 52, "requirement[1].confidence", "90 is out of range", "above 0, at most 0.999999"),
-    campaign("\"worst:5\"", "\"worst\"", 56, "traces.keep[2]", "names no runs", "\"worst:20\""),
+    campaign("\"peak_contact_force\"", "\"peak_contact_forse\"", 50, "requirement[1].metric", "no metric `peak_contact_forse`", "did you mean `peak_contact_force`?"),
+    campaign("\"peak_contact_force\"", "\"peak_force\"", 50, "requirement[1].metric", "no metric `peak_force`", "peak_interface_force (contact and latch)"),
+    campaign("at_most = \"80 N\"", "at_most = \"80 N m\"", 51, "requirement[1].at_most", "this is a moment, not a force", "write \"80 N\""),
+    campaign("at_most = \"80 N\"\n", "", 47, "requirement[1].id", "no limit", "give at_most, at_least, or both"),
+    campaign("[traces]", "[[requirement]]\nid = \"req_1\"\ntext = \"t\"\nsubject = \"space\"\nmetric = \"impulse\"\nat_most = \"1 N s\"\nprobability = 0.9\nconfidence = 0.9\n[traces]", 56, "requirement[2].id", "the same columns as `REQ-1`", "an id of its own"),
+    campaign("\"99 %\"", "\"100 %\"", 52, "requirement[1].probability", "1 is out of range", "above 0, at most 0.999999"),
+    campaign("\"90 %\"", "90", 53, "requirement[1].confidence", "90 is out of range", "above 0, at most 0.999999"),
+    campaign("subject = \"space\"\n", "", 46, "requirement[1].subject", "must be there", "add subject = \"space\" (or \"facility\", \"agreement\")"),
+    campaign("subject = \"space\"", "subject = \"hil\"", 49, "requirement[1].subject", "`hil` is not known here", "facility"),
+    campaign("at_most = \"80 N\"", "at_most = \"80 N\"\nat_least = \"0.1 kN\"", 52, "requirement[1].at_least", "at_least 100 N is not below at_most 80 N", "the lower limit as at_least"),
+    campaign("probability = \"99 %\"\n", "", 47, "requirement[1].id", "needs its probability", "add probability = \"99 %\""),
+    campaign("\"peak_contact_force\"", "\"abort_rate\"", 50, "requirement[1].metric", "no metric `abort_rate`", "a rate is judged with subject = \"agreement\""),
+    campaign("subject = \"space\"\nmetric = \"peak_contact_force\"\nat_most = \"80 N\"\nprobability = \"99 %\"\n", "subject = \"agreement\"\nmetric = \"peak_contact_force\"\nat_most = \"5 %\"\n", 50, "requirement[1].metric", "`peak_contact_force` is not known here", "abort_rate"),
+    campaign("subject = \"space\"\nmetric = \"peak_contact_force\"\nat_most = \"80 N\"\n", "subject = \"agreement\"\nmetric = \"abort_rate\"\nat_most = \"5 %\"\n", 52, "requirement[1].probability", "does not take `probability`", "remove it"),
+    campaign("subject = \"space\"\nmetric = \"peak_contact_force\"\nat_most = \"80 N\"\nprobability = \"99 %\"\n", "subject = \"agreement\"\nmetric = \"abort_rate\"\n", 47, "requirement[1].id", "no limit", "add at_most = \"5 %\""),
+    campaign("[traces]", "[[metric]]\nname = \"share\"\nunit = \"1\"\nexpr = \"impulse / effective_mass\"\n[traces]", 58, "metric[1].expr", "the expression has the unit m/s, not 1", "write unit = \"m/s\""),
+    campaign("[traces]", "[[metric]]\nname = \"share\"\nunit = \"N\"\nexpr = \"peak_contact_force - 5\"\n[traces]", 58, "metric[1].expr", "it adds or compares kg m/s^2 and 1", "numbers in an expression have no unit"),
+    campaign("[traces]", "[[metric]]\nname = \"share\"\nunit = \"N\"\nexpr = \"peak_contact_forse\"\n[traces]", 58, "metric[1].expr", "no metric or parameter `peak_contact_forse`", "did you mean `peak_contact_force`?"),
+    campaign("[traces]", "[[metric]]\nname = \"impulse\"\nunit = \"N s\"\nexpr = \"2 * impulse\"\n[traces]", 56, "metric[1].name", "a metric or a parameter already", "choose another name"),
+    campaign("[traces]", "[[metric]]\nname = \"pass_speed\"\nunit = \"m/s\"\nexpr = \"approach_speed\"\n[traces]", 56, "metric[1].name", "the runs table has columns of this name", "choose another name"),
+    campaign("[traces]", "[[metric]]\nname = \"share\"\nunit = \"kN\"\nexpr = \"peak_contact_force\"\n[traces]", 57, "metric[1].unit", "no SI unit without a factor", "values are in SI"),
+    campaign("\"worst:5\"", "\"worst\"", 57, "traces.keep[2]", "names no runs", "\"worst:20\""),
     campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"rail_lag\"\ndist = { kind = \"uniform\", min = \"1 ms\", max = \"9 ms\" }", 29, "dispersion[5].dist", "`rail_lag` does nothing here: the facility has no rail", "remove it, or add a table [facility.rail] to the scenario"),
     campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"rail_lag_damping\"\ndist = { kind = \"uniform\", min = 0.5, max = 1 }", 29, "dispersion[5].dist", "`rail_lag_damping` does nothing here: the facility has no rail", "add a table [facility.rail]"),
     campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"contact_dissipation\"\ndist = { kind = \"uniform\", min = \"0.1 s/m\", max = \"1 s/m\" }", 29, "dispersion[5].dist", "`contact_dissipation` does nothing here: the contact law \"linear\" has no dissipation", "disperse `contact_damping` instead, or write law = \"power\""),
     campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"robot2_lag_damping\"\ndist = { kind = \"uniform\", min = 0.5, max = 1 }", 29, "dispersion[5].dist", "`robot2_lag_damping` does nothing here: the lag of this response is always 0", "remove it, or give the response a lag above 0 s"),
     campaign("target = \"target_mass\"\ndist = { kind = \"normal\", mean = \"400 kg\", sigma = \"10 kg\" }\n\n[[correlation]]\ntargets = [\"contact_stiffness\", \"target_mass\"]\nmatrix = [[1, 0.5], [0.5, 1]]", "target = \"robot2_lag_zero\"\ndist = { kind = \"uniform\", min = \"1 ms\", max = \"9 ms\" }", 29, "dispersion[5].dist", "`robot2_lag_zero` does nothing here", "give the response a lag above 0 s"),
     campaign("target = \"bristle_stiffness\"\nexpr = \"2/3 * contact_stiffness\"\n\n[[derived]]\ntarget = \"bristle_damping\"\nexpr = \"bristle_stiffness / 100\"", "target = \"rail_lag\"\nexpr = \"loop_delay\"", 37, "derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
-    campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 56, "traces.keep", "not TOML", "the file ends too early"),
+    campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 57, "traces.keep", "not TOML", "the file ends too early"),
 ];
 
 /// What stands before `[traces]` in a campaign with one variant, and in one that compares.
@@ -143,30 +158,30 @@ macro_rules! compared {
 /// Variants of the facility: their keys are those of the scenario, their places those of the campaign.
 #[rustfmt::skip]
 const VARIANTS: &[Case] = &[
-    campaign("[traces]", variant!("\"facility.loop_dely\" = \"8 ms\""), 56, "variant[1].set.facility.loop_dely", "no key `loop_dely`", "did you mean `loop_delay`?"),
-    campaign("[traces]", variant!("\"facility.sensr.period\" = \"1 ms\""), 56, "variant[1].set.facility.sensr.period", "no key `sensr`", "did you mean `sensor`?"),
-    campaign("[traces]", variant!("\"facility.loop_delay\" = \"8 kg\""), 56, "variant[1].set.facility.loop_delay", "this is a mass, not a time", "write \"8 s\""),
-    campaign("[traces]", variant!("\"facility.robot1\" = { lag = \"0.3 ms\" }"), 56, "variant[1].set.facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
-    campaign("[traces]", variant!("\"facility.loop_delay.max\" = 3"), 56, "variant[1].set.facility.loop_delay.max", "does not fit here", "a number"),
-    campaign("[traces]", variant!("\"facility.compensator\" = { kind = \"smith\", delay = \"4 ms\" }"), 56, "variant[1].set.facility.compensator.kind", "`smith` needs the key `stiffness`", "`smith` takes: delay, stiffness"),
-    campaign("[traces]", variant!("\"facility.compensator\" = { delay = \"4 ms\" }"), 56, "variant[1].set.facility.compensator.kind", "this key must be there", "add kind"),
-    campaign("[traces]", variant!("\"task.max_force\" = \"8 N\""), 56, "variant[1].set.task.max_force", "a variant replaces keys of the facility", "what space shares is dispersed"),
-    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant]]\nname = \"V\"\n[traces]", 57, "variant[2].name", "two variants of one name", "choose another name"),
-    campaign("[traces]", "[[variant]]\nname = \"runs\"\n[traces]", 55, "variant[1].name", "the results folder holds this name already", "choose another name"),
-    campaign("[traces]", "[[variant]]\ntitle = \"v\"\n[traces]", 54, "variant[1].name", "this key must be there", "add name"),
-    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant.derived]]\ntarget = \"rail_lag\"\nexpr = \"loop_delay\"\n[traces]", 58, "variant[1].derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
-    campaign("[traces]", "[compare]\ntrust = 0.1\n[traces]", 54, "compare", "there is nothing to compare", "add a [[variant]]"),
-    campaign("[traces]", compared!("along = \"loop_dely\""), 57, "compare.along", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
-    campaign("[traces]", compared!("along = \"loop_delay\"\nedges = [\"2 ms\", \"1 ms\"]"), 58, "compare.edges", "these are no ends of bands", "each above the one before"),
-    campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 57, "compare.metrics[1]", "no metric `created_enery`", "did you mean `injected_energy`?"),
-    campaign("[traces]", compared!("map = [{ x = \"loop_delay\", y = \"contact_stiffness\", line = \"loop_dely\" }]"), 57, "compare.map[1].line", "no parameter `loop_dely`", "did you mean `loop_delay`?"),
+    campaign("[traces]", variant!("\"facility.loop_dely\" = \"8 ms\""), 57, "variant[1].set.facility.loop_dely", "no key `loop_dely`", "did you mean `loop_delay`?"),
+    campaign("[traces]", variant!("\"facility.sensr.period\" = \"1 ms\""), 57, "variant[1].set.facility.sensr.period", "no key `sensr`", "did you mean `sensor`?"),
+    campaign("[traces]", variant!("\"facility.loop_delay\" = \"8 kg\""), 57, "variant[1].set.facility.loop_delay", "this is a mass, not a time", "write \"8 s\""),
+    campaign("[traces]", variant!("\"facility.robot1\" = { lag = \"0.3 ms\" }"), 57, "variant[1].set.facility.robot1.lag", "too short for a substep", "a lag of at least 0.5000 ms"),
+    campaign("[traces]", variant!("\"facility.loop_delay.max\" = 3"), 57, "variant[1].set.facility.loop_delay.max", "does not fit here", "a number"),
+    campaign("[traces]", variant!("\"facility.compensator\" = { kind = \"smith\", delay = \"4 ms\" }"), 57, "variant[1].set.facility.compensator.kind", "`smith` needs the key `stiffness`", "`smith` takes: delay, stiffness"),
+    campaign("[traces]", variant!("\"facility.compensator\" = { delay = \"4 ms\" }"), 57, "variant[1].set.facility.compensator.kind", "this key must be there", "add kind"),
+    campaign("[traces]", variant!("\"task.max_force\" = \"8 N\""), 57, "variant[1].set.task.max_force", "a variant replaces keys of the facility", "what space shares is dispersed"),
+    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant]]\nname = \"V\"\n[traces]", 58, "variant[2].name", "two variants of one name", "choose another name"),
+    campaign("[traces]", "[[variant]]\nname = \"runs\"\n[traces]", 56, "variant[1].name", "the results folder holds this name already", "choose another name"),
+    campaign("[traces]", "[[variant]]\ntitle = \"v\"\n[traces]", 55, "variant[1].name", "this key must be there", "add name"),
+    campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant.derived]]\ntarget = \"rail_lag\"\nexpr = \"loop_delay\"\n[traces]", 59, "variant[1].derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
+    campaign("[traces]", "[compare]\ntrust = 0.1\n[traces]", 55, "compare", "there is nothing to compare", "add a [[variant]]"),
+    campaign("[traces]", compared!("along = \"loop_dely\""), 58, "compare.along", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
+    campaign("[traces]", compared!("along = \"loop_delay\"\nedges = [\"2 ms\", \"1 ms\"]"), 59, "compare.edges", "these are no ends of bands", "each above the one before"),
+    campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 58, "compare.metrics[1]", "no metric `created_enery`", "did you mean `injected_energy`?"),
+    campaign("[traces]", compared!("map = [{ x = \"loop_delay\", y = \"contact_stiffness\", line = \"loop_dely\" }]"), 58, "compare.map[1].line", "no parameter `loop_dely`", "did you mean `loop_delay`?"),
     campaign("[[correlation]]", "[[dispersion]]\nvariable = \"loop_delay\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 32, "dispersion[6].variable", "this name is taken", "write target ="),
     campaign("[[correlation]]", "[[dispersion]]\nvariable = \"mine\"\ndist = { kind = \"uniform\", min = 1, max = 2 }\n[[correlation]]", 33, "dispersion[6].dist", "`mine` does nothing here: no expression uses this variable", "use it in the expr"),
 ];
 
 #[rustfmt::skip]
 const SCENARIOS: &[Case] = &[
-    scenario("scenario/2", "campaign/1", 1, "schema", "does not read this format", "schema = \"scenario/2\""),
+    scenario("scenario/2", "campaign/2", 1, "schema", "does not read this format", "schema = \"scenario/2\""),
     scenario("scenario/2", "scenario/1", 1, "schema", "does not read this format", "session_rules = \"none\""),
     scenario("\"0.25 ms\"", "\"0.3 ms\"", 7, "timing.tick", "not a whole number of substeps", "9e-4 s is the nearest"),
     scenario("time_limit = \"2 s\"\n", "", 5, "timing.time_limit", "must be there", "add time_limit = \"15 s\""),
@@ -371,7 +386,7 @@ fn files_that_are_no_text_are_refused() {
     assert!(message.contains("byte 0xE9 is not UTF-8") && remedy.contains("encoding UTF-8"), "{message}: {remedy}");
 
     let (line, _, message, remedy) = refused(|folder| fs::write(folder.join(CAMPAIGN), "").expect("written"));
-    assert!(line == 1 && message.contains("empty") && remedy.contains("campaign/1"), "{message}: {remedy}");
+    assert!(line == 1 && message.contains("empty") && remedy.contains("campaign/2"), "{message}: {remedy}");
 
     let (_, key, message, _) = refused(|folder| fs::write(folder.join(ARM), "").expect("written"));
     assert!(key == "robot" && message.contains("not a URDF"), "{message}");
@@ -394,7 +409,7 @@ fn several_problems_are_told_at_once() {
     let spoiled = text.replace("runs = 100", "runs = 0").replace("\"99 %\"", "2").replace("\"80 N\"", "80");
     fs::write(&path, spoiled).expect("written");
     let problems = softdock_campaign::load(&path).expect_err("spoiled");
-    assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [5, 44, 50, 51]);
+    assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [5, 44, 51, 52]);
 }
 
 /// Every file cut anywhere, or with any character changed, gives problems or, by luck, a campaign: never a panic.

@@ -183,6 +183,96 @@ fn a_changed_campaign_is_refused_with_its_keys() {
     assert!(!said.contains(&json(&bench.path("r/campaign.json"))["hash"].to_string()), "no hash in\n{said}");
 }
 
+/// Metadata and rows of every file of runs.
+fn judged_runs(folder: &Path) -> Vec<(String, Vec<RunRow>)> {
+    vec![(content_hash_of(&folder.join("runs/shard=00000.parquet")), rows(folder))]
+}
+
+fn content_hash_of(path: &Path) -> String {
+    TableReader::open(path).expect("a shard").metadata()["softdock.content_hash"].clone()
+}
+
+#[test]
+fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 32"));
+    fs::create_dir_all(bench.path("old")).expect("made");
+    let shard = "runs/shard=00001.parquet";
+    fs::copy(bench.path("r").join(shard), bench.path("old/shard.parquet")).expect("kept");
+    let hash = json(&bench.path("r/campaign.json"))["hash"].clone();
+    // A limit, a subject, a metric of its own, a criterion of the task, and what is said of it.
+    bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"\nat_least = \"1 N\"");
+    bench.edit(
+        "[[requirement]]\nid = \"SMOKE-010\"",
+        "[[metric]]\nname = \"speed_change\"\nunit = \"m/s\"\nexpr = \"impulse / target_mass\"\n\n[[requirement]]\n\
+         id = \"OWN\"\ntext = \"t\"\nsubject = \"facility\"\nmetric = \"speed_change\"\nat_most = \"100 mm/s\"\n\
+         probability = \"50 %\"\nconfidence = 0.9\n\n[[requirement]]\nid = \"AGR\"\ntext = \"t\"\n\
+         subject = \"agreement\"\nmetric = \"abort_rate\"\nat_most = \"90 %\"\nconfidence = 0.9\n\n\
+         [[requirement]]\nid = \"SMOKE-010\"",
+    );
+    let scenario = bench.path("c/scenarios/smoke.toml");
+    let task = fs::read_to_string(&scenario).expect("the scenario");
+    assert!(task.contains("max_contact_force = "), "{task}");
+    let lines = task.lines().map(|line| {
+        if line.starts_with("max_contact_force") { "max_contact_force = \"80 N\"" } else { line }
+    });
+    fs::write(&scenario, lines.collect::<Vec<_>>().join("\n") + "\n").expect("written");
+    assert_says(&refused(&bench, &format!("{RUN} r --runs 32")), &["no run depends on these", "softdock judge r c/smoke.toml"]);
+    let output = bench.softdock("judge r c/smoke.toml");
+    let (said, answer) = (text(&output.stderr), text(&output.stdout));
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{said}");
+    assert_says(&said, &["judged again by a campaign that differs in", "no run was made"]);
+    assert_says(&answer, &["judged again after the runs were made", "smoke.toml: requirement", "task.max_contact_force"]);
+    made(&bench, &format!("{RUN} anew --runs 32"));
+    assert_eq!(judged_runs(&bench.path("r")), judged_runs(&bench.path("anew")));
+    let (mut one, two) = (json(&bench.path("r/summary.json")), json(&bench.path("anew/summary.json")));
+    assert_eq!(one["judgements"][0]["hash_before"], hash);
+    one["judgements"] = serde_json::json!([]);
+    assert_eq!(one, two);
+    assert_same(&bench.path("r/traces"), &bench.path("anew/traces"));
+    let page = fs::read_to_string(bench.path("r/report.html")).expect("the page");
+    assert!(page.contains("Judged again after the runs were made") && page.contains("task.max_contact_force"));
+    // The same command resumes, and the folder stands alone.
+    made(&bench, &format!("{RUN} r --runs 32"));
+    bench.expect(two["exit_code"].as_i64().expect("a code") as i32, "judge r");
+    assert_eq!(judged_runs(&bench.path("r")), judged_runs(&bench.path("anew")));
+
+    // A judgement that was interrupted: one shard is still judged by the old campaign.
+    let whole = fs::read_to_string(bench.path("r/campaign.json")).expect("the record");
+    let mut manifest = json(&bench.path("r/campaign.json"));
+    manifest["judging"] = hash;
+    fs::write(bench.path("r/campaign.json"), manifest.to_string()).expect("written");
+    fs::copy(bench.path("old/shard.parquet"), bench.path("r").join(shard)).expect("put back");
+    for words in ["report r", "status r", &format!("{RUN} r --runs 32"), "judge r"] {
+        assert_says(&refused(&bench, words), &["was interrupted", "softdock judge r CAMPAIGN"]);
+    }
+    made(&bench, "judge r c/smoke.toml");
+    assert_eq!(fs::read_to_string(bench.path("r/campaign.json")).expect("the record"), whole);
+    assert_eq!(judged_runs(&bench.path("r")), judged_runs(&bench.path("anew")));
+}
+
+#[test]
+fn a_change_of_the_runs_themselves_is_not_judged() {
+    let bench = Bench::new();
+    made(&bench, &format!("{RUN} r --runs 16"));
+    let before = files(&bench.path("r"));
+    bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"");
+    let campaign = fs::read_to_string(bench.path("c/smoke.toml")).expect("the campaign");
+    let scenario = fs::read_to_string(bench.path("c/scenarios/smoke.toml")).expect("the scenario");
+    let cases = [
+        ("c/smoke.toml", &campaign, "seed = 1\n", "seed = 2\n", "smoke.toml: seed: 1 -> 2"),
+        ("c/scenarios/smoke.toml", &scenario, "max_depth = ", "max_depth = \"9 mm\" # ", "task.max_depth"),
+        ("c/scenarios/smoke.toml", &scenario, "time_limit = ", "time_limit = \"14 s\" # ", "timing.time_limit"),
+    ];
+    for (file, text, old, new, key) in cases {
+        assert!(text.contains(old), "{old}");
+        fs::write(bench.path(file), text.replacen(old, new, 1)).expect("written");
+        assert_says(&refused(&bench, "judge r c/smoke.toml"), &["what changes the runs themselves", key]);
+        assert_eq!(files(&bench.path("r")), before, "{key}");
+        fs::write(bench.path(file), text).expect("put back");
+    }
+}
+
 #[test]
 fn fresh_starts_over_and_deletes_nothing_that_others_wrote() {
     let bench = Bench::new();
@@ -330,13 +420,13 @@ fn results_of_an_older_format_are_refused() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     let manifest = bench.path("r/campaign.json");
-    let older = fs::read_to_string(&manifest).expect("the manifest").replace("results/2", "results/1");
+    let older = fs::read_to_string(&manifest).expect("the manifest").replace("results/3", "results/1");
     fs::write(&manifest, older).expect("written");
     let before = files(&bench.path("r"));
     let again = format!("{RUN} r --runs 16");
     for words in [again.clone(), format!("{again} --fresh"), "report r".to_owned(), "replay r 3".to_owned()] {
         let said = refused(&bench, &words);
-        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/2\""]);
+        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/3\""]);
     }
     assert_eq!(files(&bench.path("r")), before);
 }

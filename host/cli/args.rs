@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Compare two results folders: failures, rates, runs that changed, metrics, and keys that differ.
     Compare(CompareArgs),
+    /// Judge finished runs by other criteria, metrics and requirements, without new runs.
+    Judge(JudgeArgs),
     /// Write summary and report page of a results folder again.
     Report(ReportArgs),
     /// Repeat one run of a results folder, or the log of a drive, and compare it bit by bit.
@@ -382,6 +384,31 @@ pub(crate) struct CompareArgs {
     #[arg(value_name = "B")]
     pub(crate) second: PathBuf,
     /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `judge`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+What may change: [[requirement]], [[metric]], [traces], [compare], titles and sources of a campaign, what an invalid run
+counts as, and the criteria of the scenario's [task]. Any other change is refused with its keys: it needs new runs.
+The change is recorded in campaign.json and on the page. Only the traces and the repeated runs are stepped.
+
+Exit codes: as `run`.
+
+Example:
+  softdock judge results/probe_drogue campaigns/probe_drogue.toml")]
+pub(crate) struct JudgeArgs {
+    /// Results folder.
+    #[arg(value_name = "DIR")]
+    pub(crate) results: PathBuf,
+    /// Campaign file with the criteria and requirements; that of the folder if not given.
+    pub(crate) campaign: Option<PathBuf>,
+    /// Scenario in the place of the campaign's, if the runs were made with one.
+    #[arg(long, value_name = "FILE", requires = "campaign")]
+    pub(crate) model: Option<PathBuf>,
+    /// Answer in JSON: the summary.
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -5,6 +5,7 @@ use crate::folder::{Folder, normal};
 use crate::variants::refuse_whole;
 use crate::words::{explain, refuse, warn};
 use miette::IntoDiagnostic;
+use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::{Campaign, Cases};
 use softdock_results::foreign::{column_names, number_columns};
 use softdock_results::shards::{read_columns, run_columns};
@@ -54,7 +55,7 @@ pub(crate) fn failed_runs(args: &RunArgs) -> miette::Result<Option<(Campaign, Pa
         let message = format!("`{}` holds the runs that are to be repeated", out.display());
         return Err(refuse(message, "write --out DIR with a folder of its own"));
     }
-    let (table, counts) = failed_table(results)?;
+    let (table, counts) = failed_table(results, &folder.campaign.requirements)?;
     let all = folder.campaign.runs;
     if table.rows() == 0 {
         warn(format!("{}  none of {all} runs failed: nothing to repeat", folder.campaign.id));
@@ -74,12 +75,16 @@ pub(crate) fn failed_runs(args: &RunArgs) -> miette::Result<Option<(Campaign, Pa
 }
 
 /// Numbers and inputs of the runs that did not pass, and how many failed in space, on the facility, or are invalid.
-fn failed_table(results: &Path) -> miette::Result<(Table, [u64; 3])> {
+fn failed_table(results: &Path, requirements: &[Requirement]) -> miette::Result<(Table, [u64; 3])> {
     let all = run_columns(results).into_diagnostic()?;
     let named = |is: &dyn Fn(&Column) -> bool| -> Vec<String> {
         all.columns.iter().filter(|column| is(column)).map(|column| column.name.clone()).collect()
     };
-    let passes = ["space_", "hil_"].map(|side| named(&|c| c.kind == Kind::Verdict && c.name.starts_with(side)));
+    let on_space = requirements.iter().filter(|requirement| requirement.subject == Subject::Space);
+    let passes = [
+        on_space.map(|requirement| format!("space_pass_{}", requirement.column_id())).collect::<Vec<_>>(),
+        named(&|c| c.kind == Kind::Verdict && c.name.starts_with("hil_")),
+    ];
     let inputs = named(&|column| column.kind == Kind::Input);
     let fixed = ["run", "status", "agreement"].map(str::to_owned);
     let names: Vec<String> = fixed.iter().chain(passes.iter().flatten()).chain(&inputs).cloned().collect();

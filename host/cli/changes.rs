@@ -1,11 +1,15 @@
 //! What has changed between two states of a campaign's files, file by file and key by key.
 
 use serde_json::{Value, json};
+use softdock_campaign::criteria::Criterion;
 use softdock_campaign::difference::{KeyChange, TextChange, changed_keys};
 use std::path::{Path, PathBuf};
 
 /// Changes that a message lists.
 const LISTED: usize = 30;
+
+/// How a file differs whose values are the same.
+const LAYOUT: &str = "only comments or layout differ";
 
 /// Files by their name below `campaign/`.
 pub(crate) type NamedFiles = [(String, PathBuf)];
@@ -19,7 +23,36 @@ pub(crate) enum FileChange {
     File(String, &'static str),
 }
 
+/// Names below `campaign/` of the two files that hold what runs are judged by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JudgedFiles<'a> {
+    /// The campaign file.
+    pub(crate) campaign: &'a str,
+    /// The scenario file.
+    pub(crate) scenario: &'a str,
+}
+
+/// Tables and keys of a campaign file by which runs are judged or reported; no run depends on them.
+const JUDGED: [&str; 5] = ["title", "requirement", "metric", "compare", "traces"];
+
 impl FileChange {
+    /// Whether the runs stay what they are: the change concerns how they are judged and reported.
+    pub(crate) fn leaves_runs(&self, files: JudgedFiles) -> bool {
+        let (file, key) = match self {
+            Self::File(_, how) => return *how == LAYOUT,
+            Self::Key(file, change) => (file.as_str(), change.key.as_str()),
+        };
+        let table = key.split(['.', '[', ' ']).next().unwrap_or(key);
+        let is_word = |ending: &str| key.ends_with(ending) && !key.contains(".set.");
+        if file == files.campaign {
+            return JUDGED.contains(&table)
+                || key == "execution.invalid"
+                || table == "variant" && is_word(".title")
+                || table == "dispersion" && is_word(".source");
+        }
+        file == files.scenario && (key == "title" || key.strip_prefix("task.").is_some_and(|id| Criterion::of(id).is_some()))
+    }
+
     /// As a program reads it.
     pub(crate) fn json(&self) -> Value {
         match self {
@@ -77,7 +110,7 @@ fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange
     };
     match change {
         TextChange::None => {}
-        TextChange::LayoutOnly => changes.push(whole("only comments or layout differ")),
+        TextChange::LayoutOnly => changes.push(whole(LAYOUT)),
         TextChange::Keys(keys) => changes.extend(keys.into_iter().map(|key| FileChange::Key(name.to_owned(), key))),
         TextChange::NotToml => changes.push(whole("the file differs")),
     }

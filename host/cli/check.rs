@@ -9,7 +9,7 @@ use softdock_analysis::number::with_unit;
 use softdock_analysis::plan::plan_line;
 use softdock_campaign::campaign::Method;
 use softdock_campaign::criteria::sentences;
-use softdock_campaign::requirement::{Requirement, Side};
+use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
@@ -45,17 +45,15 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
             Method::Random => plan_line(requirement.probability, requirement.confidence, runs_per_draw(campaign)),
             Method::Sobol | Method::LatinHypercube => EXPLORING.to_owned(),
         };
-        text += &format!(
-            "  {}  {}\n    {} {}\n    {line}\n",
-            requirement.id,
-            requirement.text,
-            requirement.metric,
-            limit(requirement)
-        );
+        text += &format!("  {}  {}\n    {}\n    {line}\n", requirement.id, requirement.text, requirement.sentence());
     }
-    if campaign.requirements.is_empty() {
-        text += "  none\n";
+    for requirement in &campaign.agreement {
+        text += &format!("  {}  {}\n    {}\n", requirement.id, requirement.text, requirement.sentence());
     }
+    if campaign.requirements.is_empty() && campaign.agreement.is_empty() {
+        text += "  none: the campaign states no verdict\n";
+    }
+    text += &own_metrics(campaign);
     if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
     }
@@ -118,12 +116,10 @@ fn variants(campaign: &Campaign) -> String {
     if text.is_empty() { text } else { format!("variants of the facility, each on all of these draws\n{text}\n") }
 }
 
-fn limit(requirement: &Requirement) -> String {
-    let side = match requirement.side {
-        Side::AtMost => "at most",
-        Side::AtLeast => "at least",
-    };
-    format!("{side} {}", with_unit(requirement.limit, requirement.unit))
+fn own_metrics(campaign: &Campaign) -> String {
+    let lines = campaign.metrics.iter().map(|m| format!("  {} [{}] = {}\n", m.name, m.unit, m.formula));
+    let lines: String = lines.collect();
+    if lines.is_empty() { lines } else { format!("\nmetrics of the campaign\n{lines}") }
 }
 
 /// What a requirement is judged by: an outer draw has only its share of the runs.
@@ -135,11 +131,17 @@ fn as_json(campaign: &Campaign, draws: u64) -> Value {
     let (judged, independent) = (runs_per_draw(campaign), campaign.method == Method::Random);
     let requirement = |r: &Requirement| {
         json!({
-            "id": r.id, "text": r.text, "metric": r.metric, "unit": r.unit, "limit": r.limit,
-            "side": if r.side == Side::AtMost { "at_most" } else { "at_least" },
+            "id": r.id, "text": r.text, "sentence": r.sentence(), "subject": r.subject.word(),
+            "metric": r.metric.name, "unit": r.unit(), "at_most": r.limits.at_most, "at_least": r.limits.at_least,
             "probability": r.probability, "confidence": r.confidence,
             "allowed_failures": allowed_failures(judged, r.probability, r.confidence).filter(|_| independent),
             "smallest_runs": smallest_runs(0, r.probability, r.confidence),
+        })
+    };
+    let rate = |r: &AgreementRequirement| {
+        json!({
+            "id": r.id, "text": r.text, "sentence": r.sentence(), "rate": r.rate.word(), "at_most": r.at_most,
+            "confidence": r.confidence, "smallest_cases": smallest_runs(0, 1.0 - r.at_most, r.confidence),
         })
     };
     json!({
@@ -147,6 +149,8 @@ fn as_json(campaign: &Campaign, draws: u64) -> Value {
         "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
+        "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),
+        "metrics": campaign.metrics.iter().map(|m| json!({ "name": m.name, "unit": m.unit, "text": m.text, "expr": m.formula })).collect::<Vec<_>>(),
         "variants": campaign.variants.iter().map(|v| json!({ "name": v.name, "title": v.title, "changes": v.changes })).collect::<Vec<_>>(),
         "inputs": inputs(campaign, draws.min(campaign.runs)),
     })

@@ -3,20 +3,20 @@
 //! `campaign.json` states which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
 //! to another machine on its own. A table of given cases lies beside them as `cases.csv` or `cases.parquet`.
 
-use crate::changes::{changed_files, files_below, listed};
+use crate::changes::{FileChange, JudgedFiles, changed_files, files_below, listed};
 use crate::words::{explain, json, refuse, warn};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
-use softdock_analysis::{CampaignFacts, Extension, InvalidRuns};
+use softdock_analysis::{CampaignFacts, Extension, InvalidRuns, Judge, Judgement};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
 use softdock_results::partial::reopen_shard;
-use softdock_results::shards::{ShardIndex, ShardPlan};
+use softdock_results::shards::{ShardIndex, ShardPlan, rewrite_runs, run_files};
 use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Component, Path, PathBuf};
 
 /// Version of `campaign.json`.
-const SCHEMA: &str = "results/2";
+const SCHEMA: &str = "results/3";
 
 /// Files that follow from all runs together.
 const DERIVED: [&str; 6] =
@@ -24,6 +24,15 @@ const DERIVED: [&str; 6] =
 
 /// Version of softdock, as the files state it.
 pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Runs that are to be judged by another state of their campaign.
+#[derive(Clone, Debug)]
+pub(crate) struct Rejudged {
+    /// Hash of the campaign by which they are judged now.
+    pub(crate) before: String,
+    /// What differs; `None` if nothing does, or if the record has it already.
+    pub(crate) changes: Option<Vec<String>>,
+}
 
 /// A results folder and its campaign.
 pub(crate) struct Folder {
@@ -37,6 +46,8 @@ pub(crate) struct Folder {
     pub(crate) model: Option<String>,
     /// When the campaign got more runs, in order of time.
     pub(crate) extensions: Vec<Extension>,
+    /// When the runs were judged anew, in order of time.
+    pub(crate) judgements: Vec<Judgement>,
 }
 
 impl Folder {
@@ -44,18 +55,24 @@ impl Folder {
     ///
     /// A folder of the same campaign with fewer runs is extended. What killed writers left in it is cleared away.
     pub(crate) fn claim(path: &Path, campaign: Campaign) -> miette::Result<Self> {
-        Self::claim_extended(path, campaign, Vec::new())
+        Self::claim_recorded(path, campaign, Vec::new(), Vec::new())
     }
 
-    fn claim_extended(path: &Path, campaign: Campaign, extensions: Vec<Extension>) -> miette::Result<Self> {
+    fn claim_recorded(
+        path: &Path,
+        campaign: Campaign,
+        extensions: Vec<Extension>,
+        judgements: Vec<Judgement>,
+    ) -> miette::Result<Self> {
         let files = named_files(&campaign);
         let name_of =
             |path: &Path| files.iter().find(|(_, other)| *other == normal(path)).map(|(name, _)| name.clone());
         let (file, model) = (files[0].0.clone(), campaign.model.as_deref().and_then(name_of));
-        let mut folder = Self { path: path.to_owned(), file, model, campaign, extensions };
+        let mut folder = Self { path: path.to_owned(), file, model, campaign, extensions, judgements };
         let found = read_manifest(path)?;
+        refuse_half_judged(path, found.as_ref())?;
         if let Some(found) = &found {
-            folder.extensions = extensions_of(found);
+            (folder.extensions, folder.judgements) = (extensions_of(found), judgements_of(found));
         }
         match found {
             Some(found) if found == folder.manifest() => drop(remove_abandoned(path).into_diagnostic()?),
@@ -65,10 +82,7 @@ impl Folder {
             Some(found) => return Err(folder.other(path, &found)),
             None => {
                 folder.refuse_strangers()?;
-                for (name, file) in &files {
-                    let bytes = std::fs::read(file).into_diagnostic()?;
-                    write_file(&path.join("campaign").join(name), &bytes).into_diagnostic()?;
-                }
+                folder.write_files()?;
                 if let Some(cases) = folder.campaign.cases() {
                     write_file(&path.join(cases.file_name()), cases.bytes()).into_diagnostic()?;
                 }
@@ -78,9 +92,132 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Keeps the campaign's files below `campaign/`.
+    fn write_files(&self) -> miette::Result<()> {
+        for (name, file) in named_files(&self.campaign) {
+            let bytes = std::fs::read(file).into_diagnostic()?;
+            write_file(&self.path.join("campaign").join(name), &bytes).into_diagnostic()?;
+        }
+        Ok(())
+    }
+
     fn write_manifest(&self) -> miette::Result<()> {
-        let manifest = json(&self.manifest()) + "\n";
-        write_file(&self.path.join("campaign.json"), manifest.as_bytes()).into_diagnostic()
+        write_manifest(&self.path, &self.manifest())
+    }
+
+    /// Opens a folder to judge its runs by `campaign`, of whose files `changes` are reported.
+    ///
+    /// # Errors
+    /// If the folder cannot be read, or its runs would not be those of the campaign: with the keys that differ.
+    pub(crate) fn open_to_judge(path: &Path, campaign: Campaign) -> miette::Result<(Self, Option<Rejudged>)> {
+        let remedy = "name a folder that `softdock run` has written";
+        let nothing = || refuse(format!("`{}` is no results folder", path.display()), remedy);
+        let manifest = read_manifest(path)?.ok_or_else(nothing)?;
+        let number = |key: &str| manifest[key].as_u64().ok_or_else(nothing);
+        let campaign = campaign.with_sample(number("runs")?, number("seed")?);
+        let campaign = match manifest["cases"].as_str() {
+            Some(cases) => campaign.with_cases(crate::cases::read(&path.join(cases))?).map_err(explain)?,
+            None => campaign,
+        };
+        let files = named_files(&campaign);
+        let model = campaign.model.as_deref().map(normal);
+        let name = |path: &Path| files.iter().find(|(_, other)| other == path).map(|(name, _)| name.clone());
+        let folder = Self {
+            path: path.to_owned(),
+            file: files[0].0.clone(),
+            model: model.as_deref().and_then(name),
+            extensions: extensions_of(&manifest),
+            judgements: judgements_of(&manifest),
+            campaign,
+        };
+        let own = |key: &str| manifest[key].as_str().unwrap_or_default().to_owned();
+        let (before, after) = (own("hash"), folder.campaign.hash.clone());
+        if let Some(interrupted) = manifest["judging"].as_str() {
+            if before == after {
+                return Ok((folder, Some(Rejudged { before: interrupted.to_owned(), changes: None })));
+            }
+            let message = format!("the judgement of `{}` by another state of the campaign was interrupted", path.display());
+            return Err(refuse(message, "complete it first: name the campaign file of that state"));
+        }
+        if before == after {
+            return Ok((folder, None));
+        }
+        let changes = folder.changes_from(&manifest);
+        let is_whole_there = own("id") == folder.campaign.id;
+        let making: Vec<FileChange> = changes.iter().filter(|change| !folder.leaves_runs(change)).cloned().collect();
+        if !is_whole_there || !making.is_empty() || changes.is_empty() {
+            let mut lines = listed(&making);
+            if !is_whole_there {
+                lines.insert(0, format!("id: \"{}\" -> \"{}\"", own("id"), folder.campaign.id));
+            }
+            if lines.is_empty() {
+                lines.push("no key and no file: another version of softdock has made the results".to_owned());
+            }
+            let message = format!(
+                "the runs of `{}` cannot be judged by this campaign; what changes the runs themselves:\n  {}",
+                path.display(),
+                lines.join("\n  ")
+            );
+            let remedy = "put these values back, or make the runs with `softdock run` in a folder of its own: criteria of \
+                          [task], [[metric]] and [[requirement]] are judged again";
+            return Err(refuse(message, remedy));
+        }
+        Ok((folder, Some(Rejudged { before, changes: Some(listed(&changes)) })))
+    }
+
+    /// Judges the folder's runs by its campaign: rewrites every file of runs, the campaign's files and the record.
+    ///
+    /// If this is interrupted, the folder says so, and the same command completes it: no run is lost.
+    pub(crate) fn rejudge(&mut self, rejudged: Rejudged) -> miette::Result<()> {
+        let (before, after) = (rejudged.before, self.campaign.hash.clone());
+        let files = run_files(&self.path).into_diagnostic()?;
+        if let Some((path, hash)) = files.iter().find(|(_, hash)| *hash != before && *hash != after) {
+            let message = format!("`{}` belongs to another campaign (hash `{hash}`)", path.display());
+            return Err(refuse(message, "move the file away; `softdock run` makes its runs again"));
+        }
+        if let Some(changes) = rejudged.changes {
+            self.judgements.push(Judgement { hash_before: before.clone(), hash_after: after.clone(), changes });
+        }
+        let mut manifest = self.manifest();
+        manifest["judging"] = json!(before);
+        write_manifest(&self.path, &manifest)?;
+        let inside = normal(&self.path.join("campaign"));
+        let is_own = named_files(&self.campaign).iter().any(|(_, file)| file.starts_with(&inside));
+        if !is_own {
+            remove_folder(&inside)?;
+            self.write_files()?;
+        }
+        let judge = Judge::of(&self.campaign);
+        let schema = judge.schema();
+        let texts =
+            [("campaign_hash", after.as_str()), ("campaign_toml", &self.campaign.text), ("scenario_toml", self.campaign.scenario.text())];
+        for (path, _) in files.iter().filter(|(_, hash)| *hash == before) {
+            rewrite_runs(path, &schema, &texts, |row| judge.judge(row)).into_diagnostic()?;
+        }
+        self.remove_derived()?;
+        self.write_manifest()
+    }
+
+    /// Removes what follows from all runs together: summary, page, time histories, repeated runs.
+    fn remove_derived(&self) -> miette::Result<()> {
+        for name in DERIVED {
+            remove(&self.path.join(name))?;
+        }
+        remove_folder(&self.path.join("traces"))
+    }
+
+    /// What differs between the files that a folder keeps and those of this campaign.
+    fn changes_from(&self, found: &Value) -> Vec<FileChange> {
+        let there = files_below(&self.path.join("campaign"));
+        let file = found["campaign"].as_str().unwrap_or(&self.file);
+        changed_files((file, &there), (&self.file, &named_files(&self.campaign)))
+    }
+
+    fn leaves_runs(&self, change: &FileChange) -> bool {
+        let scenario = normal(self.campaign.scenario.file());
+        let files = named_files(&self.campaign);
+        let scenario = files.iter().find(|(_, file)| *file == scenario).map_or("", |(name, _)| name.as_str());
+        change.leaves_runs(JudgedFiles { campaign: &self.file, scenario })
     }
 
     /// Gives the folder's campaign more runs: whole shards stay, the last one is completed if it was not full.
@@ -104,13 +241,7 @@ impl Folder {
         if let Some((shard, file)) = last {
             reopen_shard(&self.path, shard, file).into_diagnostic()?;
         }
-        for name in DERIVED {
-            remove(&self.path.join(name))?;
-        }
-        let traces = self.path.join("traces");
-        if traces.is_dir() {
-            std::fs::remove_dir_all(&traces).into_diagnostic()?;
-        }
+        self.remove_derived()?;
         self.extensions.push(Extension { runs_before: before, runs_after: after });
         self.write_manifest()?;
         if let Some((_, file)) = last {
@@ -132,6 +263,7 @@ impl Folder {
             file: self.file.clone(),
             model: self.model.clone(),
             extensions: self.extensions.clone(),
+            judgements: self.judgements.clone(),
         }
     }
 
@@ -140,6 +272,7 @@ impl Folder {
         let remedy = "name a folder that `softdock run` has written";
         let nothing = || refuse(format!("`{}` is no results folder", path.display()), remedy);
         let manifest = read_manifest(path)?.ok_or_else(nothing)?;
+        refuse_half_judged(path, Some(&manifest))?;
         let file = manifest["campaign"].as_str().ok_or_else(nothing)?.to_owned();
         let model = manifest["model"].as_str().map(str::to_owned);
         let inside = |file: &String| path.join("campaign").join(file);
@@ -152,8 +285,8 @@ impl Folder {
             Some(cases) => campaign.with_cases(crate::cases::read(&path.join(cases))?).map_err(explain)?,
             None => campaign,
         };
-        let extensions = extensions_of(&manifest);
-        let folder = Self { path: path.to_owned(), campaign, file, model, extensions };
+        let (extensions, judgements) = (extensions_of(&manifest), judgements_of(&manifest));
+        let folder = Self { path: path.to_owned(), campaign, file, model, extensions, judgements };
         if folder.manifest() == manifest {
             return Ok(folder);
         }
@@ -163,7 +296,8 @@ impl Folder {
 
     /// Takes `path` for the same campaign as this folder.
     pub(crate) fn claim_alike(&self, path: &Path) -> miette::Result<Self> {
-        let mut folder = Self::claim_extended(path, self.campaign.clone(), self.extensions.clone())?;
+        let mut folder =
+            Self::claim_recorded(path, self.campaign.clone(), self.extensions.clone(), self.judgements.clone())?;
         folder.file.clone_from(&self.file);
         folder.model.clone_from(&self.model);
         Ok(folder)
@@ -171,8 +305,8 @@ impl Folder {
 
     /// Refuses a folder of another campaign.
     pub(crate) fn same_campaign(&self, other: &Self) -> miette::Result<()> {
-        let found = without_extensions(other.manifest());
-        if found == without_extensions(self.manifest()) { Ok(()) } else { Err(self.other(&other.path, &found)) }
+        let found = without_records(other.manifest());
+        if found == without_records(self.manifest()) { Ok(()) } else { Err(self.other(&other.path, &found)) }
     }
 
     /// Runs and how they are cut.
@@ -208,7 +342,9 @@ impl Folder {
             independent_runs: c.method == Method::Random && c.cases().is_none(),
             given_cases: c.cases().is_some(),
             extensions: &self.extensions,
+            judgements: &self.judgements,
             requirements: &c.requirements,
+            agreement: &c.agreement,
         }
     }
 
@@ -227,6 +363,9 @@ impl Folder {
         if !self.extensions.is_empty() {
             all["extensions"] = json!(self.extensions);
         }
+        if !self.judgements.is_empty() {
+            all["judgements"] = json!(self.judgements);
+        }
         all
     }
 
@@ -242,9 +381,10 @@ impl Folder {
         if !differs(&"cases") && differs(&"cases_hash") {
             lines.push(format!("{}: the tables of cases differ", found["cases"].as_str().unwrap_or("cases")));
         }
-        let there = files_below(&path.join("campaign"));
-        let file = found["campaign"].as_str().unwrap_or(&self.file);
-        lines.extend(listed(&changed_files((file, &there), (&self.file, &named_files(&self.campaign)))));
+        let there = Self { path: path.to_owned(), ..self.alike() };
+        let changes = there.changes_from(found);
+        let is_judgement = lines.is_empty() && !changes.is_empty() && changes.iter().all(|change| self.leaves_runs(change));
+        lines.extend(listed(&changes));
         if lines.is_empty() {
             lines.push("no key and no file: another version of softdock has made the results".to_owned());
         }
@@ -252,6 +392,15 @@ impl Folder {
             format!("`{}` holds the results of {state}; what differs:\n  {}", path.display(), lines.join("\n  "));
         let more_runs = lines.iter().any(|line| line.starts_with(&format!("{}: runs: ", self.file)));
         let extend = if more_runs { "; --runs N gives an unchanged campaign more runs" } else { "" };
+        if is_judgement {
+            let file = self.campaign.files()[0].display();
+            let remedy = format!(
+                "no run depends on these: `softdock judge {} {file}` judges the runs by them; or write --out DIR for a \
+                 folder of its own",
+                path.display()
+            );
+            return refuse(message, remedy);
+        }
         let remedy = format!(
             "put the old values back (`{}` keeps the files), write --out DIR for a folder of its own, or --fresh to \
              start over{extend}",
@@ -280,16 +429,53 @@ fn with_runs(manifest: &Value, runs: u64) -> Value {
     manifest
 }
 
-/// `campaign.json` without the record of its extensions.
-fn without_extensions(mut manifest: Value) -> Value {
+/// `campaign.json` without the records of extensions and judgements.
+fn without_records(mut manifest: Value) -> Value {
     if let Some(keys) = manifest.as_object_mut() {
         keys.remove("extensions");
+        keys.remove("judgements");
     }
     manifest
 }
 
+fn write_manifest(folder: &Path, manifest: &Value) -> miette::Result<()> {
+    write_file(&folder.join("campaign.json"), (json(manifest) + "\n").as_bytes()).into_diagnostic()
+}
+
+/// Refuses a folder of which some runs are judged by another campaign than the others.
+fn refuse_half_judged(path: &Path, manifest: Option<&Value>) -> miette::Result<()> {
+    if manifest.is_none_or(|manifest| manifest["judging"].is_null()) {
+        return Ok(());
+    }
+    let message = format!("the judgement of the runs in `{}` was interrupted", path.display());
+    Err(refuse(message, format!("complete it with the campaign file: softdock judge {} CAMPAIGN", path.display())))
+}
+
+/// Id of the campaign whose runs a folder holds.
+pub(crate) fn id_of(path: &Path) -> miette::Result<String> {
+    let manifest = read_manifest(path)?;
+    let id = manifest.as_ref().and_then(|manifest| manifest["id"].as_str()).map(str::to_owned);
+    let nothing = || refuse(format!("`{}` is no results folder", path.display()), "name one that `softdock run` has written");
+    id.ok_or_else(nothing)
+}
+
+/// Extensions and judgements that a results folder records; none where there is no folder.
+pub(crate) fn records(path: &Path) -> miette::Result<(Vec<Extension>, Vec<Judgement>)> {
+    let manifest = read_manifest(path)?.unwrap_or_default();
+    Ok((extensions_of(&manifest), judgements_of(&manifest)))
+}
+
+fn judgements_of(manifest: &Value) -> Vec<Judgement> {
+    serde_json::from_value(manifest["judgements"].clone()).unwrap_or_default()
+}
+
 fn extensions_of(manifest: &Value) -> Vec<Extension> {
     serde_json::from_value(manifest["extensions"].clone()).unwrap_or_default()
+}
+
+/// Removes a folder with all that is in it; one that is not there is no error.
+fn remove_folder(path: &Path) -> miette::Result<()> {
+    if path.is_dir() { std::fs::remove_dir_all(path).into_diagnostic() } else { Ok(()) }
 }
 
 /// Removes a file; one that is not there is no error.

@@ -21,6 +21,7 @@ mod found;
 mod fresh;
 mod half_step;
 mod identify;
+mod judge;
 mod kernel;
 mod links;
 mod map;
@@ -58,6 +59,7 @@ fn main() -> ExitCode {
         Command::Status(args) => status::status(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Judge(args) => judge::judge(&args),
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Schema(args) => schema::schema(&args),

@@ -173,8 +173,8 @@ fn agreement_counts_the_requirements_and_an_aborted_session_is_no_answer() {
     let mut campaign = campaign(folder.path());
     // A requirement that asks for more than the task.
     let force =
-        campaign.requirements.iter_mut().find(|r| r.metric == "peak_contact_force").expect("a limit on the force");
-    force.limit = 300.0;
+        campaign.requirements.iter_mut().find(|r| r.metric.name == "peak_contact_force").expect("a limit on the force");
+    force.limits.at_most = Some(300.0);
     let ledger = crate::rows::Ledger::new(&campaign);
     let input = RunInput { run: 0, params: campaign.draw(0).params };
     let made = softdock_engine::cpu::CpuEngine::new().run(&ledger.job, &[input], &|_| true).expect("the CPU is there");

@@ -3,14 +3,14 @@
 use crate::args::{Part, RunArgs};
 use crate::farm::Farm;
 use crate::finish::{finish, judge};
-use crate::folder::Folder;
+use crate::folder::{Folder, records};
 use crate::merge::join_parts;
 use crate::progress::{listen, stopped};
 use crate::run::{make_missing, unusable};
 use crate::words::{Exit, json, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Compared, Summary, VariantInput, compare, compare_text, summarise, write_compare};
-use softdock_campaign::Campaign;
+use softdock_campaign::{Campaign, Variant};
 use std::path::{Path, PathBuf};
 
 /// Runs every variant, or what is missing of it, then compares them.
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RunArgs, campaign: Campaign, out: &Path) -> miette::Res
     }
     let whole = Folder::claim(out, campaign)?;
     listen();
-    for folder in folders(&whole) {
+    for folder in folders(&whole)? {
         let folder = Folder::claim(&folder.path, folder.campaign)?;
         let scene = folder.campaign.clone();
         let mut farm = Farm::open(&scene, choice).map_err(unusable)?;
@@ -62,19 +62,19 @@ fn conclude(whole: &Folder, as_json: bool, part: Part) -> miette::Result<Exit> {
 }
 
 /// The folders of the variants, below that of the campaign; what is not there is not made.
-fn folders(whole: &Folder) -> impl Iterator<Item = Folder> {
-    whole.campaign.variants.iter().map(|variant| Folder {
-        path: whole.path.join(&variant.name),
-        campaign: variant.campaign.clone(),
-        file: whole.file.clone(),
-        model: whole.model.clone(),
-        extensions: Vec::new(),
-    })
+fn folders(whole: &Folder) -> miette::Result<Vec<Folder>> {
+    let folder = |variant: &Variant| {
+        let path = whole.path.join(&variant.name);
+        let (extensions, judgements) = records(&path)?;
+        let (campaign, file, model) = (variant.campaign.clone(), whole.file.clone(), whole.model.clone());
+        Ok(Folder { path, campaign, file, model, extensions, judgements })
+    };
+    whole.campaign.variants.iter().map(folder).collect()
 }
 
 /// Writes all pages again.
 pub(crate) fn report(whole: &Folder) -> miette::Result<Exit> {
-    for folder in folders(whole).filter(|folder| folder.path.is_dir()) {
+    for folder in folders(whole)?.into_iter().filter(|folder| folder.path.is_dir()) {
         judge(&folder)?;
     }
     let compared = judged(whole)?;
@@ -95,7 +95,7 @@ pub(crate) fn status(whole: &Folder, as_json: bool) -> miette::Result<Exit> {
 
 /// Summaries of all variants, side by side.
 fn judged(whole: &Folder) -> miette::Result<Compared> {
-    let folders: Vec<Folder> = folders(whole).collect();
+    let folders = folders(whole)?;
     let summaries: Vec<Summary> = folders
         .iter()
         .map(|folder| summarise(&folder.path, &folder.facts()).into_diagnostic())
@@ -131,7 +131,7 @@ fn as_value(compared: &Compared) -> serde_json::Value {
 
 /// Joins the parts of every variant and compares them.
 pub(crate) fn merge(whole: &Folder, parts: &[PathBuf]) -> miette::Result<Exit> {
-    for folder in folders(whole) {
+    for folder in folders(whole)? {
         let Some(name) = folder.path.file_name() else { continue };
         let own: Vec<PathBuf> = parts.iter().map(|part| part.join(name)).filter(|part| part.is_dir()).collect();
         if !join_parts(&folder, &folder.path, &own)? {

@@ -4,6 +4,12 @@ use softdock_campaign::criteria::Criterion;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::session::{RULES, RuleRow};
 
+/// Cause of a loop that meets the task but not a requirement: its metric is beyond the limit.
+pub(crate) const LIMIT: &str = "limit";
+
+/// Likewise: its metric has no value.
+pub(crate) const NO_VALUE: &str = "no_value";
+
 fn rule(id: &str) -> Option<&'static RuleRow> {
     RULES.iter().find(|row| row.id == id)
 }
@@ -11,15 +17,9 @@ fn rule(id: &str) -> Option<&'static RuleRow> {
 /// What a cause is, as the rest of a sentence.
 pub(crate) fn cause_text(id: &str) -> String {
     let criterion = match id {
-        "capture" => Some("no capture"),
-        "touch" => Some("no touch"),
-        "max_contact_force" => Some("contact force above its limit"),
-        "max_interface_force" => Some("interface force above its limit"),
-        "max_time" => Some("too late"),
-        "max_restitution" => Some("restitution above its limit"),
-        "limit" => Some("beyond the requirement's limit"),
-        "no_value" => Some("the metric has no value"),
-        _ => None,
+        LIMIT => Some("beyond the requirement's limit"),
+        NO_VALUE => Some("the metric has no value"),
+        id => Criterion::of(id).map(|criterion| criterion.broken),
     };
     let flag = || flags::TABLE.iter().find(|(_, name, _)| *name == id).map(|(.., meaning)| (*meaning).to_owned());
     let rule = || rule(id).map(|row| format!("{} beyond its limit", row.quantity));

@@ -16,6 +16,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::exact::{Interval, READING_CONFIDENCE};
 use crate::facts::{CampaignFacts, InvalidRuns};
+use crate::moments::Moments;
 use crate::number::{digits_of, interval, with_unit};
 use crate::proportions::{PairedFailures, independent_difference};
 use crate::summary::{PerLoop, Share};
@@ -102,7 +103,7 @@ pub struct ComparedResults {
 pub struct RequirementDifference {
     /// Id.
     pub id: String,
-    /// Whether metric, side and limit are the same in both.
+    /// Whether metric and limits are the same in both.
     pub same_limit: bool,
     /// In space and on the facility.
     pub loops: PerLoop<FailureDifference>,
@@ -335,29 +336,6 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Count, mean and sum of squares about it (Welford's recurrence).
-#[derive(Clone, Copy, Default)]
-struct Moments {
-    runs: u64,
-    mean: f64,
-    squares: f64,
-}
-
-impl Moments {
-    fn add(&mut self, value: f64) {
-        self.runs += 1;
-        let off = value - self.mean;
-        self.mean += off / self.runs as f64;
-        self.squares += off * (value - self.mean);
-    }
-
-    /// Variance of the mean, and its degrees of freedom.
-    fn of_mean(&self) -> Option<(f64, f64)> {
-        let (runs, free) = (self.runs as f64, self.runs.checked_sub(1)? as f64);
-        (free > 0.0).then(|| (self.squares / free / runs, free))
-    }
-}
-
 /// Failures of one requirement in one loop.
 #[derive(Clone, Default)]
 struct Failures {
@@ -462,7 +440,7 @@ impl Sums {
 
     fn requirement(&self, at: usize, (one, two): (&Requirement, &Requirement), paired: bool) -> RequirementDifference {
         let [space, facility] = [0, 1].map(|side: usize| failure_difference(&self.failures[at][side], paired));
-        let same_limit = one.metric == two.metric && one.side == two.side && one.limit == two.limit;
+        let same_limit = one.metric == two.metric && one.limits == two.limits;
         RequirementDifference { id: one.id.clone(), same_limit, loops: PerLoop { space, facility } }
     }
 
@@ -479,7 +457,7 @@ impl Sums {
     fn metric(&self, at: usize, column: &Column, paired: bool) -> Option<MetricDifference> {
         let (runs, [first, second], error) = if paired {
             let [first, second, difference] = &self.paired[at];
-            ([first.runs; 2], [first.mean, second.mean], difference.of_mean())
+            ([first.count; 2], [first.mean, second.mean], difference.of_mean())
         } else {
             let [one, two] = &self.single[at];
             let error = one.of_mean().zip(two.of_mean()).map(|((one, free_one), (two, free_two))| {
@@ -488,7 +466,7 @@ impl Sums {
                 let free = whole * whole / (one * one / free_one + two * two / free_two);
                 (whole, if free.is_finite() { free.max(1.0) } else { 1.0 })
             });
-            ([one.runs, two.runs], [one.mean, two.mean], error)
+            ([one.count, two.count], [one.mean, two.mean], error)
         };
         let difference = second - first;
         let interval = error.map(|(variance, free)| {

@@ -1,9 +1,9 @@
 //! What summary and report must know of a campaign.
 
-use softdock_campaign::requirement::Requirement;
+use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_results::shards::ShardPlan;
 
-use crate::summary::Extension;
+use crate::summary::{Extension, Judgement};
 
 /// What an invalid run counts as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,10 @@ pub struct CampaignFacts<'a> {
     pub given_cases: bool,
     /// When the campaign got more runs.
     pub extensions: &'a [Extension],
-    /// The requirements.
+    /// When the runs were judged anew.
+    pub judgements: &'a [Judgement],
+    /// The requirements on single runs.
     pub requirements: &'a [Requirement],
+    /// The requirements on the agreement of the facility with space.
+    pub agreement: &'a [AgreementRequirement],
 }

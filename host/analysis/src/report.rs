@@ -188,7 +188,7 @@ fn requirement_figures(input: &ReportInput, summary: &Summary, sample: &Sample) 
     let judged = input.campaign.requirements.iter().zip(&summary.requirements);
     for ((requirement, judged), margins) in judged.zip(&sample.margins) {
         let tolerance = judged.loops.space.tolerance_limit.map(|limit| limit.margin);
-        let figures = margin_figures(&requirement.id, requirement.unit, margins, tolerance)?;
+        let figures = margin_figures(&requirement.id, requirement.unit(), margins, tolerance)?;
         all.push(RequirementFigures {
             id: requirement.id.clone(),
             text: requirement.text.clone(),

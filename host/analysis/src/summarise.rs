@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use softdock_campaign::requirement::{Requirement, Side};
+use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Subject};
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
-use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Status};
+use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::{ShardIndex, read_columns};
 
 use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
@@ -14,9 +14,9 @@ use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::parity::Parity;
 use crate::summary::{
     Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, LoopSummary, OuterSummary, PerLoop,
-    RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
+    RateSummary, RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
 };
-use crate::tally::{DrawCount, LoopTally, Tally};
+use crate::tally::{AgreementCounts, DrawCount, LoopTally, Tally};
 use crate::{Error, Result};
 
 /// Missing shards that a summary lists.
@@ -50,8 +50,13 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         .enumerate()
         .map(|(at, requirement)| requirement_summary(facts, requirement, at, tally, complete))
         .collect();
-    let verdict = match facts.independent_runs {
-        true => overall(requirements.iter().map(|requirement| requirement.loops.space.verdict)),
+    let agreement_requirements: Vec<_> =
+        facts.agreement.iter().map(|requirement| rate_summary(facts, requirement, tally, complete)).collect();
+    let verdicts = requirements.iter().map(|requirement| requirement.verdict);
+    let verdicts: Vec<Verdict> = verdicts.chain(agreement_requirements.iter().map(|rate| rate.verdict)).collect();
+    // Nothing is verified where nothing is required.
+    let verdict = match facts.independent_runs && !verdicts.is_empty() {
+        true => overall(verdicts.into_iter()),
         false => Verdict::Undecided,
     };
     let exit_code = match (complete, verdict) {
@@ -72,6 +77,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         independent_runs: facts.independent_runs,
         given_cases: facts.given_cases,
         extensions: facts.extensions.to_vec(),
+        judgements: facts.judgements.to_vec(),
         invalid_runs: match facts.invalid {
             InvalidRuns::CountAsFailures => "count-as-failures",
             InvalidRuns::ReportOnly => "report-only",
@@ -80,6 +86,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         completeness,
         accounting: accounting(tally),
         requirements,
+        agreement_requirements,
         joint: PerLoop { space, facility },
         agreement: agreement(&tally.agreement),
         causes: PerLoop { space: tally.causes[0].listed(), facility: tally.causes[1].listed() },
@@ -142,24 +149,82 @@ fn requirement_summary(
 ) -> RequirementSummary {
     let [space, facility] = &tally.requirements[at];
     let invalid = tally.status[Status::Invalid as usize];
-    let side = match requirement.side {
-        Side::AtMost => "at_most",
-        Side::AtLeast => "at_least",
-    };
     let judged = |counts| loop_summary(facts, requirement, counts, invalid, complete);
+    let loops = PerLoop { space: judged(space), facility: judged(facility) };
+    let is_on_space = requirement.subject == Subject::Space;
     RequirementSummary {
         id: requirement.id.clone(),
         column_id: requirement.column_id(),
         text: requirement.text.clone(),
-        metric: requirement.metric.clone(),
-        unit: requirement.unit.to_owned(),
-        side: side.to_owned(),
-        limit: requirement.limit,
+        sentence: requirement.sentence(),
+        subject: requirement.subject.word().to_owned(),
+        verdict: if is_on_space { loops.space.verdict } else { loops.facility.verdict },
+        metric: requirement.metric.name.clone(),
+        unit: requirement.unit().to_owned(),
+        at_most: requirement.limits.at_most,
+        at_least: requirement.limits.at_least,
         probability: requirement.probability,
         confidence: requirement.confidence,
-        loops: PerLoop { space: judged(space), facility: judged(facility) },
-        agreement: agreement(&tally.requirement_agreement[at]),
+        agreement: is_on_space.then(|| agreement(&tally.requirement_agreement[at])),
+        loops,
     }
+}
+
+/// A requirement on the agreement. Of an incomplete campaign nothing is stated: the number of its cases is not known.
+fn rate_summary(
+    facts: &CampaignFacts,
+    requirement: &AgreementRequirement,
+    tally: &Tally,
+    complete: bool,
+) -> RateSummary {
+    let of = |counts: &AgreementCounts| rate_counts(requirement.rate, counts, facts.invalid);
+    let DrawCount { runs: cases, failures } = of(&tally.agreement);
+    let probability = 1.0 - requirement.at_most;
+    let bound = |draw: &DrawCount| upper_bound(draw.failures, draw.runs, requirement.confidence);
+    let draws: BTreeMap<u32, DrawCount> =
+        tally.agreement_draws.iter().map(|(draw, counts)| (*draw, of(counts))).collect();
+    let outer = (draws.len() > 1 && facts.independent_runs)
+        .then(|| outer_summary(&draws, 1.0 - probability, requirement.confidence));
+    let holds = match &outer {
+        Some(outer) => outer.verified == outer.draws,
+        None => bound(&DrawCount { runs: cases, failures }) <= 1.0 - probability,
+    };
+    let allowed = allowed_failures(cases, probability, requirement.confidence);
+    RateSummary {
+        id: requirement.id.clone(),
+        text: requirement.text.clone(),
+        sentence: requirement.sentence(),
+        verdict: match (facts.independent_runs && complete, holds) {
+            (false, _) => Verdict::Undecided,
+            (true, true) => Verdict::Verified,
+            (true, false) => Verdict::NotVerified,
+        },
+        rate: requirement.rate.word().to_owned(),
+        at_most: requirement.at_most,
+        confidence: requirement.confidence,
+        share: Share::of(failures, cases),
+        invalid: match facts.invalid {
+            InvalidRuns::CountAsFailures => tally.agreement[Agreement::Invalid as usize],
+            InvalidRuns::ReportOnly => 0,
+        },
+        allowed: allowed.filter(|_| facts.independent_runs),
+        bound: facts.independent_runs.then(|| bound(&DrawCount { runs: cases, failures })),
+        outer,
+    }
+}
+
+/// Cases of a rate, and those that count. An invalid run that counts as a failure is a case that counts.
+fn rate_counts(rate: Rate, counts: &AgreementCounts, invalid: InvalidRuns) -> DrawCount {
+    let of = |agreement: Agreement| counts[agreement as usize];
+    let passed = of(Agreement::TruePass) + of(Agreement::FalseFail) + of(Agreement::AbortedPass);
+    let failed = of(Agreement::FalsePass) + of(Agreement::TrueFail) + of(Agreement::AbortedFail);
+    let (failures, runs) = match rate {
+        Rate::FalsePass => (of(Agreement::FalsePass), failed),
+        Rate::FalseFail => (of(Agreement::FalseFail), passed),
+        Rate::Abort => (of(Agreement::AbortedPass) + of(Agreement::AbortedFail), passed + failed),
+    };
+    let invalid = if invalid == InvalidRuns::CountAsFailures { of(Agreement::Invalid) } else { 0 };
+    DrawCount { runs: runs + invalid, failures: failures + invalid }
 }
 
 fn loop_summary(
@@ -175,7 +240,7 @@ fn loop_summary(
     let allowed = allowed_failures(judged_runs, requirement.probability, requirement.confidence);
     // Binomial statements need independent runs: without them nothing is claimed.
     let allowed = allowed.filter(|_| facts.independent_runs);
-    let outer = (counts.draws.len() > 1 && facts.independent_runs).then(|| outer_summary(requirement, counts));
+    let outer = (counts.draws.len() > 1 && facts.independent_runs).then(|| outer_summary(&counts.draws, 1.0 - requirement.probability, requirement.confidence));
     let verified = match &outer {
         Some(outer) => outer.verified == outer.draws,
         None => allowed.is_some_and(|allowed| failures <= allowed),
@@ -204,13 +269,13 @@ fn loop_summary(
 }
 
 /// Epistemic outside, aleatory inside: every draw has its own verdict, and the worst one counts.
-fn outer_summary(requirement: &Requirement, counts: &LoopTally) -> OuterSummary {
-    let bound = |draw: &DrawCount| upper_bound(draw.failures, draw.runs, requirement.confidence);
-    let verified = counts.draws.values().filter(|draw| bound(draw) <= 1.0 - requirement.probability).count();
-    let worst = counts.draws.iter().max_by(|(_, one), (_, two)| bound(one).total_cmp(&bound(two)));
+fn outer_summary(draws: &BTreeMap<u32, DrawCount>, greatest_rate: f64, confidence: f64) -> OuterSummary {
+    let bound = |draw: &DrawCount| upper_bound(draw.failures, draw.runs, confidence);
+    let verified = draws.values().filter(|draw| bound(draw) <= greatest_rate).count();
+    let worst = draws.iter().max_by(|(_, one), (_, two)| bound(one).total_cmp(&bound(two)));
     let (worst_draw, worst) = worst.map_or((0, DrawCount::default()), |(number, draw)| (*number, *draw));
     OuterSummary {
-        draws: counts.draws.len() as u64,
+        draws: draws.len() as u64,
         verified: verified as u64,
         worst_draw,
         worst_runs: worst.runs,
@@ -219,7 +284,7 @@ fn outer_summary(requirement: &Requirement, counts: &LoopTally) -> OuterSummary 
     }
 }
 
-fn agreement(counts: &[u64; AGREEMENT_WORDS.len()]) -> AgreementSummary {
+fn agreement(counts: &AgreementCounts) -> AgreementSummary {
     let count = |agreement: Agreement| counts[agreement as usize];
     let runs: u64 = counts.iter().sum();
     let share = |agreement| Share::of(count(agreement), runs);

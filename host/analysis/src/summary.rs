@@ -6,7 +6,7 @@ use crate::exact::{Interval, READING_CONFIDENCE, clopper_pearson};
 use crate::parity::Parity;
 
 /// Version of `summary.json`; keys are only added within one major.
-pub const SUMMARY_SCHEMA: &str = "summary/2";
+pub const SUMMARY_SCHEMA: &str = "summary/3";
 
 /// A verdict on one requirement or on a whole campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,7 +64,7 @@ pub struct Summary {
     pub seed: u64,
     /// Version of softdock.
     pub version: String,
-    /// Verdict of all requirements in space.
+    /// Verdict of all requirements, each on its own subject; undecided without any.
     pub verdict: Verdict,
     /// 0 verified, 1 not verified, 3 incomplete.
     pub exit_code: u8,
@@ -76,17 +76,22 @@ pub struct Summary {
     /// When the campaign got more runs: a verdict after looking at an earlier one has less than the stated confidence.
     #[serde(default)]
     pub extensions: Vec<Extension>,
+    /// When the runs were judged by other criteria or requirements than before.
+    #[serde(default)]
+    pub judgements: Vec<Judgement>,
     /// "count-as-failures" or "report-only".
     pub invalid_runs: String,
     /// Shards and runs.
     pub completeness: Completeness,
     /// Runs by status and flag.
     pub accounting: Accounting,
-    /// One entry per requirement.
+    /// One entry per requirement on single runs.
     pub requirements: Vec<RequirementSummary>,
-    /// All requirements together, in space and on the facility.
+    /// One entry per requirement on the agreement.
+    pub agreement_requirements: Vec<RateSummary>,
+    /// Runs in which every requirement on space holds in space; in which every requirement holds on the facility.
     pub joint: PerLoop<Share>,
-    /// The facility's verdicts against those of space: the task's criteria and all requirements together.
+    /// The facility's verdicts against those of space: the task's criteria and every requirement on space together.
     pub agreement: AgreementSummary,
     /// Why loops did not pass the task, most frequent first.
     pub causes: PerLoop<Vec<CauseCount>>,
@@ -104,6 +109,17 @@ pub struct Extension {
     pub runs_before: u64,
     /// Number of runs after.
     pub runs_after: u64,
+}
+
+/// Runs that were judged anew: by other criteria, metrics or requirements than before.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Judgement {
+    /// Hash of the campaign by which the runs were judged before.
+    pub hash_before: String,
+    /// Hash of the campaign by which they were judged then.
+    pub hash_after: String,
+    /// The changed keys, each with its old and new value.
+    pub changes: Vec<String>,
 }
 
 /// The same quantity for both loops.
@@ -153,9 +169,9 @@ pub struct DeviceShards {
 /// Runs by what became of them; none is left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Accounting {
-    /// Every requirement holds in space.
+    /// Every requirement on space holds; without any, the task succeeds in space.
     pub pass: u64,
-    /// Some requirement fails in space.
+    /// Some of these does not hold.
     pub fail: u64,
     /// The numbers cannot be trusted.
     pub invalid: u64,
@@ -194,28 +210,65 @@ pub struct RequirementSummary {
     pub column_id: String,
     /// Text.
     pub text: String,
+    /// The requirement as a sentence with its numbers.
+    pub sentence: String,
+    /// Where it must hold: `space` or `facility`.
+    pub subject: String,
+    /// Verdict on its subject.
+    pub verdict: Verdict,
     /// Metric.
     pub metric: String,
-    /// Unit of metric, limit and margin.
+    /// Unit of metric, limits and margin.
     pub unit: String,
-    /// `at_most` or `at_least`.
-    pub side: String,
-    /// Limit.
-    pub limit: f64,
+    /// Upper limit.
+    pub at_most: Option<f64>,
+    /// Lower limit.
+    pub at_least: Option<f64>,
     /// Share of cases that must pass.
     pub probability: f64,
     /// Confidence of the demonstration.
     pub confidence: f64,
     /// In space and on the facility.
     pub loops: PerLoop<LoopSummary>,
-    /// The facility's verdicts on this requirement alone against those of space.
-    pub agreement: AgreementSummary,
+    /// The facility's verdicts on this requirement alone against those of space; null for one on the facility.
+    pub agreement: Option<AgreementSummary>,
+}
+
+/// One requirement on the agreement of the facility with space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateSummary {
+    /// Id as in the user's documents.
+    pub id: String,
+    /// Text.
+    pub text: String,
+    /// The requirement as a sentence with its numbers.
+    pub sentence: String,
+    /// Verdict.
+    pub verdict: Verdict,
+    /// `false_pass_rate`, `false_fail_rate` or `abort_rate`.
+    pub rate: String,
+    /// Greatest rate that is accepted.
+    pub at_most: f64,
+    /// Confidence of the demonstration.
+    pub confidence: f64,
+    /// Wrong or missing answers among the cases; invalid runs stand in both if they count as failures.
+    pub share: Share,
+    /// Invalid runs among them.
+    pub invalid: u64,
+    /// Wrong or missing answers with which these cases still demonstrate the requirement; null if no number does, or if
+    /// the runs are not independent.
+    pub allowed: Option<u64>,
+    /// One-sided Clopper-Pearson bound of the rate, at the requirement's confidence; null if the runs are not
+    /// independent.
+    pub bound: Option<f64>,
+    /// The draws of the epistemic inputs, if there are several.
+    pub outer: Option<OuterSummary>,
 }
 
 /// One requirement in one loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopSummary {
-    /// The verdict.
+    /// The verdict that this loop would have; the requirement's own is that of its subject.
     pub verdict: Verdict,
     /// Runs that the verdict stands on.
     pub runs: u64,

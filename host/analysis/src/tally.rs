@@ -4,11 +4,12 @@
 
 use std::collections::{BTreeMap, BinaryHeap};
 
-use softdock_campaign::requirement::{Requirement, SUCCESS, Side};
+use softdock_campaign::requirement::{Requirement, SUCCESS, Subject};
 use softdock_kernels::metrics::flags;
-use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status};
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status, has_metric};
 use softdock_results::{Table, Values};
 
+use crate::causes::{LIMIT, NO_VALUE};
 use crate::exact::tolerance_rank;
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::summary::{CauseCount, RunMargin};
@@ -19,11 +20,16 @@ const LONGEST_TAIL: u64 = 1_000_000;
 /// Prefixes of the two loops' columns.
 pub(crate) const LOOPS: [&str; 2] = ["space", "hil"];
 
+/// Runs by their agreement.
+pub(crate) type AgreementCounts = [u64; AGREEMENT_WORDS.len()];
+
 /// What is counted over all runs.
 pub(crate) struct Tally {
     invalid: InvalidRuns,
     pub(crate) status: [u64; STATUS_WORDS.len()],
-    pub(crate) agreement: [u64; AGREEMENT_WORDS.len()],
+    pub(crate) agreement: AgreementCounts,
+    /// The same per outer draw.
+    pub(crate) agreement_draws: BTreeMap<u32, AgreementCounts>,
     /// Runs, and invalid runs, with each flag of the flag table.
     pub(crate) flags: Vec<(u64, u64)>,
     /// Why loops did not pass the task: space, facility.
@@ -31,8 +37,8 @@ pub(crate) struct Tally {
     /// Per requirement: space, facility.
     pub(crate) requirements: Vec<[LoopTally; 2]>,
     /// Per requirement: the facility's verdict on it alone against that of space.
-    pub(crate) requirement_agreement: Vec<[u64; AGREEMENT_WORDS.len()]>,
-    /// Runs in which every requirement holds: space, facility.
+    pub(crate) requirement_agreement: Vec<AgreementCounts>,
+    /// Runs in which every requirement on space holds in space; in which every requirement holds on the facility.
     pub(crate) joint: [u64; 2],
     /// Runs that verdicts stand on.
     pub(crate) counted: u64,
@@ -227,6 +233,8 @@ impl<'a> CauseColumns<'a> {
 struct Outcomes<'a> {
     margins: &'a [Option<f64>],
     passes: &'a [Option<bool>],
+    /// Of the metric, if it has a column.
+    values: Option<&'a [Option<f64>]>,
 }
 
 impl Tally {
@@ -236,6 +244,7 @@ impl Tally {
             invalid: facts.invalid,
             status: [0; STATUS_WORDS.len()],
             agreement: [0; AGREEMENT_WORDS.len()],
+            agreement_draws: BTreeMap::new(),
             flags: vec![(0, 0); flags::TABLE.len()],
             causes: [Causes::default(), Causes::default()],
             requirements: facts.requirements.iter().map(tally).collect(),
@@ -252,10 +261,15 @@ impl Tally {
             .requirements
             .iter()
             .flat_map(|requirement| LOOPS.into_iter().flat_map(|side| outcome_columns(side, &requirement.column_id())));
+        let metrics = facts.requirements.iter();
+        let mut metrics: Vec<String> =
+            metrics.flat_map(|requirement| LOOPS.into_iter().filter_map(|side| metric_column(side, requirement))).collect();
+        metrics.sort();
+        metrics.dedup();
         let causes = LOOPS
             .into_iter()
             .flat_map(|side| CauseColumns::NAMES.into_iter().map(move |name| format!("{side}_{name}")));
-        fixed.into_iter().chain(causes).chain(outcomes).collect()
+        fixed.into_iter().chain(causes).chain(outcomes).chain(metrics).collect()
     }
 
     /// Counts a batch; an error names the column that is not what it should be.
@@ -272,6 +286,7 @@ impl Tally {
         let invalid = status == Status::Invalid;
         self.status[status as usize] += 1;
         self.agreement[agreement as usize] += 1;
+        self.agreement_draws.entry(batch.outer[row]).or_default()[agreement as usize] += 1;
         for (count, (bit, ..)) in self.flags.iter_mut().zip(flags::TABLE) {
             let set = u64::from(batch.flags[row] & bit != 0);
             count.0 += set;
@@ -298,11 +313,11 @@ impl Tally {
                 tally.add(batch.run[row], batch.outer[row], margin, pass);
                 if !pass {
                     let own = ended[side].filter(|cause| cause.outcome != Outcome::Fail);
-                    tally
-                        .causes
-                        .add(batch.run[row], &own.unwrap_or_else(|| shortfall(requirement, margin, ended[side])));
+                    let value = outcomes.values.and_then(|values| values[row]).filter(|_| margin.is_some());
+                    let cause = own.unwrap_or_else(|| shortfall(requirement, value, ended[side]));
+                    tally.causes.add(batch.run[row], &cause);
                 }
-                *all &= pass;
+                *all &= pass || side == 0 && requirement.subject != Subject::Space;
             }
         }
         for (joint, all) in self.joint.iter_mut().zip(all) {
@@ -314,16 +329,19 @@ impl Tally {
 
 /// Why a loop that gave an answer fails a requirement: its metric is beyond the limit, or there is none. On success the
 /// cause of the loop itself counts.
-fn shortfall<'a>(requirement: &Requirement, margin: Option<f64>, ended: Option<RowCause<'a>>) -> RowCause<'a> {
-    if let (true, Some(cause)) = (requirement.metric == SUCCESS, ended) {
+fn shortfall<'a>(requirement: &Requirement, value: Option<f64>, ended: Option<RowCause<'a>>) -> RowCause<'a> {
+    if let (true, Some(cause)) = (requirement.metric.name == SUCCESS, ended) {
         return cause;
     }
-    let value = margin.map(|margin| match requirement.side {
-        Side::AtMost => requirement.limit - margin,
-        Side::AtLeast => requirement.limit + margin,
-    });
-    let id = if margin.is_some() { "limit" } else { "no_value" };
-    RowCause { outcome: Outcome::Fail, id, phase: "none", value, limit: Some(requirement.limit) }
+    let id = if value.is_some() { LIMIT } else { NO_VALUE };
+    let limit = value.and_then(|value| requirement.limits.nearer(value));
+    RowCause { outcome: Outcome::Fail, id, phase: "none", value, limit }
+}
+
+/// Column of the metric of a requirement in one loop; none where the loop has no such column.
+pub(crate) fn metric_column(side: &str, requirement: &Requirement) -> Option<String> {
+    let column = requirement.metric.column.as_ref()?;
+    has_metric(side, &requirement.metric.name).then(|| format!("{side}_{column}"))
 }
 
 /// Names of a requirement's margin and pass columns.
@@ -338,7 +356,9 @@ impl<'a> Batch<'a> {
             let [margin, pass] = outcome_columns(side, &requirement.column_id());
             let margins = table.f64s(&margin).ok_or_else(|| lacking(&margin))?;
             let passes = table.bools(&pass).ok_or_else(|| lacking(&pass))?;
-            Ok::<_, String>(Outcomes { margins, passes })
+            let column = metric_column(side, requirement);
+            let values = column.map(|name| table.f64s(&name).ok_or_else(|| lacking(&name))).transpose()?;
+            Ok::<_, String>(Outcomes { margins, passes, values })
         };
         let both = |requirement: &Requirement| Ok([outcome("space", requirement)?, outcome("hil", requirement)?]);
         Ok(Self {

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use softdock_campaign::requirement::{Rate, Subject};
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
 
 use crate::causes::cause_text;
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
-use crate::summary::{LoopSummary, RequirementSummary, Share, Summary};
+use crate::summary::{LoopSummary, RateSummary, RequirementSummary, Share, Summary};
 
 /// The whole verdict: requirements, agreement, accounting, repeated runs.
 pub fn verdict_text(summary: &Summary) -> String {
@@ -31,6 +32,15 @@ pub fn verdict_text(summary: &Summary) -> String {
             "  extended from {} to {} runs: if a verdict was looked at before, the stated confidence does not hold",
             extension.runs_before, extension.runs_after
         );
+    }
+    for judgement in &summary.judgements {
+        let _ = writeln!(out, "  judged again after the runs were made; what changed:");
+        for change in &judgement.changes {
+            let _ = writeln!(out, "    {change}");
+        }
+    }
+    if summary.requirements.is_empty() && summary.agreement_requirements.is_empty() {
+        out.push_str("  no verdict: the campaign has no requirement\n");
     }
     if summary.given_cases {
         out.push_str("  given cases, no verdict: the inputs are no sample of what the campaign disperses;\n");
@@ -70,16 +80,23 @@ fn made_on_line(out: &mut String, summary: &Summary) {
 fn requirement_lines(out: &mut String, summary: &Summary) {
     let mut rows = Vec::new();
     for requirement in &summary.requirements {
-        rows.push(requirement_row(&requirement.id, "space", requirement, &requirement.loops.space));
-        rows.push(requirement_row("", "facility", requirement, &requirement.loops.facility));
+        let loops = &requirement.loops;
+        if requirement.subject == Subject::Space.word() {
+            rows.push(requirement_row(&requirement.id, "space", requirement, &loops.space));
+            rows.push(requirement_row("", "(facility)", requirement, &loops.facility));
+        } else {
+            rows.push(requirement_row(&requirement.id, "facility", requirement, &loops.facility));
+        }
     }
+    rows.extend(summary.agreement_requirements.iter().map(rate_row));
     let joint = &summary.joint;
     if summary.given_cases {
         for row in &mut rows {
-            row[4] = row[4].replace("exploring only, no verdict", "given cases, no verdict");
+            row[4] = row[4].replace(EXPLORING, "given cases, no verdict");
         }
     }
-    for (name, side, share) in [("together", "space", &joint.space), ("", "facility", &joint.facility)] {
+    let together = [("together", "space", &joint.space), ("", "(facility)", &joint.facility)];
+    for (name, side, share) in together.into_iter().filter(|_| !summary.requirements.is_empty()) {
         let passed = format!("{} of {} passed", share.count, share.cases);
         rows.push([name, side, "", &passed, &interval(&share.interval), ""].map(str::to_owned));
     }
@@ -87,6 +104,10 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
     table(out, &rows);
 }
 
+/// What a sample that is not independent shows.
+const EXPLORING: &str = "exploring only, no verdict";
+
+/// One loop of a requirement. A loop in parentheses is for reading: the requirement is judged on its subject.
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
     let (failed, mut reading) = match judged.failure_rate_bound {
         Some(bound) => {
@@ -94,7 +115,7 @@ fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, jud
             let failed = format!("{} of {} failed ({allowed})", judged.failures, judged.runs);
             (failed, format!("p <= {} at {}", digits_of(bound, 3), percent(requirement.confidence)))
         }
-        None => (format!("{} of {} failed", judged.failures, judged.runs), "exploring only, no verdict".to_owned()),
+        None => (format!("{} of {} failed", judged.failures, judged.runs), EXPLORING.to_owned()),
     };
     if let Some(outer) = &judged.outer {
         let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);
@@ -104,7 +125,25 @@ fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, jud
         (None, Some(worst)) => format!("worst {} (run {})", with_unit(worst.margin, &requirement.unit), worst.run),
         (None, None) => String::new(),
     };
-    [name.to_owned(), side.to_owned(), judged.verdict.word().to_owned(), failed, reading, margin]
+    let verdict = if side.starts_with('(') { "" } else { judged.verdict.word() };
+    [name.to_owned(), side.to_owned(), verdict.to_owned(), failed, reading, margin]
+}
+
+fn rate_row(rate: &RateSummary) -> [String; 6] {
+    let allowed = rate.allowed.map_or("too few cases".to_owned(), |allowed| format!("{allowed} allowed"));
+    let wrong = if rate.rate == Rate::Abort.word() { "aborted" } else { "wrong" };
+    let (counted, mut reading) = match rate.bound {
+        Some(bound) => (
+            format!("{} of {} {wrong} ({allowed})", rate.share.count, rate.share.cases),
+            format!("{} <= {} at {}", rate.rate, digits_of(bound, 3), percent(rate.confidence)),
+        ),
+        None => (format!("{} of {} {wrong}", rate.share.count, rate.share.cases), EXPLORING.to_owned()),
+    };
+    if let Some(outer) = &rate.outer {
+        let _ = write!(reading, ", {} of {} draws verified", outer.verified, outer.draws);
+    }
+    let note = if rate.invalid > 0 { format!("{} invalid runs counted", rate.invalid) } else { String::new() };
+    [rate.id.clone(), "agreement".to_owned(), rate.verdict.word().to_owned(), counted, reading, note]
 }
 
 fn agreement_lines(out: &mut String, summary: &Summary) {
@@ -112,7 +151,7 @@ fn agreement_lines(out: &mut String, summary: &Summary) {
     let row = |name: &str, share: &Share, of: &str| {
         [name.to_owned(), format!("{} of {}", share.count, share.cases), interval(&share.interval), of.to_owned()]
     };
-    out.push_str("\nagreement of the facility with space, on the task and all requirements\n");
+    out.push_str("\nagreement of the facility with space, on the task and all requirements on space\n");
     table(
         out,
         &[

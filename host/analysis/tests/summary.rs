@@ -3,8 +3,8 @@
 mod synthetic;
 
 use softdock_analysis::exact::{allowed_failures, clopper_pearson, upper_bound};
-use softdock_analysis::{InvalidRuns, Summary, Verdict, summarise, verdict_text};
-use softdock_campaign::requirement::Requirement;
+use softdock_analysis::{CampaignFacts, InvalidRuns, Summary, Verdict, summarise, verdict_text};
+use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Subject};
 use softdock_results::runs::{Agreement, Outcome, RunRow, Status};
 use softdock_results::shards::{shard_path, write_shard};
 use synthetic::{facts, plan, provenance, requirements, row, schema, write_campaign, write_shards};
@@ -67,7 +67,7 @@ fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
         assert_eq!(own.causes.iter().map(|cause| cause.runs).sum::<u64>(), own.failures, "every failure has a cause");
         let alone =
             count(&|row| row.space.requirements[at].pass == Some(false) && row.hil.requirements[at].pass == Some(true));
-        assert_eq!(requirement.agreement.false_pass.count, alone);
+        assert_eq!(requirement.agreement.as_ref().unwrap().false_pass.count, alone);
     }
     assert_eq!(summary.agreement.invalid.count, invalid);
     let non_finite = summary.accounting.flags.iter().find(|flag| flag.flag == "space_non_finite").unwrap();
@@ -115,7 +115,7 @@ fn an_incomplete_campaign_may_fail_early_and_never_passes_early() {
     let empty = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((empty.exit_code, empty.verdict), (3, Verdict::Undecided));
     write_shards(results.path(), RUNS, 0..7);
-    requirements[0].limit = 1.0e9;
+    requirements[0].limits.at_most = Some(1.0e9);
     requirements[0].probability = 0.5;
     let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((summary.exit_code, summary.completeness.shards_missing.clone()), (3, vec![7]));
@@ -129,7 +129,88 @@ fn an_incomplete_campaign_may_fail_early_and_never_passes_early() {
 }
 
 #[test]
-fn the_exit_code_is_the_verdict_of_space() {
+fn a_requirement_is_judged_on_its_subject() {
+    let (results, mut requirements) = whole(RUNS);
+    requirements.truncate(1);
+    requirements[0].probability = 0.01;
+    let on_space = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((on_space.exit_code, on_space.verdict), (0, Verdict::Verified));
+    assert!(on_space.requirements[0].agreement.is_some());
+    // Between the rates of the two loops: verified in space, not on the facility.
+    let [space, facility] = [&on_space.requirements[0].loops.space, &on_space.requirements[0].loops.facility]
+        .map(|judged| judged.failure_rate_bound.unwrap());
+    assert!(space + 0.005 < facility, "{space} {facility}");
+    requirements[0].probability = 1.0 - 0.5 * (space + facility);
+    let on_space = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((on_space.exit_code, on_space.requirements[0].verdict), (0, Verdict::Verified));
+    requirements[0].subject = Subject::Facility;
+    let on_facility = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    assert_eq!((on_facility.exit_code, on_facility.requirements[0].verdict), (1, Verdict::NotVerified));
+    assert_eq!(on_facility.requirements[0].agreement, None, "a demand on the test itself is no question to the test");
+    let text = verdict_text(&on_facility);
+    assert!(!text.contains("(facility)\n") && text.contains("DCK-010  facility  NOT VERIFIED"), "{text}");
+}
+
+#[test]
+fn the_agreement_is_judged_by_an_exact_bound_of_its_rates() {
+    let (results, requirements) = whole(RUNS);
+    let all = summarise(results.path(), &facts(&requirements, RUNS)).unwrap().agreement;
+    let rates = [
+        (Rate::FalsePass, all.false_pass_rate),
+        (Rate::FalseFail, all.false_fail_rate),
+        (Rate::Abort, all.abort_rate),
+    ];
+    let invalid = all.invalid.count;
+    assert!(invalid > 0);
+    for (rate, share) in rates {
+        let judged = |policy: InvalidRuns, at_most: f64| {
+            let (id, text) = ("AGR-1".to_owned(), "t".to_owned());
+            let own = [AgreementRequirement { id, text, rate, at_most, confidence: 0.9 }];
+            let facts = CampaignFacts { requirements: &[], agreement: &own, invalid: policy, ..facts(&requirements, RUNS) };
+            summarise(results.path(), &facts).unwrap()
+        };
+        for (policy, added) in [(InvalidRuns::CountAsFailures, invalid), (InvalidRuns::ReportOnly, 0)] {
+            let (count, cases) = (share.count + added, share.cases + added);
+            let bound = upper_bound(count, cases, 0.9);
+            let accepted = judged(policy, bound + 1e-6);
+            let own = &accepted.agreement_requirements[0];
+            assert_eq!((own.share.count, own.share.cases, own.bound), (count, cases, Some(bound)), "{rate:?}");
+            assert_eq!((accepted.exit_code, accepted.verdict), (0, Verdict::Verified), "{rate:?}");
+            assert!(own.allowed >= Some(count));
+            let refused = judged(policy, bound - 1e-6);
+            assert_eq!((refused.exit_code, refused.verdict), (1, Verdict::NotVerified), "{rate:?}");
+            assert!(verdict_text(&refused).contains("AGR-1  agreement  NOT VERIFIED"), "{}", verdict_text(&refused));
+        }
+    }
+}
+
+#[test]
+fn a_rate_without_cases_is_not_verified() {
+    let results = tempfile::tempdir().unwrap();
+    let requirements = requirements();
+    // No run fails in space: nothing is shown of the rate of false passes.
+    let docked = |run: u64| RunRow { run, agreement: Agreement::TruePass, ..row(1) };
+    write_shard(results.path(), 0, &schema(), (0..500).map(docked).collect(), &provenance()).unwrap();
+    let (id, text) = ("AGR-1".to_owned(), "t".to_owned());
+    let own = [AgreementRequirement { id, text, rate: Rate::FalsePass, at_most: 0.5, confidence: 0.9 }];
+    let facts = CampaignFacts { requirements: &[], agreement: &own, ..facts(&requirements, 500) };
+    let summary = summarise(results.path(), &facts).unwrap();
+    let rate = &summary.agreement_requirements[0];
+    assert_eq!((rate.share.cases, rate.bound, rate.allowed), (0, Some(1.0), None));
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
+}
+
+#[test]
+fn without_a_requirement_there_is_no_verdict() {
+    let (results, requirements) = whole(RUNS);
+    let facts = CampaignFacts { requirements: &[], ..facts(&requirements, RUNS) };
+    let summary = summarise(results.path(), &facts).unwrap();
+    assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided));
+    assert!(verdict_text(&summary).contains("no verdict: the campaign has no requirement"));
+}
+
+#[test]
+fn the_exit_code_is_the_verdict_of_all_requirements() {
     let (results, mut requirements) = whole(RUNS);
     requirements.iter_mut().for_each(|requirement| requirement.probability = 0.01);
     let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();

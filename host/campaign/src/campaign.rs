@@ -9,7 +9,8 @@ use crate::expression::Bounds;
 use crate::found::FoundEffect;
 use crate::problem::{Problem, Problems};
 use crate::ranges::Range;
-use crate::requirement::{self, Requirement};
+use crate::metric::{self, OwnMetric};
+use crate::requirement::{self, AgreementRequirement, Requirement};
 use crate::scenario::Scenario;
 use crate::source::Source;
 use crate::stability::Extremes;
@@ -25,7 +26,7 @@ use std::ops::Range as Span;
 use std::path::{Path, PathBuf};
 
 /// Format that this version reads.
-pub(crate) const FORMAT: &str = "campaign/1";
+pub(crate) const FORMAT: &str = "campaign/2";
 
 /// Most runs, and most runs in a shard.
 pub(crate) const MOST_RUNS: u64 = 1_000_000_000;
@@ -141,8 +142,12 @@ pub struct Campaign {
     pub derived: Vec<Derived>,
     /// Outer draws, if anything is epistemic.
     pub outer_draws: Option<u32>,
-    /// What must hold.
+    /// Metrics of its own, each over those above it.
+    pub metrics: Vec<OwnMetric>,
+    /// What must hold in single runs, in space or on the facility.
     pub requirements: Vec<Requirement>,
+    /// What must hold of the agreement of the facility with space.
+    pub agreement: Vec<AgreementRequirement>,
     /// Time histories to keep.
     pub traces: Traces,
     /// The facilities to compare; if there are any, the runs are made on them and not on the scenario's own.
@@ -319,15 +324,21 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let DispersionReader { fields, dispersions, correlations, tables, .. } = reader;
     let derived = derived::read(c, &fields, &file.derived.iter().collect::<Vec<_>>(), &dispersions);
     let runs = c.count(&file.runs, 1, MOST_RUNS);
+    let (execution, method) = (execution(c, &file.execution), method(c, file));
+    let outer_draws = outer(c, file, runs, &dispersions, &scenario);
+    let metrics = metric::read(c, &file.metric);
+    let (requirements, agreement) = requirement::read(c, &file.requirement, &metrics);
     let campaign = Campaign {
         id: c.name(&file.id),
         title: file.title.value.clone(),
         seed: file.seed.value,
         runs,
-        execution: execution(c, &file.execution),
-        method: method(c, file),
-        outer_draws: outer(c, file, runs, &dispersions, &scenario),
-        requirements: requirement::read(c, &file.requirement),
+        execution,
+        method,
+        outer_draws,
+        metrics,
+        requirements,
+        agreement,
         traces: traces(c, &file.traces, &scenario.model.timing),
         text: c.source.text().to_owned(),
         hash: hash(&c.source, &scenario, &tables),

@@ -13,6 +13,8 @@ pub struct Criterion {
     pub unit: &'static str,
     /// What it asks for, as the subject and verb of a sentence; the limit follows, if there is one.
     pub asks: &'static str,
+    /// What it means that it is broken.
+    pub broken: &'static str,
     /// Its limit in a task, none if it is not in force; a criterion without a number has the limit 1.
     pub limit: fn(&Task) -> Option<f64>,
     /// When and by which value a loop breaks it.
@@ -34,6 +36,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "capture",
         unit: "1",
         asks: "the latch closes",
+        broken: "no capture",
         limit: |task| task.capture.then_some(1.0),
         breach: |_, m| (m.capture_time < 0.0).then_some(Breach { time: m.end_time, value: None }),
     },
@@ -41,6 +44,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "touch",
         unit: "1",
         asks: "the parts touch",
+        broken: "no touch",
         limit: |task| task.touch.then_some(1.0),
         breach: |_, m| (m.touch_time < 0.0).then_some(Breach { time: m.end_time, value: None }),
     },
@@ -48,6 +52,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "max_contact_force",
         unit: "N",
         asks: "the contact force, latch excluded, is at most",
+        broken: "contact force above its limit",
         limit: |task| finite(task.max_contact_force),
         breach: |task, m| beyond(task.max_contact_force, m.peak_contact_force, m.peak_contact_force_time),
     },
@@ -55,6 +60,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "max_interface_force",
         unit: "N",
         asks: "the interface force, contact and latch together, is at most",
+        broken: "interface force above its limit",
         limit: |task| finite(task.max_interface_force),
         breach: |task, m| beyond(task.max_interface_force, m.peak_interface_force, m.peak_interface_force_time),
     },
@@ -62,6 +68,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "max_time",
         unit: "s",
         asks: "capture (without a capture criterion: the end of contact) comes by",
+        broken: "too late",
         limit: |task| finite(task.max_time),
         breach: late,
     },
@@ -69,6 +76,7 @@ pub const CRITERIA: [Criterion; 6] = [
         id: "max_restitution",
         unit: "1",
         asks: "the restitution of the first contact is at most",
+        broken: "restitution above its limit",
         limit: |task| finite(task.max_restitution),
         breach: |task, m| beyond(task.max_restitution, m.restitution, m.separation_time),
     },

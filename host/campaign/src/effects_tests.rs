@@ -12,7 +12,7 @@ use std::path::Path;
 fn dispersing<'a>(scenario: &str, parameters: impl Iterator<Item = &'a EffectParameter>) -> Result<Campaign, Problems> {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/scenarios").join(scenario);
     let mut text = format!(
-        "schema = \"campaign/1\"\nid = \"test\"\ntitle = \"t\"\nseed = 42\nruns = 10\nscenario = '{}'\n",
+        "schema = \"campaign/2\"\nid = \"test\"\ntitle = \"t\"\nseed = 42\nruns = 10\nscenario = '{}'\n",
         scenario.display()
     );
     let table = fields::<f64, Params<f64>>();

@@ -1,5 +1,6 @@
-//! The closed little language of derived values: arithmetic on parameters, in SI, with bounds that are computed too.
+//! The language of derived values and of a campaign's own metrics: arithmetic in SI, of numbers, bounds or units.
 
+use crate::units::Dimension;
 use std::ops::Range;
 
 /// Deepest nesting of parentheses and signs.
@@ -263,6 +264,8 @@ impl Value for f64 {
     fn call(function: Function, arguments: &[f64]) -> f64 {
         let first = arguments[0];
         match function {
+            // Of a value that is no number there is neither a least nor a greatest.
+            Function::Min | Function::Max if arguments.iter().any(|argument| argument.is_nan()) => f64::NAN,
             Function::Min => arguments.iter().copied().fold(f64::INFINITY, f64::min),
             Function::Max => arguments.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             Function::Sqrt => first.sqrt(),
@@ -347,6 +350,109 @@ impl Value for Bounds {
     }
 }
 
+/// The unit of a value, and the value itself where it is a constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Measure {
+    unit: Result<Dimension, UnitFault>,
+    constant: Option<f64>,
+}
+
+/// Why a value has no unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum UnitFault {
+    /// A sum, or the least or greatest, of quantities of two kinds.
+    Unlike(Dimension, Dimension),
+    /// A function of pure numbers is given a quantity.
+    NotPure(Dimension),
+    /// The square root of a quantity whose exponents are odd.
+    NoRoot(Dimension),
+    /// A power of a quantity whose exponent is no whole number.
+    NoPower(Dimension),
+}
+
+impl std::fmt::Display for UnitFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unlike(one, two) => write!(f, "it adds or compares {} and {}", one.text(), two.text()),
+            Self::NotPure(unit) => write!(f, "sin, cos, exp and log take pure numbers, not {}", unit.text()),
+            Self::NoRoot(unit) => write!(f, "the square root of {} has no unit", unit.text()),
+            Self::NoPower(unit) => write!(f, "{} is raised to a power that is no whole number", unit.text()),
+        }
+    }
+}
+
+impl Measure {
+    /// A quantity of a unit; in calculations an angle is a pure number.
+    pub(crate) fn of(unit: Dimension) -> Self {
+        Self { unit: Ok(unit.without_angle()), constant: None }
+    }
+
+    /// The unit, or why there is none.
+    pub(crate) fn unit(self) -> Result<Dimension, UnitFault> {
+        self.unit
+    }
+
+    fn is_zero(self) -> bool {
+        self.constant == Some(0.0)
+    }
+
+    /// The common unit of two values; zero has any.
+    fn alike(one: Self, two: Self) -> Result<Dimension, UnitFault> {
+        let (own, other) = (one.unit?, two.unit?);
+        match (one.is_zero(), two.is_zero()) {
+            (true, _) => Ok(other),
+            (_, true) => Ok(own),
+            _ if own == other => Ok(own),
+            _ => Err(UnitFault::Unlike(own, other)),
+        }
+    }
+
+    fn raised(self, exponent: Self) -> Result<Dimension, UnitFault> {
+        let (unit, pure) = (self.unit?, exponent.unit?);
+        let whole = exponent.constant.filter(|value| value.fract() == 0.0 && value.abs() <= 12.0);
+        match whole {
+            _ if pure != Dimension::default() => Err(UnitFault::NotPure(pure)),
+            _ if unit == Dimension::default() => Ok(unit),
+            Some(power) => Ok(Dimension::default().product(unit, power as i32)),
+            None => Err(UnitFault::NoPower(unit)),
+        }
+    }
+}
+
+impl Value for Measure {
+    fn number(value: f64) -> Self {
+        Self { unit: Ok(Dimension::default()), constant: Some(value) }
+    }
+    fn binary(operator: Operator, a: Self, b: Self) -> Self {
+        let product = |power| Ok(a.unit?.product(b.unit?, power));
+        let unit = match operator {
+            Operator::Plus | Operator::Minus => Self::alike(a, b),
+            Operator::Times => product(1),
+            Operator::Over => product(-1),
+            Operator::Power => a.raised(b),
+        };
+        let constant = a.constant.zip(b.constant).map(|(a, b)| f64::binary(operator, a, b));
+        Self { unit, constant }
+    }
+    fn call(function: Function, arguments: &[Self]) -> Self {
+        let first = arguments[0];
+        let unit = match function {
+            Function::Min | Function::Max => {
+                let together = |one: Self, two: &Self| Self { unit: Self::alike(one, *two), constant: None };
+                arguments[1..].iter().fold(first, together).unit
+            }
+            Function::Abs => first.unit,
+            Function::Sqrt => first.unit.and_then(|unit| unit.root().ok_or(UnitFault::NoRoot(unit))),
+            Function::Sin | Function::Cos | Function::Exp | Function::Log => match first.unit {
+                Ok(unit) if unit != Dimension::default() => Err(UnitFault::NotPure(unit)),
+                unit => unit,
+            },
+        };
+        let constants: Option<Vec<f64>> = arguments.iter().map(|argument| argument.constant).collect();
+        Self { unit, constant: constants.map(|values| f64::call(function, &values)) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -402,6 +508,39 @@ mod tests {
         assert!(parse(&deep, NAMES).expect_err("deep").message.contains("nested"));
         assert!(parse(&"-".repeat(100_000), NAMES).is_err());
         assert!(parse("target_mas", NAMES).expect_err("slip").remedy.contains("`target_mass`"));
+    }
+
+    #[test]
+    fn units_follow_the_arithmetic() {
+        let unit = |text: &str| crate::units::dimension(text).expect("a unit");
+        let names = ["force", "mass", "speed", "angle"];
+        let known = ["N", "kg", "m/s", "rad"].map(|text| Measure::of(unit(text)));
+        let of = |text: &str| parse(text, &names).expect(text).value(&known).unit();
+        let cases = [
+            ("force / mass", "m/s^2"),
+            ("mass * speed^2 / 2", "J"),
+            ("sqrt(2 * mass * speed^2 / mass)", "m/s"),
+            ("max(force, 0) + abs(-force)", "N"),
+            ("force * sin(angle)", "N"),
+            ("speed * angle", "m/s"),
+            ("exp(speed / speed)", "1"),
+            ("(force / force)^0.5", "1"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(of(text), Ok(unit(expected)), "{text}");
+        }
+        let (newton, kilogram) = (unit("N"), unit("kg"));
+        assert_eq!(of("force + mass"), Err(UnitFault::Unlike(newton, kilogram)));
+        assert_eq!(of("max(force, 250)"), Err(UnitFault::Unlike(newton, Dimension::default())));
+        assert_eq!(of("log(force)"), Err(UnitFault::NotPure(newton)));
+        assert_eq!(of("sqrt(mass)"), Err(UnitFault::NoRoot(kilogram)));
+        assert_eq!(of("mass^0.5"), Err(UnitFault::NoPower(kilogram)));
+        assert_eq!(of("2^force"), Err(UnitFault::NotPure(newton)));
+    }
+
+    #[test]
+    fn the_least_of_no_number_is_no_number() {
+        assert!(value("min(0 / 0, 5)").is_nan() && value("max(5, sqrt(-1))").is_nan());
     }
 
     /// Bounds hold every value of a grid over the arguments.

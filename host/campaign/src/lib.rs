@@ -18,6 +18,7 @@ mod found;
 mod histogram;
 mod idle;
 mod inertia;
+pub mod metric;
 mod mobility;
 mod overlay;
 mod placement;

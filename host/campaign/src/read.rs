@@ -9,7 +9,7 @@ use toml::de::{DeTable, Deserializer, Error};
 
 /// What to write for a key that must be there.
 const EXAMPLES: &[(&str, &str)] = &[
-    ("schema", "schema = \"campaign/1\" (or \"scenario/2\", \"facility/2\", \"robot/1\")"),
+    ("schema", "schema = \"campaign/2\" (or \"scenario/2\", \"facility/2\", \"robot/1\")"),
     (
         "facility",
         "a table [facility] with file = \"../facilities/reference.toml\" or session_rules = \"none\", and unstable_speed = \"2 m/s\"",
@@ -32,12 +32,18 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("law", "law = \"linear\""),
     ("max_depth", "max_depth = \"20 mm\""),
     ("source", "source = \"where the values come from\""),
+    ("subject", "subject = \"space\" (or \"facility\", \"agreement\")"),
     ("probability", "probability = \"99 %\""),
     ("confidence", "confidence = \"90 %\""),
 ];
 
 /// What has changed since an older version of a format.
 const CHANGES: &[(&str, &str)] = &[
+    (
+        "campaign/1",
+        "write schema = \"campaign/2\"; each [[requirement]] has its subject: \"space\" (as before), \"facility\" or \
+         \"agreement\"",
+    ),
     (
         "scenario/1",
         "write schema = \"scenario/2\"; [facility] names the facility file whose rules stop a session (file = \"...\") or says \
@@ -62,7 +68,7 @@ fn check_age(source: &Source, table: &DeTable<'_>, format: &str) -> Option<Probl
     Some(Problem::at(source, written.span(), message).expected(format!("\"{format}\"")).remedy(*remedy))
 }
 
-/// Reads a file of the given format ("campaign/1").
+/// Reads a file of the given format ("campaign/2").
 pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problems> {
     if source.text().trim().is_empty() {
         return Err(Problem::at(source, 0..0, "the file is empty")

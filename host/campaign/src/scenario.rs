@@ -78,6 +78,11 @@ impl Scenario {
         self.robot.as_ref().map(Source::text)
     }
 
+    /// The scenario file.
+    pub fn file(&self) -> &Path {
+        self.source().path()
+    }
+
     /// The file's text with every file that it names beside it: the text, and name and text of the others.
     pub fn gathered(&self) -> (String, Vec<(String, String)>) {
         let mut text = self.text().to_owned();

@@ -20,7 +20,7 @@ fn shipped(name: &str) -> Campaign {
 fn campaign(runs: u64, entries: &str) -> Campaign {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let head = format!(
-        "schema = \"campaign/1\"\nid = \"test\"\ntitle = \"t\"\nseed = 42\nruns = {runs}\nscenario = \"s.toml\"\n"
+        "schema = \"campaign/2\"\nid = \"test\"\ntitle = \"t\"\nseed = 42\nruns = {runs}\nscenario = \"s.toml\"\n"
     );
     std::fs::write(folder.path().join("s.toml"), FREE_BODY).expect("written");
     std::fs::write(folder.path().join("delays.csv"), "delay_ms\n4\n8\n40\n").expect("written");
@@ -300,13 +300,14 @@ fn tables_are_drawn_as_measured() {
 fn settings_and_requirements_are_read() {
     let c = campaign(
         10,
-        "[execution]\nbackend = \"cpu\"\nparity = \"2 %\"\n[[requirement]]\nid = \"A-1\"\ntext = \"t\"\n\
+        "[execution]\nbackend = \"cpu\"\nparity = \"2 %\"\n[[requirement]]\nid = \"A-1\"\ntext = \"t\"\nsubject = \"space\"\n\
          metric = \"peak_contact_force\"\nat_most = \"0.5 kN\"\nprobability = \"99.73 %\"\nconfidence = 0.9\n\
          [traces]\nrate = \"250 Hz\"\nkeep = [\"nominal\", \"worst:20\"]\n",
     );
     assert_eq!((c.execution.parity, c.execution.shard_runs), (0.02, 1000));
     let r = &c.requirements[0];
-    assert_eq!((r.limit, r.unit, r.probability, r.confidence), (500.0, "N", 0.9973, 0.9));
+    assert_eq!((r.limits.at_most, r.limits.at_least, r.unit()), (Some(500.0), None, "N"));
+    assert_eq!((r.probability, r.confidence), (0.9973, 0.9));
     assert_eq!((c.traces.every_ticks, &c.traces.keep[..]), (4, &[Keep::Nominal, Keep::Worst(20)][..]));
 }
 

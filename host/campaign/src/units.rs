@@ -12,6 +12,43 @@ pub(crate) struct Dimension {
 }
 
 impl Dimension {
+    /// The dimension of a product with a power of another quantity.
+    pub(crate) fn product(self, other: Self, power: i32) -> Self {
+        self.times(other, power)
+    }
+
+    /// The dimension of the square root; `None` if an exponent is odd.
+    pub(crate) fn root(self) -> Option<Self> {
+        let all = [self.metre, self.kilogram, self.second];
+        let [metre, kilogram, second] = all.map(|exponent| exponent / 2);
+        all.iter().all(|exponent| exponent % 2 == 0).then_some(Self { metre, kilogram, second, radian: 0 })
+    }
+
+    /// The same without the radian: in a calculation an angle is a pure number.
+    pub(crate) fn without_angle(self) -> Self {
+        Self { radian: 0, ..self }
+    }
+
+    /// The dimension in base units, as a unit is written: `kg m/s^2`.
+    pub(crate) fn text(self) -> String {
+        let all = [("kg", self.kilogram), ("m", self.metre), ("s", self.second), ("rad", self.radian)];
+        let product = |sign: i32| {
+            let factors = all.iter().filter(|(_, exponent)| exponent * sign > 0);
+            let factors = factors.map(|(symbol, exponent)| match exponent.abs() {
+                1 => (*symbol).to_owned(),
+                power => format!("{symbol}^{power}"),
+            });
+            factors.collect::<Vec<_>>()
+        };
+        let (over, under) = (product(1), product(-1));
+        let over = if over.is_empty() { "1".to_owned() } else { over.join(" ") };
+        match under.as_slice() {
+            [] => over,
+            [one] => format!("{over}/{one}"),
+            several => format!("{over}/({})", several.join(" ")),
+        }
+    }
+
     fn times(self, other: Self, power: i32) -> Self {
         Self {
             metre: self.metre + power * other.metre,
@@ -177,16 +214,26 @@ pub(crate) enum UnitError {
 
 /// What a quantity with this SI unit is called (`a force`).
 pub(crate) fn noun(si: &str) -> &'static str {
-    kind(si).1
+    kind(si).map_or("another quantity", |row| row.1)
 }
 
 /// Units to suggest for a quantity with this SI unit.
-pub(crate) fn suggestions(si: &str) -> &'static str {
-    kind(si).2
+pub(crate) fn suggestions(si: &str) -> &str {
+    kind(si).map_or(si, |row| row.2)
 }
 
-fn kind(si: &str) -> &'static (&'static str, &'static str, &'static str) {
-    KINDS.iter().find(|row| row.0 == si).unwrap_or(&KINDS[0])
+fn kind(si: &str) -> Option<&'static (&'static str, &'static str, &'static str)> {
+    KINDS.iter().find(|row| row.0 == si)
+}
+
+/// The dimension of a unit; `None` if it is not read.
+pub(crate) fn dimension(unit: &str) -> Option<Dimension> {
+    parse(unit).ok().map(|unit| unit.dimension)
+}
+
+/// Whether a unit is a product of SI units without a factor (`N s/m`, not `N s/mm`).
+pub(crate) fn is_coherent(unit: &str) -> Result<bool, UnitError> {
+    parse(unit).map(|unit| unit.numerator == unit.denominator)
 }
 
 /// The SI value of `text`, which must be a number with a unit of the same kind as `si`.
@@ -344,6 +391,15 @@ mod tests {
         for row in KINDS {
             assert_eq!(quantity(&format!("1 {}", row.0), row.0), Ok(1.0), "{}", row.0);
         }
+    }
+
+    #[test]
+    fn a_dimension_is_written_as_it_is_read() {
+        for unit in ["1", "N", "m/s", "J", "1/s", "N s/m", "m/N", "N m/rad", "rad/(N m)", "kg m^2/s"] {
+            let own = dimension(unit).expect(unit);
+            assert_eq!(dimension(&own.text()), Some(own), "{unit}: {}", own.text());
+        }
+        assert_eq!(dimension("N").map(Dimension::text), Some("kg m/s^2".to_owned()));
     }
 
     #[test]

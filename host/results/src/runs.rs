@@ -2,14 +2,14 @@
 
 use softdock_kernels::metrics::Metrics;
 
-pub use crate::schema::{RequirementColumn, RunsSchema, input_fields, metric_fields};
+pub use crate::schema::{OwnMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Status {
-    /// Every requirement holds in space.
+    /// Every requirement on space holds; without any, the task succeeds in space.
     Pass,
-    /// Some requirement does not hold in space.
+    /// Some of these does not hold.
     Fail,
     /// The numbers of the run cannot be trusted.
     Invalid,
@@ -113,7 +113,7 @@ pub struct Cause {
     pub phase: Option<Phase>,
 }
 
-/// The facility's verdict against the verdict of space: the task's criteria and all requirements on single runs.
+/// The facility's verdict against the verdict of space: the task's criteria and every requirement on space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Agreement {
     /// Both pass.
@@ -212,6 +212,8 @@ pub struct LoopRow {
     pub cause: Option<Cause>,
     /// Its metrics.
     pub metrics: Metrics<f64>,
+    /// The campaign's own metrics, in the schema's order; `None` where one has no value.
+    pub own_metrics: Vec<Option<f64>>,
     /// Each requirement, in the schema's order.
     pub requirements: Vec<RequirementResult>,
 }

@@ -19,11 +19,26 @@ pub struct RequirementColumn {
     pub unit: String,
 }
 
+/// What the runs table must know of a metric of the campaign's own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnMetricColumn {
+    /// Name of the column without the prefix of the loop, with its unit as a suffix.
+    pub column: String,
+    /// Unit.
+    pub unit: String,
+    /// What it is.
+    pub meaning: String,
+}
+
 /// The columns of a campaign's runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunsSchema {
+    own_metrics: Vec<OwnMetricColumn>,
     requirements: Vec<RequirementColumn>,
 }
+
+/// Source of the columns of a campaign's own metrics.
+const OWN_SOURCE: &str = "campaign, metric of its own";
 
 /// The two loops of a run; prefix of the columns and place in words.
 #[derive(Clone, Copy)]
@@ -63,6 +78,11 @@ pub fn metric_fields() -> Vec<Field> {
     fields::<f64, Metrics<f64>>()
 }
 
+/// Whether the columns of a loop (`space`, `hil`) hold a metric: in space no energy can be injected.
+pub fn has_metric(side: &str, metric: &str) -> bool {
+    side == Loop::Hil.prefix() || metric != "injected_energy"
+}
+
 /// One metric as the files know it.
 pub(crate) struct MetricColumn {
     pub(crate) field: Field,
@@ -72,10 +92,10 @@ pub(crate) struct MetricColumn {
 }
 
 impl MetricColumn {
-    /// The metrics that a loop's columns hold; in space no energy can be created, so that column is left out.
+    /// The metrics that a loop's columns hold.
     pub(crate) fn all(side: Loop) -> Vec<Self> {
         let fields = metric_fields();
-        let kept = |field: &Field| matches!(side, Loop::Hil) || field.name != "injected_energy";
+        let kept = |field: &Field| has_metric(side.prefix(), &field.name);
         let described = fields.into_iter().enumerate().map(|(at, field)| {
             let presence = Metrics::presence(&field.name);
             Self { field, at, presence }
@@ -95,9 +115,9 @@ impl MetricColumn {
 }
 
 impl RunsSchema {
-    /// The schema of a campaign with these requirements.
-    pub fn new(requirements: Vec<RequirementColumn>) -> Self {
-        Self { requirements }
+    /// The schema of a campaign with these metrics of its own and these requirements.
+    pub fn new(own_metrics: Vec<OwnMetricColumn>, requirements: Vec<RequirementColumn>) -> Self {
+        Self { own_metrics, requirements }
     }
 
     /// The schema of a runs table, from its columns.
@@ -106,7 +126,16 @@ impl RunsSchema {
             let id = column.name.strip_prefix("space_margin_")?;
             Some(RequirementColumn { id: id.to_owned(), unit: column.unit.clone() })
         };
-        Self { requirements: table.columns.iter().filter_map(requirement).collect() }
+        let (space, place) = (Loop::Space.column(""), format!(", {}", Loop::Space.place()));
+        let own = |column: &Column| {
+            let name = column.name.strip_prefix(&space).filter(|_| column.source == OWN_SOURCE)?;
+            let meaning = column.description.strip_suffix(&place).unwrap_or(&column.description);
+            Some(OwnMetricColumn { column: name.to_owned(), unit: column.unit.clone(), meaning: meaning.to_owned() })
+        };
+        Self {
+            own_metrics: table.columns.iter().filter_map(own).collect(),
+            requirements: table.columns.iter().filter_map(requirement).collect(),
+        }
     }
 
     /// The requirements, in column order.
@@ -127,6 +156,7 @@ impl RunsSchema {
         columns.push(column("effective_mass_kg", "kg", meaning, "monitor", Kind::Metric, effective));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| outcome_columns(rows, side)));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| metric_columns(rows, side)));
+        columns.extend(Loop::BOTH.into_iter().flat_map(|side| self.own_columns(rows, side)));
         for (at, requirement) in self.requirements.iter().enumerate() {
             columns.extend(Loop::BOTH.into_iter().map(|side| margin_column(rows, at, requirement, side)));
             columns.extend(Loop::BOTH.into_iter().map(|side| pass_column(rows, at, requirement, side)));
@@ -170,11 +200,28 @@ impl RunsSchema {
 
     fn read_loop(&self, table: &Table, side: Loop) -> Result<Vec<LoopRow>, String> {
         let (metrics, requirements) = (read_metrics(table, side)?, self.read_results(table, side)?);
+        let own = self.own_metrics.iter().map(|own| {
+            let name = side.column(&own.column);
+            table.f64s(&name).ok_or_else(|| format!("no column `{name}`"))
+        });
+        let own = own.collect::<Result<Vec<_>, _>>()?;
         let outcomes = read_outcomes(table, side)?;
-        let rows = outcomes.into_iter().zip(metrics).zip(requirements);
+        let rows = outcomes.into_iter().zip(metrics).zip(requirements).enumerate();
         Ok(rows
-            .map(|(((outcome, cause), metrics), requirements)| LoopRow { outcome, cause, metrics, requirements })
+            .map(|(row, (((outcome, cause), metrics), requirements))| {
+                let own_metrics = own.iter().map(|values| values[row]).collect();
+                LoopRow { outcome, cause, metrics, own_metrics, requirements }
+            })
             .collect())
+    }
+
+    fn own_columns(&self, rows: &[RunRow], side: Loop) -> Vec<Column> {
+        let own = self.own_metrics.iter().enumerate().map(|(at, own)| {
+            let values = Values::F64(rows.iter().map(|row| side.of(row).own_metrics[at]).collect());
+            let meaning = format!("{}, {}", own.meaning, side.place());
+            column(side.column(&own.column), &own.unit, &meaning, OWN_SOURCE, Kind::Metric, values)
+        });
+        own.collect()
     }
 
     fn read_results(&self, table: &Table, side: Loop) -> Result<Vec<Vec<RequirementResult>>, String> {
@@ -202,9 +249,9 @@ fn head(rows: &[RunRow]) -> Vec<Column> {
     let status = Values::words(&STATUS_WORDS, rows.iter().map(|row| row.status as u32).collect());
     let agreement = Values::words(&AGREEMENT_WORDS, rows.iter().map(|row| row.agreement as u32).collect());
     let flags = Values::U32(rows.iter().map(|row| row.flags).collect());
-    let status_meaning = "pass: every requirement holds in space; invalid: the numbers cannot be trusted";
+    let status_meaning = "pass: every requirement on space holds (without any: the task succeeds in space); invalid: the numbers cannot be trusted";
     let agreement_meaning =
-        "the facility's verdict against the verdict of space: the task's criteria and all requirements";
+        "the facility's verdict against the verdict of space: the task's criteria and every requirement on space";
     vec![
         column("run", "1", "run number", "campaign", Kind::Key, run),
         column("outer", "1", "number of the outer draw of the epistemic inputs", "campaign", Kind::Key, outer),

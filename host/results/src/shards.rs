@@ -207,6 +207,49 @@ fn belongs(
     Ok((shard, file))
 }
 
+/// Changes the rows of a file of runs, whole or unfinished, and writes it again in one step.
+///
+/// What the file states of its origin stays, but for `metadata` (keys without the prefix `softdock.`).
+///
+/// # Errors
+/// If the file cannot be read or written, or its rows do not have the hash that it states.
+pub fn rewrite_runs(
+    path: &Path,
+    schema: &RunsSchema,
+    metadata: &[(&str, &str)],
+    mut change: impl FnMut(&mut RunRow),
+) -> Result<()> {
+    let reader = TableReader::open(path)?;
+    let mut stated: BTreeMap<String, String> = reader.metadata();
+    let table = reader.read()?;
+    let (found, expected) = (content_hash(&table), stated.get("softdock.content_hash").cloned().unwrap_or_default());
+    if found != expected {
+        return Err(Error::contract(path, format!("the rows have the hash {found}, the file states {expected}")));
+    }
+    let mut rows = rows_of(path, &table)?;
+    rows.iter_mut().for_each(&mut change);
+    let table = schema.table(&rows);
+    for (key, value) in metadata {
+        stated.insert(format!("softdock.{key}"), (*value).to_owned());
+    }
+    stated.insert("softdock.content_hash".to_owned(), content_hash(&table));
+    write_table(path, &table, &stated.into_iter().collect::<Vec<_>>())
+}
+
+/// Files of a results folder that hold runs, whole shards first, each with the hash of the campaign that judged them.
+///
+/// # Errors
+/// If a file cannot be read.
+pub fn run_files(results: &Path) -> Result<Vec<(PathBuf, String)>> {
+    let mut files = parquet_files(&results.join("runs"))?;
+    files.append(&mut parquet_files(&results.join("partial"))?);
+    let stated = |path: PathBuf| {
+        let metadata = TableReader::open(&path)?.metadata();
+        Ok((path, metadata.get("softdock.campaign_hash").cloned().unwrap_or_default()))
+    };
+    files.into_iter().map(stated).collect()
+}
+
 /// Reads a shard whole and compares its rows with the hash that its writer stated.
 pub fn verify_shard(file: &ShardFile) -> Result<()> {
     let found = content_hash(&TableReader::open(&file.path)?.read()?);

@@ -14,9 +14,6 @@ pub const TRACE_SCHEMA: &str = "trace/1";
 /// Run number of the nominal case, which is no draw of the campaign.
 pub const NOMINAL_RUN: u64 = u64::MAX;
 
-/// Signals that the report plots: magnitude of the contact force.
-pub const FORCE_SIGNALS: [&str; 2] = ["space_contact_force_n", "hil_contact_force_n"];
-
 /// One quantity over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {

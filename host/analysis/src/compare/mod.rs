@@ -20,7 +20,7 @@ use rows::{Columns, Row};
 pub use text::compare_text;
 
 /// Version of `compare.json`; keys are only added within one major.
-pub const COMPARE_SCHEMA: &str = "compare/1";
+pub const COMPARE_SCHEMA: &str = "compare/2";
 
 /// Least share, median and greatest share of a metric that are shown.
 const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
@@ -53,11 +53,11 @@ pub struct Compared {
     pub seed: u64,
     /// Version of softdock.
     pub version: String,
-    /// Verdict of all requirements in space: that of the variants, which share it.
+    /// The worst of the variants' verdicts. Requirements on space are the same for all.
     pub verdict: Verdict,
     /// 0 verified, 1 not verified, 3 incomplete.
     pub exit_code: u8,
-    /// Greatest rate of wrong verdicts with which a cell is trusted.
+    /// Greatest rate of wrong verdicts, of those that are given, with which a cell is trusted.
     pub trust: f64,
     /// Parameter of the bands.
     pub along: Option<Axis>,
@@ -69,6 +69,11 @@ impl Compared {
     /// Whether any facility was wrong in any run.
     pub fn any_wrong(&self) -> bool {
         self.variants.iter().any(|variant| variant.wrong.share.count > 0)
+    }
+
+    /// Whether the session of any run was aborted.
+    pub fn any_aborted(&self) -> bool {
+        self.variants.iter().any(|variant| variant.agreement.abort_rate.count > 0)
     }
 }
 
@@ -98,15 +103,15 @@ pub struct ComparedVariant {
     pub title: String,
     /// What it replaces, and by what.
     pub changes: Vec<(String, String)>,
-    /// Verdict of all requirements in space.
+    /// Verdict of all requirements.
     pub verdict: Verdict,
     /// Passes in space, of the valid runs.
     pub space_pass: Share,
     /// Passes on the facility, of the valid runs.
     pub facility_pass: Share,
-    /// The four cells and their rates.
+    /// The cells of the agreement and their rates.
     pub agreement: AgreementSummary,
-    /// Wrong verdicts, of the valid runs.
+    /// Wrong verdicts, of those that the facility gives.
     pub wrong: Wrong,
     /// Valid runs whose verdict in space is not that of the first variant: none where both are made in f64.
     pub space_differs: u64,
@@ -121,9 +126,9 @@ pub struct ComparedVariant {
 /// False passes and false fails together.
 #[derive(Clone, Debug, Serialize)]
 pub struct Wrong {
-    /// How many of the valid runs.
+    /// How many of the valid runs whose session was not aborted.
     pub share: Share,
-    /// Runs that are wrong on the first variant, on this, or on both.
+    /// Runs that both variants answer, and that are wrong on the first, on this, or on both.
     pub pairs: Pairs,
     /// The first variant's rate over this one's; null for the first, and where neither was wrong.
     pub factor: Option<Factor>,
@@ -157,6 +162,8 @@ pub struct Band {
     pub false_pass_rate: Share,
     /// False fails among the runs that pass in space.
     pub false_fail_rate: Share,
+    /// Aborted sessions among the valid runs.
+    pub aborted: Share,
     /// Wrong verdicts.
     pub wrong: Wrong,
     /// Metrics.
@@ -183,9 +190,11 @@ pub struct Map {
 /// One cell of a map.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// Wrong verdicts.
+    /// Aborted sessions among the valid runs.
+    pub aborted: Share,
+    /// Wrong verdicts, of those that the facility gives.
     pub wrong: Share,
-    /// With 95 % confidence at most this share of the verdicts is wrong.
+    /// With 95 % confidence at most this share of the verdicts is wrong; 1 where none is given.
     pub at_most: f64,
     /// Whether that is little enough.
     pub trusted: bool,
@@ -262,15 +271,21 @@ fn twin(reference: Option<&[Row]>, run: u64) -> Option<&Row> {
     reference.binary_search_by_key(&run, |row| row.run).ok().map(|at| &reference[at])
 }
 
+/// Runs of which the facility gives a verdict.
+fn answered<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
+    rows.iter().copied().filter(|row| row.is_answered()).collect()
+}
+
 fn wrong(valid: &[&Row], reference: Option<&[Row]>) -> Wrong {
     let mut pairs = Pairs::default();
-    for row in valid {
-        if let Some(other) = twin(reference, row.run).filter(|other| other.is_valid()) {
+    let answered = answered(valid);
+    for row in &answered {
+        if let Some(other) = twin(reference, row.run).filter(|other| other.is_answered()) {
             pairs.add(other.is_wrong(), row.is_wrong());
         }
     }
     let factor = pairs.factor(READING_CONFIDENCE).filter(|_| reference.is_some());
-    Wrong { share: share_of(valid, Row::is_wrong), pairs, factor }
+    Wrong { share: share_of(&answered, Row::is_wrong), pairs, factor }
 }
 
 fn spreads(plan: &Comparison, columns: &Columns, rows: &[&Row]) -> Vec<Spread> {
@@ -314,6 +329,7 @@ fn bands_of(
             hi: bands.edges[index + 1],
             false_pass_rate: share_of(&failed, Row::is_wrong),
             false_fail_rate: share_of(&passed, Row::is_wrong),
+            aborted: share_of(&valid, Row::is_aborted),
             wrong: wrong(&valid, reference),
             metrics: spreads(plan, columns, &inside),
         }
@@ -331,10 +347,11 @@ fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) ->
         let here = |run: &&&Row| holds(&map.x.edges, column, run.values[x]) && holds(&map.y.edges, row, run.values[y]);
         let inside: Vec<&Row> = rows.iter().filter(here).copied().collect();
         let valid: Vec<&Row> = inside.iter().copied().filter(|run| run.is_valid()).collect();
-        let wrong = share_of(&valid, Row::is_wrong);
+        let wrong = share_of(&answered(&valid), Row::is_wrong);
         let at_most = upper_bound(wrong.count, wrong.cases, READING_CONFIDENCE);
         let values = metric.map(|metric| sorted(&inside, metric)).filter(|values| !values.is_empty());
         Cell {
+            aborted: share_of(&valid, Row::is_aborted),
             wrong,
             at_most,
             trusted: at_most <= plan.trust,

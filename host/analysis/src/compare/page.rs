@@ -11,8 +11,8 @@ use super::text::{short_times, times};
 use super::{Band, Compared, ComparedVariant, Spread, Wrong};
 use crate::Result;
 use crate::number::{digits_of, significant, unit_text};
-use crate::plots::bands::{colour_of, metric_figure, wrong_figure};
-use crate::plots::cells::{cells_figure, medians};
+use crate::plots::bands::{aborted_figure, colour_of, metric_figure, wrong_figure};
+use crate::plots::cells::{Shown, cells_figure, medians};
 use crate::plots::{Drawing, axis_label, shown_in};
 use crate::report::{STYLE, environment};
 use crate::summary::Share;
@@ -35,6 +35,7 @@ struct Page<'a> {
 struct Line {
     colour: String,
     wrong: String,
+    aborted: String,
     factor: String,
 }
 
@@ -45,8 +46,8 @@ struct Along {
     bands: Vec<String>,
     /// Per variant and band.
     wrong: Vec<Vec<RateCell>>,
-    /// Of the wrong verdicts, if there are any.
-    figure: Option<Drawing>,
+    /// Of the wrong verdicts and of the aborted sessions, if there are any.
+    figures: Vec<Drawing>,
     metrics: Vec<Drawing>,
 }
 
@@ -58,6 +59,7 @@ struct RateCell {
     factor: String,
     false_pass: String,
     false_fail: String,
+    aborted: String,
 }
 
 /// Spread of a metric, per variant.
@@ -73,7 +75,7 @@ struct SpreadTable {
 struct MapRow {
     what: String,
     line_name: String,
-    verdicts: bool,
+    trust: bool,
     figures: Vec<Drawing>,
 }
 
@@ -105,17 +107,28 @@ pub fn compare_page(
         Line {
             colour: format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2),
             wrong: percent(&variant.wrong.share),
+            aborted: percent(&variant.agreement.abort_rate),
             factor: variant.wrong.factor.as_ref().map_or("–".to_owned(), times),
         }
     };
-    let maps = plan.maps.iter().enumerate().map(|(index, map)| map_row(map, index, &compared.variants));
+    let mut maps = Vec::new();
+    for (index, map) in plan.maps.iter().enumerate() {
+        let shown = match map.metric {
+            Some(_) => &[Shown::Median][..],
+            None if compared.any_aborted() => &[Shown::Wrong, Shown::Aborted],
+            None => &[Shown::Wrong],
+        };
+        for shown in shown {
+            maps.push(map_row(map, index, &compared.variants, *shown)?);
+        }
+    }
     let page = Page {
         style: STYLE,
         compared,
         variants: compared.variants.iter().enumerate().map(line).collect(),
         along: along(compared)?,
         spreads: spread_tables(&compared.variants),
-        maps: maps.collect::<Result<_>>()?,
+        maps,
         campaign_text,
         commands,
     };
@@ -141,12 +154,13 @@ fn along(compared: &Compared) -> Result<Option<Along>> {
         cut.edges.windows(2).map(|pair| format!("{} to {} {}", number(pair[0]), number(pair[1]), unit_text(unit)));
     let count = compared.variants.first().map_or(0, |variant| variant.metrics.len());
     let metrics = (0..count).map(|metric| metric_figure(cut, &compared.variants, metric));
-    let figure = compared.any_wrong().then(|| wrong_figure(cut, &compared.variants));
+    let wrong = compared.any_wrong().then(|| wrong_figure(cut, &compared.variants));
+    let aborted = compared.any_aborted().then(|| aborted_figure(cut, &compared.variants));
     Ok(Some(Along {
         parameter: cut.parameter.replace('_', " "),
         bands: bands.collect(),
         wrong: compared.variants.iter().map(|variant| variant.bands.iter().map(rate_cell).collect()).collect(),
-        figure: figure.transpose()?,
+        figures: wrong.into_iter().chain(aborted).collect::<Result<_>>()?,
         metrics: metrics.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect(),
     }))
 }
@@ -159,6 +173,7 @@ fn rate_cell(band: &Band) -> RateCell {
         factor: factor.as_ref().map_or(String::new(), short_times),
         false_pass: format!("{} of {}", band.false_pass_rate.count, band.false_pass_rate.cases),
         false_fail: format!("{} of {}", band.false_fail_rate.count, band.false_fail_rate.cases),
+        aborted: percent(&band.aborted),
     }
 }
 
@@ -176,20 +191,21 @@ fn spread_tables(variants: &[ComparedVariant]) -> Vec<SpreadTable> {
     first.metrics.iter().enumerate().map(table).collect()
 }
 
-fn map_row(plan: &CellMap, index: usize, variants: &[ComparedVariant]) -> Result<MapRow> {
+fn map_row(plan: &CellMap, index: usize, variants: &[ComparedVariant], shown: Shown) -> Result<MapRow> {
     let range = medians(variants.iter().map(|variant| &variant.maps[index]));
     let figure = |variant: &ComparedVariant| {
         let map = &variant.maps[index];
         let cells = map.cells.iter().map(Vec::len).sum::<usize>();
-        let caption = match plan.metric {
-            Some(_) => variant.name.clone(),
-            None => format!("{}: {} of {cells} cells trusted", variant.name, map.trusted),
+        let caption = match shown {
+            Shown::Median | Shown::Aborted => variant.name.clone(),
+            Shown::Wrong => format!("{}: {} of {cells} cells trusted", variant.name, map.trusted),
         };
-        Ok(Drawing { svg: cells_figure(&variant.name, plan, map, range)?, caption })
+        Ok(Drawing { svg: cells_figure(&variant.name, plan, map, shown, range)?, caption })
     };
     let what = match &plan.metric {
         Some((name, unit)) => format!("Median of {}", axis_label(&name.replace('_', " "), unit)),
-        None => "Wrong verdicts, per cent".to_owned(),
+        None if shown == Shown::Aborted => "Aborted sessions, per cent".to_owned(),
+        None => "Wrong verdicts, per cent of those that are given".to_owned(),
     };
     let words = |bands: &Bands| bands.field.name.replace('_', " ");
     let slice = plan.slice.as_ref().map_or(String::new(), |slice| {
@@ -199,7 +215,7 @@ fn map_row(plan: &CellMap, index: usize, variants: &[ComparedVariant]) -> Result
     Ok(MapRow {
         what: format!("{what} over {} and {}{slice}", words(&plan.x), words(&plan.y)),
         line_name: plan.line_name.clone(),
-        verdicts: plan.metric.is_none(),
+        trust: shown == Shown::Wrong,
         figures: variants.iter().map(figure).collect::<Result<_>>()?,
     })
 }

@@ -25,6 +25,15 @@ impl Row {
         self.agreement != Agreement::Invalid
     }
 
+    pub(super) fn is_aborted(&self) -> bool {
+        self.agreement.is_aborted()
+    }
+
+    /// Whether the facility gives a verdict.
+    pub(super) fn is_answered(&self) -> bool {
+        self.agreement.facility_passes().is_some()
+    }
+
     pub(super) fn is_wrong(&self) -> bool {
         matches!(self.agreement, Agreement::FalsePass | Agreement::FalseFail)
     }

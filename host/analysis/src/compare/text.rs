@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::compare::{Compared, Factor};
+use crate::compare::{Axis, Band, Compared, Factor};
 use crate::number::{digits_of, interval};
 use crate::plots::shown_in;
 use crate::summary::Share;
@@ -18,8 +18,9 @@ pub fn compare_text(compared: &Compared) -> String {
         compared.verdict.word(),
         compared.variants.len()
     );
-    out.push_str("  the verdict is that of space, which the variants share\n\nwrong verdicts of the facility, of the valid runs\n");
-    let rows: Vec<[String; 5]> = compared
+    out.push_str("  the verdict is the worst of the variants'; requirements on space are the same for all\n");
+    out.push_str("\nwrong verdicts of the facility, of those that it gives, and aborted sessions\n");
+    let rows: Vec<[String; 6]> = compared
         .variants
         .iter()
         .map(|variant| {
@@ -32,25 +33,38 @@ pub fn compare_text(compared: &Compared) -> String {
                     "{} false pass, {} false fail",
                     variant.agreement.false_pass.count, variant.agreement.false_fail.count
                 ),
+                format!("{} aborted of {}", variant.agreement.abort_rate.count, variant.agreement.abort_rate.cases),
                 wrong.factor.as_ref().map_or("-".to_owned(), |factor| format!("{} fewer", times(factor))),
             ]
         })
         .collect();
     table(&mut out, &rows);
-    if let Some(along) = compared.along.as_ref().filter(|_| compared.any_wrong()) {
-        let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
-        let _ = writeln!(out, "\nshare of wrong verdicts along {} [{unit}]", along.parameter);
-        let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));
-        let head =
-            std::iter::once("band".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
-        let mut rows = vec![head.collect::<Vec<_>>()];
-        for (index, pair) in along.edges.windows(2).enumerate() {
-            let shares = compared.variants.iter().map(|variant| percent_of(&variant.bands[index].wrong.share));
-            rows.push(std::iter::once(band(pair)).chain(shares).collect());
+    if let Some(along) = &compared.along {
+        let tables: [(&str, bool, Pick); 2] = [
+            ("wrong verdicts, of those that are given,", compared.any_wrong(), |band| &band.wrong.share),
+            ("aborted sessions", compared.any_aborted(), |band| &band.aborted),
+        ];
+        for (what, _, pick) in tables.into_iter().filter(|(_, any, _)| *any) {
+            band_lines(&mut out, compared, along, what, pick);
         }
-        table(&mut out, &rows);
     }
     out
+}
+
+/// A share of a band.
+type Pick = fn(&Band) -> &Share;
+
+fn band_lines(out: &mut String, compared: &Compared, along: &Axis, what: &str, pick: Pick) {
+    let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
+    let _ = writeln!(out, "\nshare of {what} along {} [{unit}]", along.parameter);
+    let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));
+    let head = std::iter::once("band".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
+    let mut rows = vec![head.collect::<Vec<_>>()];
+    for (index, pair) in along.edges.windows(2).enumerate() {
+        let shares = compared.variants.iter().map(|variant| percent_of(pick(&variant.bands[index])));
+        rows.push(std::iter::once(band(pair)).chain(shares).collect());
+    }
+    table(out, &rows);
 }
 
 fn percent_of(share: &Share) -> String {

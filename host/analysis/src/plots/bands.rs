@@ -1,10 +1,11 @@
 //! Rates and metrics of several facilities along one parameter, a line for each.
 
 use crate::Result;
-use crate::compare::{Axis as Cut, ComparedVariant, Spread};
+use crate::compare::{Axis as Cut, Band, ComparedVariant, Spread};
 use crate::plots::axis::{Axis, Scale};
 use crate::plots::figure::{Figure, Size, colour};
 use crate::plots::{Drawing, axis_label, shown_in, sorted_quantile};
+use crate::summary::Share;
 
 /// Ratio of large to typical sizes beyond which an axis of both signs is logarithmic far from zero.
 const WIDE: f64 = 50.0;
@@ -14,27 +15,40 @@ pub(crate) fn colour_of(variant: usize) -> plotters::style::RGBColor {
     colour::VARIANTS[variant % colour::VARIANTS.len()]
 }
 
-/// Share of wrong verdicts against the parameter, with exact bands.
+/// Share of wrong verdicts, of those that are given, against the parameter.
 pub(crate) fn wrong_figure(cut: &Cut, variants: &[ComparedVariant]) -> Result<Drawing> {
+    let caption = "False passes and false fails together, of the verdicts that are given in each band, with 95 % \
+        Clopper-Pearson bands.";
+    rate_figure(cut, variants, "wrong verdicts", caption, |band| &band.wrong.share)
+}
+
+/// Share of aborted sessions against the parameter.
+pub(crate) fn aborted_figure(cut: &Cut, variants: &[ComparedVariant]) -> Result<Drawing> {
+    let caption = "Aborted sessions, of the valid runs in each band, with 95 % Clopper-Pearson bands.";
+    rate_figure(cut, variants, "aborted sessions", caption, |band| &band.aborted)
+}
+
+fn rate_figure(
+    cut: &Cut,
+    variants: &[ComparedVariant],
+    what: &str,
+    caption: &str,
+    pick: fn(&Band) -> &Share,
+) -> Result<Drawing> {
     let (x, factor) = along(cut);
-    let y = Axis::linear("share of wrong verdicts", 0.0, 1.0);
-    let mut figure = Figure::new(format!("Wrong verdicts against {}", cut.parameter), Size::Wide, x.clone(), y);
+    let y = Axis::linear(format!("share of {what}"), 0.0, 1.0);
+    let mut figure = Figure::new(format!("{what} against {}", cut.parameter), Size::Wide, x.clone(), y);
     for (index, variant) in variants.iter().enumerate() {
-        let place = |lo: f64, hi: f64| factor * x.middle((lo, hi));
-        let seen = || variant.bands.iter().filter(|band| band.wrong.share.cases > 0);
-        let band = seen().map(|band| {
-            let interval = band.wrong.share.interval;
-            (place(band.lo, band.hi), interval.lo, interval.hi)
-        });
-        let share = |band: &crate::compare::Band| band.wrong.share.count as f64 / band.wrong.share.cases as f64;
-        let line: Vec<_> = seen().map(|band| (place(band.lo, band.hi), share(band))).collect();
+        let place = |band: &Band| factor * x.middle((band.lo, band.hi));
+        let seen = || variant.bands.iter().filter(|band| pick(band).cases > 0);
+        let band = seen().map(|band| (place(band), pick(band).interval.lo, pick(band).interval.hi));
+        let share = |band: &Band| pick(band).count as f64 / pick(band).cases as f64;
+        let line: Vec<_> = seen().map(|band| (place(band), share(band))).collect();
         figure = figure
             .band(&band.collect::<Vec<_>>(), colour_of(index), 0.08)
             .line(line.clone(), colour_of(index), 1.8)
             .points(line, colour_of(index), 2.8, 1.0);
     }
-    let caption =
-        "False passes and false fails together, of the valid runs in each band, with 95 % Clopper-Pearson bands.";
     Ok(Drawing { svg: figure.svg()?, caption: caption.to_owned() })
 }
 

@@ -9,29 +9,52 @@ use crate::number::significant;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, Tile, colour};
 use crate::plots::{axis_label, shown_in};
+use crate::summary::Share;
 
-/// Ends of the two colour scales: light where the number is small.
+/// Ends of the colour scales: light where the number is small.
 const FEW_WRONG: [f64; 3] = [252.0, 247.0, 238.0];
 const MANY_WRONG: [f64; 3] = [140.0, 20.0, 60.0];
+const MANY_ABORTED: [f64; 3] = [96.0, 78.0, 150.0];
 const LEAST: [f64; 3] = [247.0, 250.0, 252.0];
 const GREATEST: [f64; 3] = [10.0, 70.0, 120.0];
 
 /// A cell without runs.
 const EMPTY: RGBColor = RGBColor(0xF2, 0xF2, 0xF0);
 
+/// What a map shows of its cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// Share of wrong verdicts.
+    Wrong,
+    /// Share of aborted sessions.
+    Aborted,
+    /// Median of a metric.
+    Median,
+}
+
 /// The map of one variant; `range` holds the least and greatest median of the metric over all variants.
-pub(crate) fn cells_figure(name: &str, plan: &CellMap, map: &Map, range: (f64, f64)) -> Result<String> {
+pub(crate) fn cells_figure(
+    name: &str,
+    plan: &CellMap,
+    map: &Map,
+    shown: Shown,
+    range: (f64, f64),
+) -> Result<String> {
     let ((x, to_x), (y, to_y)) = (axis(&plan.x), axis(&plan.y));
     let mut tiles = Vec::new();
     for (row, cells) in map.cells.iter().enumerate() {
         for (column, cell) in cells.iter().enumerate() {
-            let (colour, label) = if map.metric.is_some() { of_metric(cell, range) } else { of_verdicts(cell) };
+            let (colour, label) = match shown {
+                Shown::Median => of_metric(cell, range),
+                Shown::Wrong => of_share(&cell.wrong, (FEW_WRONG, MANY_WRONG)),
+                Shown::Aborted => of_share(&cell.aborted, (LEAST, MANY_ABORTED)),
+            };
             tiles.push(Tile {
                 x: (to_x * map.x.edges[column], to_x * map.x.edges[column + 1]),
                 y: (to_y * map.y.edges[row], to_y * map.y.edges[row + 1]),
                 colour,
                 label,
-                framed: cell.trusted && map.metric.is_none(),
+                framed: cell.trusted && shown == Shown::Wrong,
             });
         }
     }
@@ -57,13 +80,13 @@ fn axis(bands: &Bands) -> (Axis, f64) {
     (Axis::scaled(label, factor * lo, factor * hi, bands.logarithmic), factor)
 }
 
-fn of_verdicts(cell: &Cell) -> (RGBColor, String) {
-    match cell.wrong.cases {
+fn of_share(share: &Share, (few, many): ([f64; 3], [f64; 3])) -> (RGBColor, String) {
+    match share.cases {
         0 => (EMPTY, String::new()),
         cases => {
-            let share = cell.wrong.count as f64 / cases as f64;
+            let share = share.count as f64 / cases as f64;
             // The root shows differences among the small shares, which decide on trust.
-            (between(FEW_WRONG, MANY_WRONG, share.sqrt()), format!("{:.0}", 100.0 * share))
+            (between(few, many, share.sqrt()), format!("{:.0}", 100.0 * share))
         }
     }
 }

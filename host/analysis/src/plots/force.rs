@@ -1,7 +1,7 @@
-//! The limited quantity over time of the kept runs, in space and on the facility; without a limit the contact force.
+//! The limited quantity over time of the kept runs, in space and on the facility; without limits the contact force.
 
-use softdock_campaign::requirement::Requirement;
-use softdock_results::traces::{FORCE_SIGNALS, NOMINAL_RUN, Trace};
+use softdock_campaign::requirement::{Limits, Requirement};
+use softdock_results::traces::{NOMINAL_RUN, Trace};
 
 use crate::Result;
 use crate::number::with_unit;
@@ -24,35 +24,43 @@ const HIGHEST: f64 = 6.0;
 /// Share of the time of contact that is shown before and after it.
 const ROOM: f64 = 0.08;
 
-/// What a figure draws: a quantity of both loops, and the limit of a requirement on it.
+/// What a figure draws: a quantity of both loops, and the limits of a requirement on it.
 struct Quantity {
     /// Words on the axis.
-    name: &'static str,
-    unit: &'static str,
+    name: String,
+    unit: String,
     /// Signals in space and on the facility.
-    signals: [&'static str; 2],
-    limit: Option<f64>,
+    signals: [String; 2],
+    /// Limits on the magnitude.
+    limits: Vec<f64>,
 }
 
-/// Limited metrics, and the signals of which they are the peaks.
-const QUANTITIES: [(&str, &str, &str, [&str; 2]); 6] = [
-    ("peak_contact_force", "contact force", "N", FORCE_SIGNALS),
-    ("peak_latch_force", "latch force", "N", ["space_latch_force_n", "hil_latch_force_n"]),
-    ("peak_interface_force", "interface force", "N", ["space_interface_force_n", "hil_interface_force_n"]),
-    ("peak_contact_moment", "contact moment", "N m", ["space_contact_moment_n_m", "hil_contact_moment_n_m"]),
-    ("peak_latch_moment", "latch moment", "N m", ["space_latch_moment_n_m", "hil_latch_moment_n_m"]),
-    ("peak_interface_moment", "interface moment", "N m", ["space_interface_moment_n_m", "hil_interface_moment_n_m"]),
-];
+/// Quantity of a trace that was kept for no limit on a force or moment.
+const CONTACT_FORCE: &str = "contact_force";
 
 impl Quantity {
     /// What a trace was kept for: the quantity that its requirement limits, or else the contact force.
     fn of(trace: &Trace, requirements: &[Requirement]) -> Self {
         let id = trace.kept_as.strip_prefix("worst ").map(|id| id.trim_end_matches(" on the facility"));
         let requirement = requirements.iter().find(|requirement| Some(requirement.id.as_str()) == id);
-        let limited = |metric: &str| QUANTITIES.iter().find(|quantity| quantity.0 == metric);
-        let own = requirement.and_then(|requirement| Some((limited(&requirement.metric)?, Some(requirement.limit))));
-        let ((_, name, unit, signals), limit) = own.unwrap_or((&QUANTITIES[0], None));
-        Self { name, unit, signals: *signals, limit }
+        requirement.and_then(|requirement| Self::limited(trace, requirement)).unwrap_or_else(|| Self {
+            name: CONTACT_FORCE.replace('_', " "),
+            unit: "N".to_owned(),
+            signals: ["space", "hil"].map(|side| format!("{side}_{CONTACT_FORCE}_n")),
+            limits: Vec::new(),
+        })
+    }
+
+    /// The quantity of which a metric is the peak: `peak_QUANTITY` belongs to the signal `QUANTITY` of each loop.
+    fn limited(trace: &Trace, requirement: &Requirement) -> Option<Self> {
+        let column = requirement.metric.column.as_ref()?.strip_prefix("peak_")?;
+        let signals = ["space", "hil"].map(|side| format!("{side}_{column}"));
+        signals.iter().all(|signal| trace.signal(signal).is_some()).then(|| {
+            let Limits { at_least, at_most } = requirement.limits;
+            let name = requirement.metric.name.trim_start_matches("peak_").replace('_', " ");
+            let limits = at_least.into_iter().chain(at_most).collect();
+            Self { name, unit: requirement.unit().to_owned(), signals, limits }
+        })
     }
 }
 
@@ -75,13 +83,13 @@ pub(crate) fn force_figures(traces: &[Trace], requirements: &[Requirement]) -> R
 }
 
 fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
-    let [Some(space), Some(facility)] = quantity.signals.map(|name| points(trace, name)) else { return Ok(None) };
+    let [Some(space), Some(facility)] = [&quantity.signals[0], &quantity.signals[1]].map(|name| points(trace, name)) else { return Ok(None) };
     let (start, end) = time_of_contact(&space, &facility);
     let [peak, facility_peak] =
         [&space, &facility].map(|points| points.iter().map(|point| point.1).fold(0.0, f64::max));
     let leaves = peak > 0.0 && facility_peak > HIGHEST * peak;
     let highest = if leaves { HIGHEST * peak } else { facility_peak.max(peak) };
-    let highest = quantity.limit.map_or(highest, |limit| highest.max(limit));
+    let highest = quantity.limits.iter().copied().fold(highest, f64::max);
     let name = match trace.run {
         NOMINAL_RUN => "Nominal case".to_owned(),
         run => format!("Run {run}"),
@@ -94,14 +102,15 @@ fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
     let mut figure = Figure::new(format!("{}, {name}", quantity.name), Size::Half, x, y)
         .line(shown(facility), colour::FACILITY, 1.3)
         .line(shown(space), colour::SPACE, 1.3);
-    if let Some(limit) = quantity.limit {
-        figure = figure.line(vec![(start, limit), (end, limit)], colour::FALSE_PASS, 1.0);
+    for limit in &quantity.limits {
+        figure = figure.line(vec![(start, *limit), (end, *limit)], colour::FALSE_PASS, 1.0);
     }
     let svg = figure.svg()?;
     let kept = if trace.kept_as == "nominal" { String::new() } else { format!(" ({})", trace.kept_as) };
-    let limit = quantity.limit.map_or(String::new(), |limit| format!(" Limit {}.", with_unit(limit, quantity.unit)));
+    let limit: String =
+        quantity.limits.iter().map(|limit| format!(" Limit {}.", with_unit(*limit, &quantity.unit))).collect();
     let note = if leaves {
-        format!(" The facility leaves the axis; its peak is {}.", with_unit(facility_peak, quantity.unit))
+        format!(" The facility leaves the axis; its peak is {}.", with_unit(facility_peak, &quantity.unit))
     } else {
         String::new()
     };

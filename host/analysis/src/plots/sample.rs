@@ -7,6 +7,7 @@ use softdock_results::runs::{Agreement, Outcome, input_fields};
 use softdock_results::shards::{read_columns, run_columns};
 
 use crate::facts::CampaignFacts;
+use crate::moments::Moments;
 use crate::tally::{LOOPS, outcome_columns};
 use crate::{Error, Result};
 
@@ -25,31 +26,6 @@ pub(crate) const CONSERVED: [&str; 4] = [
 /// What a test motion says of the robots; null in campaigns without one.
 pub(crate) const TRACKING: [&str; 4] =
     ["hil_tracking_gain", "hil_tracking_lag_rad", "hil_tracking_error_m", "hil_tracking_overshoot"];
-
-/// Mean and standard deviation over all runs (Welford's recurrence).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Moments {
-    count: u64,
-    pub(crate) mean: f64,
-    squares: f64,
-    pub(crate) lo: f64,
-    pub(crate) hi: f64,
-}
-
-impl Moments {
-    fn add(&mut self, value: f64) {
-        (self.lo, self.hi) = if self.count == 0 { (value, value) } else { (self.lo.min(value), self.hi.max(value)) };
-        self.count += 1;
-        let change = value - self.mean;
-        self.mean += change / self.count as f64;
-        self.squares += change * (value - self.mean);
-    }
-
-    /// Sample standard deviation; 0 for fewer than two values.
-    pub(crate) fn deviation(&self) -> f64 {
-        if self.count < 2 { 0.0 } else { f64::sqrt(self.squares / (self.count - 1) as f64) }
-    }
-}
 
 /// A dispersed input.
 #[derive(Clone, Debug)]

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use softdock_analysis::{CampaignFacts, InvalidRuns};
-use softdock_campaign::requirement::{Requirement, Side};
+use softdock_campaign::metric::MetricRef;
+use softdock_campaign::requirement::{Limits, Requirement, Subject};
 use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::params::Params;
@@ -25,19 +26,18 @@ pub(crate) fn plan(runs: u64) -> ShardPlan {
 
 /// A limit on the force and one on the duration of the capture.
 pub(crate) fn requirements() -> Vec<Requirement> {
-    let requirement = |id: &str, text: &str, metric: &str, unit, limit, probability| Requirement {
+    let requirement = |id: &str, text: &str, metric: &str, limit, probability| Requirement {
         id: id.to_owned(),
         text: text.to_owned(),
-        metric: metric.to_owned(),
-        unit,
-        side: Side::AtMost,
-        limit,
+        subject: Subject::Space,
+        metric: MetricRef::of(metric, &[]).expect("a metric"),
+        limits: Limits { at_least: None, at_most: Some(limit) },
         probability,
         confidence: 0.9,
     };
     vec![
-        requirement("DCK-010", "Peak contact force shall not exceed 400 N.", "peak_contact_force", "N", 400.0, 0.9),
-        requirement("DCK-020", "Capture completes within 22 s.", "capture_time", "s", 22.0, 0.8),
+        requirement("DCK-010", "Peak contact force shall not exceed 400 N.", "peak_contact_force", 400.0, 0.9),
+        requirement("DCK-020", "Capture completes within 22 s.", "capture_time", 22.0, 0.8),
     ]
 }
 
@@ -46,7 +46,7 @@ pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_
     CampaignFacts {
         id: "probe_drogue_made_up",
         title: "Probe into drogue, made-up data",
-        text: "schema = \"campaign/1\"\nid = \"probe_drogue_made_up\"\nseed = 20261121\nruns = 4000\n",
+        text: "schema = \"campaign/2\"\nid = \"probe_drogue_made_up\"\nseed = 20261121\nruns = 4000\n",
         hash: "9f1c2d7be0a4",
         seed: 20_261_121,
         version: "0.1.0",
@@ -55,7 +55,9 @@ pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_
         independent_runs: true,
         given_cases: false,
         extensions: &[],
+        judgements: &[],
         requirements,
+        agreement: &[],
     }
 }
 
@@ -75,9 +77,9 @@ pub(crate) fn provenance() -> Provenance {
 pub(crate) fn schema() -> RunsSchema {
     let column = |requirement: &Requirement| RequirementColumn {
         id: requirement.column_id(),
-        unit: requirement.unit.to_owned(),
+        unit: requirement.unit().to_owned(),
     };
-    RunsSchema::new(requirements().iter().map(column).collect())
+    RunsSchema::new(Vec::new(), requirements().iter().map(column).collect())
 }
 
 /// A uniform number of [0, 1) from a run and a stream (SplitMix64).
@@ -149,10 +151,11 @@ pub(crate) fn row(run: u64) -> RunRow {
             if invalid || stopped {
                 return RequirementResult::default();
             }
-            let margin = requirement.margin(metrics.available(&requirement.metric));
+            let margin = requirement.margin(metrics.available(&requirement.metric.name));
             RequirementResult { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
         };
-        LoopRow { outcome, cause, metrics, requirements: requirements().iter().map(judge).collect() }
+        let requirements = requirements().iter().map(judge).collect();
+        LoopRow { outcome, cause, metrics, own_metrics: Vec::new(), requirements }
     };
     let (space, hil) = (ended(space, false), ended(hil, stopped));
     let holds = |side: &LoopRow| side.requirements.iter().all(|result| result.pass == Some(true));

@@ -10,7 +10,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "softdock campaign")]
 pub(crate) struct CampaignFile {
-    /// Format and version of this file: "campaign/1".
+    /// Format and version of this file: "campaign/2".
     pub(crate) schema: At<String>,
     /// Name of the campaign and of its results folder: letters, digits, - and _.
     pub(crate) id: At<String>,
@@ -39,6 +39,9 @@ pub(crate) struct CampaignFile {
     pub(crate) derived: Vec<DerivedTable>,
     /// Outer draws of what is fixed but unknown; only with epistemic dispersions.
     pub(crate) outer: Option<At<OuterTable>>,
+    /// Metrics of the campaign's own, for its requirements.
+    #[serde(default)]
+    pub(crate) metric: Vec<MetricTable>,
     /// What must hold, how often, and how sure.
     #[serde(default)]
     pub(crate) requirement: Vec<RequirementTable>,
@@ -194,6 +197,20 @@ pub(crate) struct OuterTable {
     pub(crate) draws: At<u64>,
 }
 
+/// A metric of the campaign's own.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MetricTable {
+    /// Its name: lower-case letters, digits and _.
+    pub(crate) name: At<String>,
+    /// Its SI unit, against which the expression is checked.
+    pub(crate) unit: At<String>,
+    /// Its value in SI units: + - * / ^ ( ), min max sqrt abs sin cos exp log, numbers, names of metrics and parameters.
+    pub(crate) expr: At<String>,
+    /// What it is, for reports.
+    pub(crate) text: Option<At<String>>,
+}
+
 /// One requirement to be signed.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -202,14 +219,16 @@ pub(crate) struct RequirementTable {
     pub(crate) id: At<String>,
     /// Its text.
     pub(crate) text: At<String>,
-    /// Metric of the run that is judged.
+    /// What is judged: "space", "facility" (an aborted session is a failure) or "agreement" of the facility with space.
+    pub(crate) subject: At<String>,
+    /// Metric of the run that is judged; of the agreement: "false_pass_rate", "false_fail_rate" or "abort_rate".
     pub(crate) metric: At<String>,
     /// Passes at or below this.
     pub(crate) at_most: Option<Quantity>,
-    /// Passes at or above this.
+    /// Passes at or above this; with at_most both must hold.
     pub(crate) at_least: Option<Quantity>,
-    /// Share of cases that must pass.
-    pub(crate) probability: Quantity,
+    /// Share of cases that must pass; not for the agreement.
+    pub(crate) probability: Option<Quantity>,
     /// Confidence of the demonstration.
     pub(crate) confidence: Quantity,
 }

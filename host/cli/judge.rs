@@ -1,0 +1,79 @@
+//! `softdock judge`: finished runs judged by other criteria, metrics and requirements, without new runs.
+
+use crate::args::JudgeArgs;
+use crate::finish::finish;
+use crate::folder::{Folder, Rejudged};
+use crate::progress::listen;
+use crate::run::tell;
+use crate::variants;
+use crate::words::{Exit, explain, refuse, say, warn};
+use miette::IntoDiagnostic;
+use softdock_analysis::summarise;
+use softdock_campaign::Campaign;
+
+/// Judges a results folder again.
+pub(crate) fn judge(args: &JudgeArgs) -> miette::Result<Exit> {
+    listen();
+    let campaign = match &args.campaign {
+        Some(file) => of_folder(Campaign::load_with(file, args.model.as_deref()).map_err(explain)?, args)?,
+        None => Folder::open(&args.results)?.campaign,
+    };
+    if campaign.variants.is_empty() {
+        return conclude(&judged(&args.results, campaign)?, args);
+    }
+    // The whole first: what it refuses is refused before anything is written.
+    let (mut whole, rejudged) = Folder::open_to_judge(&args.results, campaign)?;
+    for variant in whole.campaign.variants.clone() {
+        let path = args.results.join(&variant.name);
+        if path.join("campaign.json").is_file() {
+            let folder = judged(&path, variant.campaign)?;
+            if folder.shards()?.is_complete() {
+                finish(&folder)?;
+            }
+        }
+    }
+    if let Some(rejudged) = rejudged {
+        whole.rejudge(rejudged)?;
+    }
+    variants::report(&whole)
+}
+
+/// The campaign, or the variant of it whose runs the folder holds.
+fn of_folder(campaign: Campaign, args: &JudgeArgs) -> miette::Result<Campaign> {
+    let id = crate::folder::id_of(&args.results)?;
+    let variant = campaign.variants.iter().find(|variant| variant.campaign.id == id);
+    Ok(variant.map_or_else(|| campaign.clone(), |variant| variant.campaign.clone()))
+}
+
+/// The folder, its runs judged by the campaign.
+fn judged(results: &std::path::Path, campaign: Campaign) -> miette::Result<Folder> {
+    let (mut folder, rejudged) = Folder::open_to_judge(results, campaign)?;
+    let same = Rejudged { before: folder.campaign.hash.clone(), changes: None };
+    let rejudged = rejudged.unwrap_or(same);
+    let what = match &rejudged.changes {
+        Some(changes) => format!("by a campaign that differs in {} keys (recorded in campaign.json)", changes.len()),
+        None => "by the campaign of the folder".to_owned(),
+    };
+    folder.rejudge(rejudged)?;
+    warn(format!("{}  judged again {what}; no run was made", folder.campaign.id));
+    Ok(folder)
+}
+
+/// Writes and reports what the runs show.
+fn conclude(folder: &Folder, args: &JudgeArgs) -> miette::Result<Exit> {
+    let index = folder.shards()?;
+    if let Some((path, reason)) = index.foreign.first() {
+        return Err(refuse(format!("{}: {reason}", path.display()), "move the file away, or run the campaign again"));
+    }
+    if !index.is_complete() {
+        tell(&summarise(&folder.path, &folder.facts()).into_diagnostic()?, args.json);
+        warn(format!("{} of {} shards; `softdock run` makes the others", index.complete.len(), index.plan.shards()));
+        return Ok(Exit::Incomplete);
+    }
+    let summary = finish(folder)?;
+    tell(&summary, args.json);
+    if !args.json {
+        say(format!("\nreport  {}", folder.path.join("report.html").display()));
+    }
+    Ok(Exit::of(&summary))
+}
