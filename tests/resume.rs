@@ -213,16 +213,22 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
     let scenario = bench.path("c/scenarios/smoke.toml");
     let task = fs::read_to_string(&scenario).expect("the scenario");
     assert!(task.contains("max_contact_force = "), "{task}");
-    let lines = task.lines().map(|line| {
-        if line.starts_with("max_contact_force") { "max_contact_force = \"80 N\"" } else { line }
-    });
+    let lines = task
+        .lines()
+        .map(|line| if line.starts_with("max_contact_force") { "max_contact_force = \"80 N\"" } else { line });
     fs::write(&scenario, lines.collect::<Vec<_>>().join("\n") + "\n").expect("written");
-    assert_says(&refused(&bench, &format!("{RUN} r --runs 32")), &["no run depends on these", "softdock judge r c/smoke.toml"]);
+    assert_says(
+        &refused(&bench, &format!("{RUN} r --runs 32")),
+        &["no run depends on these", "softdock judge r c/smoke.toml"],
+    );
     let output = bench.softdock("judge r c/smoke.toml");
     let (said, answer) = (text(&output.stderr), text(&output.stdout));
     assert!(matches!(output.status.code(), Some(0 | 1)), "{said}");
     assert_says(&said, &["judged again by a campaign that differs in", "no run was made"]);
-    assert_says(&answer, &["judged again after the runs were made", "smoke.toml: requirement", "task.max_contact_force"]);
+    assert_says(
+        &answer,
+        &["judged again after the runs were made", "smoke.toml: requirement", "task.max_contact_force"],
+    );
     made(&bench, &format!("{RUN} anew --runs 32"));
     assert_eq!(judged_runs(&bench.path("r")), judged_runs(&bench.path("anew")));
     let (mut one, two) = (json(&bench.path("r/summary.json")), json(&bench.path("anew/summary.json")));

@@ -50,7 +50,8 @@ impl FileChange {
                 || table == "variant" && is_word(".title")
                 || table == "dispersion" && is_word(".source");
         }
-        file == files.scenario && (key == "title" || key.strip_prefix("task.").is_some_and(|id| Criterion::of(id).is_some()))
+        file == files.scenario
+            && (key == "title" || key.strip_prefix("task.").is_some_and(|id| Criterion::of(id).is_some()))
     }
 
     /// As a program reads it.

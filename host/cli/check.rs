@@ -1,7 +1,6 @@
 //! `softdock check`: reads a campaign, draws its inputs, says what its runs can prove; runs nothing.
 
 use crate::args::CheckArgs;
-use crate::page::rules;
 use crate::words::{Exit, explain, json, say};
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
@@ -10,6 +9,7 @@ use softdock_analysis::plan::plan_line;
 use softdock_campaign::campaign::Method;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
+use softdock_campaign::rules;
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
@@ -48,7 +48,14 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
         text += &format!("  {}  {}\n    {}\n    {line}\n", requirement.id, requirement.text, requirement.sentence());
     }
     for requirement in &campaign.agreement {
-        text += &format!("  {}  {}\n    {}\n", requirement.id, requirement.text, requirement.sentence());
+        let fewest = smallest_runs(0, 1.0 - requirement.at_most, requirement.confidence);
+        let fewest = fewest.map_or("more than can be run".to_owned(), |fewest| fewest.to_string());
+        text += &format!(
+            "  {}  {}\n    {}\n    needs at least {fewest} cases, if none of them counts\n",
+            requirement.id,
+            requirement.text,
+            requirement.sentence()
+        );
     }
     if campaign.requirements.is_empty() && campaign.agreement.is_empty() {
         text += "  none: the campaign states no verdict\n";
@@ -69,7 +76,7 @@ fn judged(model: &Model) -> String {
         text += "  it is valid: the scenario writes no criterion\n";
     }
     text += "\na session on the facility is aborted by\n";
-    rules(model).iter().for_each(|rule| text += &format!("  {rule}\n"));
+    rules::in_force(&model.facility).iter().for_each(|rule| text += &format!("  {rule}\n"));
     let [space, facility] = model.task.end_after_capture;
     for (place, hold) in [("in space", space), ("on the facility", facility)] {
         if hold.is_finite() {

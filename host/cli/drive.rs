@@ -10,13 +10,12 @@ use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::number::{percent, with_unit};
 use softdock_campaign::criteria::succeeds;
+use softdock_campaign::rules;
 use softdock_campaign::{Campaign, Scenario, Station};
-use softdock_kernels::model::Facility;
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::session::{RULES, Rule, RuleRow};
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
 use softdock_realtime::drive::core::Task;
@@ -240,31 +239,26 @@ fn tell(plan: &Plan) {
         let Address { scheme, place, .. } = address;
         say(format!("  robot {}   {}  {scheme}://{place}", index + 1, robot.name));
     }
-    say(limits_in_words(station));
+    say(limits_in_words(task));
 }
 
-fn limits_in_words(station: &Station) -> String {
-    let (links, rules) = (&station.links, &station.rules);
+fn limits_in_words(task: &Task) -> String {
+    let station = &task.station;
+    let links = &station.links;
     let degrees = |pick: fn(&softdock_campaign::station::AxisLimits) -> f64| {
         let joints = station.limits[..6].iter().map(|limit| format!("{:.0}", pick(limit).to_degrees()));
         joints.collect::<Vec<_>>().join(" ")
     };
-    let met = |row: &RuleRow| {
-        let limit = (row.limit)(&Facility { rules: *rules, ..Facility::IDEAL });
-        (row.rule != Rule::Divergence && limit.is_finite())
-            .then(|| format!("{} {}", row.id, with_unit(limit, row.unit)))
-    };
-    let stops: Vec<String> = RULES.iter().filter_map(met).collect();
     format!(
         "  limits    {} deg/s  {} deg/s^2  rail {:.2} m/s\n  links     more than {} lost cycles ({}: the link is dead)  \
-         sensor older than {:.1} ms\n  rules     {}\n            this is no emergency stop: keep the button at hand",
+         sensor older than {:.1} ms\n  stops on  {}\n            this is no emergency stop: keep the button at hand",
         degrees(|limit| limit.speed),
         degrees(|limit| limit.acceleration),
         station.limits[6].speed,
         links.hold_cycles,
         links.stop_cycles,
         links.sensor_age * 1e3,
-        stops.join("  "),
+        rules::in_force(&task.plant.facility).join("\n            "),
     )
 }
 
@@ -392,7 +386,7 @@ fn clock_in_words(plan: &Plan) -> &'static str {
 /// Log, evidence, metrics beside their prediction.
 fn leave_traces(plan: &Plan, mut ended: Ended, args: &DriveArgs) -> miette::Result<Exit> {
     let circumstances = Circumstances {
-        limits: limits_in_words(&plan.task.station),
+        limits: limits_in_words(&plan.task),
         clock: clock_in_words(plan).to_owned(),
         remarks: ended.refusal.map(|refusal| refusal.to_string()).unwrap_or_default(),
     };
@@ -425,12 +419,11 @@ fn leave_traces(plan: &Plan, mut ended: Ended, args: &DriveArgs) -> miette::Resu
     report(plan, &ended, &expected, args)
 }
 
-/// A rule that was met: its quantity, value and limit.
+/// A rule that was met, with its limit and the value that met it.
 fn rule_in_words(plan: &Plan, stop: Stop) -> String {
     let row = stop.rule.row();
     let limit = (row.limit)(&plan.task.plant.facility);
-    let (value, limit) = (with_unit(stop.value, row.unit), with_unit(limit, row.unit));
-    format!("{}: {} of {value}, limit {limit}", row.id, row.quantity)
+    format!("{}: {}; the value was {}", row.id, rules::sentence(row, Some(limit)), with_unit(stop.value, row.unit))
 }
 
 fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> miette::Result<Exit> {

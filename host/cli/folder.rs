@@ -136,7 +136,8 @@ impl Folder {
             if before == after {
                 return Ok((folder, Some(Rejudged { before: interrupted.to_owned(), changes: None })));
             }
-            let message = format!("the judgement of `{}` by another state of the campaign was interrupted", path.display());
+            let message =
+                format!("the judgement of `{}` by another state of the campaign was interrupted", path.display());
             return Err(refuse(message, "complete it first: name the campaign file of that state"));
         }
         if before == after {
@@ -189,8 +190,11 @@ impl Folder {
         }
         let judge = Judge::of(&self.campaign);
         let schema = judge.schema();
-        let texts =
-            [("campaign_hash", after.as_str()), ("campaign_toml", &self.campaign.text), ("scenario_toml", self.campaign.scenario.text())];
+        let texts = [
+            ("campaign_hash", after.as_str()),
+            ("campaign_toml", &self.campaign.text),
+            ("scenario_toml", self.campaign.scenario.text()),
+        ];
         for (path, _) in files.iter().filter(|(_, hash)| *hash == before) {
             rewrite_runs(path, &schema, &texts, |row| judge.judge(row)).into_diagnostic()?;
         }
@@ -383,7 +387,8 @@ impl Folder {
         }
         let there = Self { path: path.to_owned(), ..self.alike() };
         let changes = there.changes_from(found);
-        let is_judgement = lines.is_empty() && !changes.is_empty() && changes.iter().all(|change| self.leaves_runs(change));
+        let is_judgement =
+            lines.is_empty() && !changes.is_empty() && changes.iter().all(|change| self.leaves_runs(change));
         lines.extend(listed(&changes));
         if lines.is_empty() {
             lines.push("no key and no file: another version of softdock has made the results".to_owned());
@@ -455,7 +460,8 @@ fn refuse_half_judged(path: &Path, manifest: Option<&Value>) -> miette::Result<(
 pub(crate) fn id_of(path: &Path) -> miette::Result<String> {
     let manifest = read_manifest(path)?;
     let id = manifest.as_ref().and_then(|manifest| manifest["id"].as_str()).map(str::to_owned);
-    let nothing = || refuse(format!("`{}` is no results folder", path.display()), "name one that `softdock run` has written");
+    let nothing =
+        || refuse(format!("`{}` is no results folder", path.display()), "name one that `softdock run` has written");
     id.ok_or_else(nothing)
 }
 

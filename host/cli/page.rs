@@ -8,8 +8,7 @@ use softdock_campaign::Campaign;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
 use softdock_campaign::distribution::Distribution;
-use softdock_kernels::model::Model;
-use softdock_kernels::session::RULES;
+use softdock_campaign::rules;
 use softdock_results::runs::input_fields;
 
 /// Writes `report.html`.
@@ -21,16 +20,9 @@ pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<(
         configuration: configuration(&folder.campaign, summary),
         commands: commands(folder),
         criteria: sentences(&folder.campaign.scenario.model.task),
-        rules: rules(&folder.campaign.scenario.model),
+        rules: rules::in_force(&folder.campaign.scenario.model.facility),
     };
     write_report(&input, summary).into_diagnostic().map(drop)
-}
-
-/// The rules that are in force, each as the rest of a sentence.
-pub(crate) fn rules(model: &Model) -> Vec<String> {
-    let facility = &model.facility;
-    let in_force = RULES.iter().filter(|row| (row.limit)(facility).is_finite());
-    in_force.map(|row| format!("{} above {}", row.quantity, with_unit((row.limit)(facility), row.unit))).collect()
 }
 
 fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {

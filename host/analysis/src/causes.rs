@@ -1,6 +1,7 @@
 //! Causes in words: the criterion, rule or flag behind an id of the result files.
 
 use softdock_campaign::criteria::Criterion;
+use softdock_campaign::rules::sentence;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::session::{RULES, RuleRow};
 
@@ -14,15 +15,15 @@ fn rule(id: &str) -> Option<&'static RuleRow> {
     RULES.iter().find(|row| row.id == id)
 }
 
-/// What a cause is, as the rest of a sentence.
-pub(crate) fn cause_text(id: &str) -> String {
+/// What a cause is, with its limit if there is one.
+pub(crate) fn cause_text(id: &str, limit: Option<f64>) -> String {
     let criterion = match id {
         LIMIT => Some("beyond the requirement's limit"),
         NO_VALUE => Some("the metric has no value"),
         id => Criterion::of(id).map(|criterion| criterion.broken),
     };
     let flag = || flags::TABLE.iter().find(|(_, name, _)| *name == id).map(|(.., meaning)| (*meaning).to_owned());
-    let rule = || rule(id).map(|row| format!("{} beyond its limit", row.quantity));
+    let rule = || rule(id).map(|row| sentence(row, limit));
     criterion.map(str::to_owned).or_else(rule).or_else(flag).unwrap_or_else(|| id.to_owned())
 }
 
@@ -39,13 +40,13 @@ mod tests {
     #[test]
     fn every_criterion_and_every_rule_has_words_and_a_unit() {
         for criterion in CRITERIA {
-            assert_ne!(cause_text(criterion.id), criterion.id);
+            assert_ne!(cause_text(criterion.id, None), criterion.id);
             assert_eq!(cause_unit(criterion.id), criterion.unit);
         }
         for row in RULES {
-            assert!(cause_text(row.id).starts_with(row.quantity));
+            assert_ne!(cause_text(row.id, Some(1.0)), row.id);
             assert_eq!(cause_unit(row.id), row.unit);
         }
-        assert_eq!(cause_text("space_penetration"), "the space loop passed the penetration limit");
+        assert_eq!(cause_text("space_penetration", None), "the space loop passed the penetration limit");
     }
 }

@@ -37,10 +37,7 @@ impl<'a> Judge<'a> {
             meaning: metric.text.clone(),
         };
         let requirement = |r: &Requirement| RequirementColumn { id: r.column_id(), unit: r.unit().to_owned() };
-        RunsSchema::new(
-            self.metrics.iter().map(own).collect(),
-            self.requirements.iter().map(requirement).collect(),
-        )
+        RunsSchema::new(self.metrics.iter().map(own).collect(), self.requirements.iter().map(requirement).collect())
     }
 
     /// Judges a run by its inputs, metrics, flags and, where its session was aborted, the cause of that.
@@ -61,11 +58,8 @@ impl<'a> Judge<'a> {
             results.filter(|(requirement, _)| on_space(requirement)).all(|(_, result)| result.pass == Some(true))
         };
         let verdict = |side: &LoopRow| side.outcome == Outcome::Pass && holds(side);
-        let passes = if self.requirements.iter().any(on_space) {
-            holds(&row.space)
-        } else {
-            row.space.outcome == Outcome::Pass
-        };
+        let passes =
+            if self.requirements.iter().any(on_space) { holds(&row.space) } else { row.space.outcome == Outcome::Pass };
         let answer = (row.hil.outcome != Outcome::Aborted).then(|| verdict(&row.hil));
         (row.status, row.agreement) = match (invalid, passes) {
             (true, _) => (Status::Invalid, Agreement::Invalid),

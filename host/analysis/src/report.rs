@@ -171,7 +171,7 @@ pub(crate) fn environment() -> Result<Environment<'static>> {
     page.add_filter("grouped", grouped);
     page.add_filter("percent", percent);
     page.add_filter("sig", digits_of);
-    page.add_filter("cause_text", |id: String| cause_text(&id));
+    page.add_filter("cause_text", |id: String, limit: Option<f64>| cause_text(&id, limit));
     page.add_filter("cause_unit", |id: String| cause_unit(&id));
     page.add_filter("unit_text", |unit: String| unit_text(&unit));
     page.add_filter("unit", |value: f64, unit: String| with_unit(value, &unit));

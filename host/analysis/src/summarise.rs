@@ -240,7 +240,8 @@ fn loop_summary(
     let allowed = allowed_failures(judged_runs, requirement.probability, requirement.confidence);
     // Binomial statements need independent runs: without them nothing is claimed.
     let allowed = allowed.filter(|_| facts.independent_runs);
-    let outer = (counts.draws.len() > 1 && facts.independent_runs).then(|| outer_summary(&counts.draws, 1.0 - requirement.probability, requirement.confidence));
+    let outer = (counts.draws.len() > 1 && facts.independent_runs)
+        .then(|| outer_summary(&counts.draws, 1.0 - requirement.probability, requirement.confidence));
     let verified = match &outer {
         Some(outer) => outer.verified == outer.draws,
         None => allowed.is_some_and(|allowed| failures <= allowed),

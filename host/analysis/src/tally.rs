@@ -262,8 +262,9 @@ impl Tally {
             .iter()
             .flat_map(|requirement| LOOPS.into_iter().flat_map(|side| outcome_columns(side, &requirement.column_id())));
         let metrics = facts.requirements.iter();
-        let mut metrics: Vec<String> =
-            metrics.flat_map(|requirement| LOOPS.into_iter().filter_map(|side| metric_column(side, requirement))).collect();
+        let mut metrics: Vec<String> = metrics
+            .flat_map(|requirement| LOOPS.into_iter().filter_map(|side| metric_column(side, requirement)))
+            .collect();
         metrics.sort();
         metrics.dedup();
         let causes = LOOPS

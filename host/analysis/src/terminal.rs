@@ -184,7 +184,7 @@ fn cause_lines(out: &mut String, summary: &Summary) {
             rows.push([
                 side.to_owned(),
                 format!("{} {}", cause.runs, cause.outcome),
-                cause_text(&cause.cause),
+                cause_text(&cause.cause, cause.limit),
                 phase,
                 format!("runs {runs} ..."),
             ]);

@@ -155,18 +155,16 @@ fn a_requirement_is_judged_on_its_subject() {
 fn the_agreement_is_judged_by_an_exact_bound_of_its_rates() {
     let (results, requirements) = whole(RUNS);
     let all = summarise(results.path(), &facts(&requirements, RUNS)).unwrap().agreement;
-    let rates = [
-        (Rate::FalsePass, all.false_pass_rate),
-        (Rate::FalseFail, all.false_fail_rate),
-        (Rate::Abort, all.abort_rate),
-    ];
+    let rates =
+        [(Rate::FalsePass, all.false_pass_rate), (Rate::FalseFail, all.false_fail_rate), (Rate::Abort, all.abort_rate)];
     let invalid = all.invalid.count;
     assert!(invalid > 0);
     for (rate, share) in rates {
         let judged = |policy: InvalidRuns, at_most: f64| {
             let (id, text) = ("AGR-1".to_owned(), "t".to_owned());
             let own = [AgreementRequirement { id, text, rate, at_most, confidence: 0.9 }];
-            let facts = CampaignFacts { requirements: &[], agreement: &own, invalid: policy, ..facts(&requirements, RUNS) };
+            let facts =
+                CampaignFacts { requirements: &[], agreement: &own, invalid: policy, ..facts(&requirements, RUNS) };
             summarise(results.path(), &facts).unwrap()
         };
         for (policy, added) in [(InvalidRuns::CountAsFailures, invalid), (InvalidRuns::ReportOnly, 0)] {

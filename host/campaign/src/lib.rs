@@ -28,6 +28,7 @@ mod read;
 pub mod requirement;
 pub mod rig;
 pub mod robot;
+pub mod rules;
 mod sampling;
 mod scenario;
 mod source;

@@ -198,18 +198,13 @@ fn unit(c: &mut Checker, table: &MetricTable) -> String {
         }
         Err(_) => "this unit is not read".to_owned(),
     };
-    let remedy = "values are in SI: write \"N\", \"N s\", \"m/s\", \"1\", ...; a requirement may state its limit in any unit";
+    let remedy =
+        "values are in SI: write \"N\", \"N s\", \"m/s\", \"1\", ...; a requirement may state its limit in any unit";
     c.refuse(&table.unit.span, problem, remedy);
     "1".to_owned()
 }
 
-fn check_unit(
-    c: &mut Checker,
-    table: &MetricTable,
-    expression: &Expression,
-    names: &[(String, String)],
-    unit: &str,
-) {
+fn check_unit(c: &mut Checker, table: &MetricTable, expression: &Expression, names: &[(String, String)], unit: &str) {
     let measures: Vec<Measure> =
         names.iter().map(|(_, unit)| Measure::of(units::dimension(unit).unwrap_or_default())).collect();
     let remedy = "numbers in an expression have no unit: divide and multiply quantities, compare like with like";
@@ -218,7 +213,11 @@ fn check_unit(
         Ok(found) if Ok(found) == units::dimension(unit).map(units::Dimension::without_angle).ok_or(()) => {}
         Ok(found) => {
             let message = format!("the expression has the unit {}, not {unit}", found.text());
-            c.refuse(&table.expr.span, message, format!("write unit = \"{}\", or correct the expression", found.text()));
+            c.refuse(
+                &table.expr.span,
+                message,
+                format!("write unit = \"{}\", or correct the expression", found.text()),
+            );
         }
     }
 }

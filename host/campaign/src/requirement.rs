@@ -287,7 +287,8 @@ mod tests {
     #[test]
     fn the_margin_is_the_distance_to_the_nearer_limit() {
         let both = Limits { at_least: Some(1.0), at_most: Some(5.0) };
-        for (value, margin, nearer) in [(0.0, -1.0, 1.0), (1.0, 0.0, 1.0), (2.0, 1.0, 1.0), (4.5, 0.5, 5.0), (7.0, -2.0, 5.0)]
+        for (value, margin, nearer) in
+            [(0.0, -1.0, 1.0), (1.0, 0.0, 1.0), (2.0, 1.0, 1.0), (4.5, 0.5, 5.0), (7.0, -2.0, 5.0)]
         {
             assert_eq!((both.margin(value), both.nearer(value)), (margin, Some(nearer)), "{value}");
         }

@@ -33,13 +33,7 @@ pub(crate) enum Shown {
 }
 
 /// The map of one variant; `range` holds the least and greatest median of the metric over all variants.
-pub(crate) fn cells_figure(
-    name: &str,
-    plan: &CellMap,
-    map: &Map,
-    shown: Shown,
-    range: (f64, f64),
-) -> Result<String> {
+pub(crate) fn cells_figure(name: &str, plan: &CellMap, map: &Map, shown: Shown, range: (f64, f64)) -> Result<String> {
     let ((x, to_x), (y, to_y)) = (axis(&plan.x), axis(&plan.y));
     let mut tiles = Vec::new();
     for (row, cells) in map.cells.iter().enumerate() {

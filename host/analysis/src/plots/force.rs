@@ -83,7 +83,10 @@ pub(crate) fn force_figures(traces: &[Trace], requirements: &[Requirement]) -> R
 }
 
 fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
-    let [Some(space), Some(facility)] = [&quantity.signals[0], &quantity.signals[1]].map(|name| points(trace, name)) else { return Ok(None) };
+    let [Some(space), Some(facility)] = [&quantity.signals[0], &quantity.signals[1]].map(|name| points(trace, name))
+    else {
+        return Ok(None);
+    };
     let (start, end) = time_of_contact(&space, &facility);
     let [peak, facility_peak] =
         [&space, &facility].map(|points| points.iter().map(|point| point.1).fold(0.0, f64::max));

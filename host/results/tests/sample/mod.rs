@@ -5,8 +5,8 @@ use std::path::Path;
 use softdock_kernels::fields::from_slice;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{
-    Agreement, Cause, LoopRow, Outcome, OwnMetricColumn, Phase, RequirementColumn, RequirementResult, RunRow, RunsSchema, Status,
-    input_fields, metric_fields,
+    Agreement, Cause, LoopRow, Outcome, OwnMetricColumn, Phase, RequirementColumn, RequirementResult, RunRow,
+    RunsSchema, Status, input_fields, metric_fields,
 };
 use softdock_results::shards::{Provenance, ShardPlan, write_shard};
 

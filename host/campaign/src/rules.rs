@@ -1,0 +1,40 @@
+//! The rules of a session in words.
+
+use crate::units::show;
+use softdock_kernels::model::Facility;
+use softdock_kernels::session::{RULES, RuleRow};
+
+/// What a rule stops a session on, with its limit (SI; angles are shown in degrees); without one, in general.
+pub fn sentence(row: &RuleRow, limit: Option<f64>) -> String {
+    let limit = match (limit, row.unit) {
+        (None, _) => "its limit".to_owned(),
+        (Some(angle), "rad") => show(angle.to_degrees(), "deg"),
+        (Some(limit), unit) => show(limit, unit),
+    };
+    row.stops_on.replace("{}", &limit)
+}
+
+/// The rules that are in force on a facility, each with its limit.
+pub fn in_force(facility: &Facility) -> Vec<String> {
+    let limits = RULES.iter().map(|row| (row, (row.limit)(facility)));
+    limits.filter(|(_, limit)| limit.is_finite()).map(|(row, limit)| sentence(row, Some(limit))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rule_is_stated_with_its_limit() {
+        let row = |id: &str| RULES.iter().find(|row| row.id == id).expect(id);
+        assert_eq!(
+            sentence(row("following_rotation"), Some(5_f64.to_radians())),
+            "a tool turned by more than 5 deg from its command"
+        );
+        assert_eq!(sentence(row("force"), None), "a measured force above its limit");
+        assert_eq!(sentence(row("sensor_saturation"), Some(0.0)), "a saturated channel of the sensor");
+        for row in RULES {
+            assert!(!sentence(&row, Some(1.0)).contains(['{', '}']));
+        }
+    }
+}
