@@ -16,71 +16,46 @@ pub(crate) struct Channel {
     pub(crate) of: Box<dyn Fn(&Signals) -> f64>,
 }
 
-/// A wrench on part A about its origin: force and moment, magnitude and components.
-struct WrenchRow {
+/// A wrench on part A about its origin that both loops have.
+struct LoopRow {
+    /// Name between the prefix of the loop and `_force` or `_moment`.
+    name: &'static str,
+    includes: &'static str,
+    of: fn(&Signals, usize) -> Wrench<f64>,
+}
+
+const BOTH_LOOPS: [LoopRow; 3] = [
+    LoopRow { name: "contact", includes: "contact of the parts, latch excluded", of: |s, side| s.contact[side] },
+    LoopRow { name: "latch", includes: "latch, contact excluded", of: |s, side| s.latch[side] },
+    LoopRow {
+        name: "interface",
+        includes: "contact and latch: what a load cell at the interface carries",
+        of: |s, side| s.contact[side] + s.latch[side],
+    },
+];
+
+/// Prefix, frame and place of the two loops.
+const LOOPS: [(&str, &str, &str); 2] =
+    [("space", "inertial axes", "in space"), ("hil", "laboratory axes", "on the robots")];
+
+/// A wrench on part A about its origin that the facility alone has.
+struct FacilityRow {
     /// Name before `_force` and `_moment`.
     name: &'static str,
-    frame: &'static str,
     includes: &'static str,
     filter: &'static str,
     of: fn(&Signals) -> Wrench<f64>,
 }
 
-const NO_FILTER: &str = "none: the value of the physics";
-
-const WRENCHES: [WrenchRow; 8] = [
-    WrenchRow {
-        name: "space_contact",
-        frame: "inertial axes",
-        includes: "contact of the parts in space, latch excluded",
-        filter: NO_FILTER,
-        of: |s| s.contact[0],
-    },
-    WrenchRow {
-        name: "space_latch",
-        frame: "inertial axes",
-        includes: "latch in space, contact excluded",
-        filter: NO_FILTER,
-        of: |s| s.latch[0],
-    },
-    WrenchRow {
-        name: "space_interface",
-        frame: "inertial axes",
-        includes: "contact and latch in space: what a load cell at the interface carries",
-        filter: NO_FILTER,
-        of: |s| s.contact[0] + s.latch[0],
-    },
-    WrenchRow {
-        name: "hil_contact",
-        frame: "laboratory axes",
-        includes: "contact of the parts on the robots, latch excluded",
-        filter: NO_FILTER,
-        of: |s| s.contact[1],
-    },
-    WrenchRow {
-        name: "hil_latch",
-        frame: "laboratory axes",
-        includes: "latch on the robots, contact excluded",
-        filter: NO_FILTER,
-        of: |s| s.latch[1],
-    },
-    WrenchRow {
-        name: "hil_interface",
-        frame: "laboratory axes",
-        includes: "contact and latch on the robots: what a load cell at the interface carries",
-        filter: NO_FILTER,
-        of: |s| s.contact[1] + s.latch[1],
-    },
-    WrenchRow {
+const ON_THE_FACILITY: [FacilityRow; 2] = [
+    FacilityRow {
         name: "measured",
-        frame: "part A's axes",
         includes: "what the sensor reads of the interface, the tool's load subtracted: with gain, bias, noise and quantisation",
         filter: "the sensor's low-pass",
         of: |s| s.measured,
     },
-    WrenchRow {
+    FacilityRow {
         name: "fed_back",
-        frame: "part A's axes",
         includes: "what acts on the simulated part A: the measured wrench after delay and compensator",
         filter: "the sensor's low-pass, the compensator",
         of: |s| s.fed_back,
@@ -90,7 +65,17 @@ const WRENCHES: [WrenchRow; 8] = [
 /// All signals of a trace.
 pub(crate) fn signals() -> Vec<Channel> {
     let mut all = Vec::new();
-    WRENCHES.iter().for_each(|row| wrench(&mut all, row));
+    for (side, (prefix, frame, place)) in LOOPS.into_iter().enumerate() {
+        for row in &BOTH_LOOPS {
+            let rest =
+                format!("frame: {frame}; includes: {}, {place}; filter: none: the value of the physics", row.includes);
+            wrench(&mut all, &format!("{prefix}_{}", row.name), &rest, move |s| (row.of)(s, side));
+        }
+    }
+    for row in &ON_THE_FACILITY {
+        let rest = format!("frame: part A's axes; includes: {}; filter: {}", row.includes, row.filter);
+        wrench(&mut all, row.name, &rest, row.of);
+    }
     for (index, (prefix, place)) in
         [("space", "in space"), ("hil", "in the facility's simulation")].into_iter().enumerate()
     {
@@ -115,21 +100,18 @@ pub(crate) fn signals() -> Vec<Channel> {
 type Pick = fn(&Wrench<f64>) -> Vec3<f64>;
 
 /// Magnitude and components of a wrench's force and moment.
-fn wrench(all: &mut Vec<Channel>, row: &'static WrenchRow) {
+fn wrench(all: &mut Vec<Channel>, name: &str, rest: &str, of: impl Fn(&Signals) -> Wrench<f64> + Copy + 'static) {
     let parts: [(&str, &str, Pick); 2] = [("force", "N", |w| w.force), ("moment", "N m", |w| w.moment)];
     for (part, unit, pick) in parts {
         let suffix = if unit == "N" { "n" } else { "n_m" };
         let about = if part == "moment" { " about its origin" } else { "" };
-        let rest = format!("frame: {}; includes: {}; filter: {}", row.frame, row.includes, row.filter);
-        let magnitude = move |s: &Signals| pick(&(row.of)(s)).norm();
-        let name = format!("{}_{part}", row.name);
+        let magnitude = move |s: &Signals| pick(&of(s)).norm();
+        let name = format!("{name}_{part}");
         let description = format!("magnitude of the {part} on part A{about}; {rest}");
         push(all, format!("{name}_{suffix}"), unit, description, magnitude);
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let description = format!("{letter} of the {part} on part A{about}; {rest}");
-            push(all, format!("{name}_{letter}_{suffix}"), unit, description, move |s| {
-                component(pick(&(row.of)(s)), axis)
-            });
+            push(all, format!("{name}_{letter}_{suffix}"), unit, description, move |s| component(pick(&of(s)), axis));
         }
     }
 }

@@ -177,7 +177,7 @@ fn agreement_counts_the_requirements_and_an_aborted_session_is_no_answer() {
     force.limits.at_most = Some(300.0);
     let ledger = crate::rows::Ledger::new(&campaign);
     let input = RunInput { run: 0, params: campaign.draw(0).params };
-    let made = softdock_engine::cpu::CpuEngine::new().run(&ledger.job, &[input], &|_| true).expect("the CPU is there");
+    let made = CpuEngine::new().run(&ledger.job, &[input], &|_| true).expect("the CPU is there");
     let mut run = made[0];
     run.hil = run.space;
     assert_eq!(ledger.row(&run).agreement, Agreement::TruePass, "the run docks, and meets every requirement");
