@@ -9,11 +9,12 @@ use std::path::Path;
 
 use serde::Serialize;
 use softdock_campaign::compare::{Bands, CellMap, Comparison};
+use softdock_results::runs::Outcome;
 
 use crate::Result;
 use crate::exact::{READING_CONFIDENCE, upper_bound};
 use crate::plots::sorted_quantile;
-use crate::summary::{AgreementSummary, Share, Summary, Verdict};
+use crate::summary::{AgreementSummary, CauseCount, Share, Summary, Verdict};
 pub use page::{compare_page, write_compare};
 pub use paired::{Factor, Pairs};
 use rows::{Columns, Row};
@@ -71,6 +72,23 @@ impl Compared {
         self.variants.iter().any(|variant| variant.wrong.share.count > 0)
     }
 
+    /// Ids of the rules that aborted sessions, most frequent over all variants first, with the runs of each variant.
+    pub fn abort_causes(&self) -> Vec<(String, Vec<u64>)> {
+        let mut all: Vec<(String, Vec<u64>)> = Vec::new();
+        for (at, variant) in self.variants.iter().enumerate() {
+            for cause in variant.causes.iter().filter(|cause| cause.outcome == Outcome::Aborted.word()) {
+                let known = all.iter().position(|(id, _)| *id == cause.cause);
+                let place = known.unwrap_or_else(|| {
+                    all.push((cause.cause.clone(), vec![0; self.variants.len()]));
+                    all.len() - 1
+                });
+                all[place].1[at] += cause.runs;
+            }
+        }
+        all.sort_by_key(|(_, runs)| std::cmp::Reverse(runs.iter().sum::<u64>()));
+        all
+    }
+
     /// Whether the session of any run was aborted.
     pub fn any_aborted(&self) -> bool {
         self.variants.iter().any(|variant| variant.agreement.abort_rate.count > 0)
@@ -111,6 +129,8 @@ pub struct ComparedVariant {
     pub facility_pass: Share,
     /// The cells of the agreement and their rates.
     pub agreement: AgreementSummary,
+    /// Why the facility does not pass runs, most frequent first.
+    pub causes: Vec<CauseCount>,
     /// Wrong verdicts, of those that the facility gives.
     pub wrong: Wrong,
     /// Valid runs whose verdict in space is not that of the first variant: none where both are made in f64.
@@ -253,6 +273,7 @@ fn variant(
         space_pass: share(Row::passes_in_space),
         facility_pass: share(Row::passes_on_facility),
         agreement: input.summary.agreement.clone(),
+        causes: input.summary.causes.facility.clone(),
         wrong: wrong(&valid, reference),
         space_differs: valid.iter().filter(differs).count() as u64,
         metrics: spreads(plan, columns, &all),

@@ -23,6 +23,8 @@ struct Page<'a> {
     style: &'static str,
     compared: &'a Compared,
     variants: Vec<Line>,
+    /// Rules that aborted sessions, with the runs of each variant.
+    aborts: Vec<(String, Vec<u64>)>,
     along: Option<Along>,
     spreads: Vec<SpreadTable>,
     maps: Vec<MapRow>,
@@ -126,6 +128,7 @@ pub fn compare_page(
         style: STYLE,
         compared,
         variants: compared.variants.iter().enumerate().map(line).collect(),
+        aborts: compared.abort_causes(),
         along: along(compared)?,
         spreads: spread_tables(&compared.variants),
         maps,

@@ -39,6 +39,15 @@ pub fn compare_text(compared: &Compared) -> String {
         })
         .collect();
     table(&mut out, &rows);
+    let causes = compared.abort_causes();
+    if !causes.is_empty() {
+        out.push_str("\nrules that aborted sessions, runs\n");
+        let head =
+            std::iter::once("rule".to_owned()).chain(compared.variants.iter().map(|variant| variant.name.clone()));
+        let rows =
+            causes.into_iter().map(|(id, runs)| std::iter::once(id).chain(runs.iter().map(u64::to_string)).collect());
+        table(&mut out, &std::iter::once(head.collect()).chain(rows).collect::<Vec<Vec<String>>>());
+    }
     if let Some(along) = &compared.along {
         let tables: [(&str, bool, Pick); 2] = [
             ("wrong verdicts, of those that are given,", compared.any_wrong(), |band| &band.wrong.share),
