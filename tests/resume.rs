@@ -200,12 +200,12 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
     let shard = "runs/shard=00001.parquet";
     fs::copy(bench.path("r").join(shard), bench.path("old/shard.parquet")).expect("kept");
     let hash = json(&bench.path("r/campaign.json"))["hash"].clone();
-    // A limit, a subject, a metric of its own, a criterion of the task, and what is said of it.
+    // A limit, a subject, a custom metric, a criterion of the task, and what is said of it.
     bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"\nat_least = \"1 N\"");
     bench.edit(
         "[[requirement]]\nid = \"SMOKE-010\"",
         "[[metric]]\nname = \"speed_change\"\nunit = \"m/s\"\nexpr = \"impulse / target_mass\"\n\n[[requirement]]\n\
-         id = \"OWN\"\ntext = \"t\"\nsubject = \"facility\"\nmetric = \"speed_change\"\nat_most = \"100 mm/s\"\n\
+         id = \"SPEED\"\ntext = \"t\"\nsubject = \"facility\"\nmetric = \"speed_change\"\nat_most = \"100 mm/s\"\n\
          probability = \"50 %\"\nconfidence = 0.9\n\n[[requirement]]\nid = \"AGR\"\ntext = \"t\"\n\
          subject = \"agreement\"\nmetric = \"abort_rate\"\nat_most = \"90 %\"\nconfidence = 0.9\n\n\
          [[requirement]]\nid = \"SMOKE-010\"",

@@ -60,7 +60,7 @@ fn as_text(campaign: &Campaign, draws: u64) -> String {
     if campaign.requirements.is_empty() && campaign.agreement.is_empty() {
         text += "  none: the campaign states no verdict\n";
     }
-    text += &own_metrics(campaign);
+    text += &custom_metrics(campaign);
     if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
     }
@@ -123,10 +123,10 @@ fn variants(campaign: &Campaign) -> String {
     if text.is_empty() { text } else { format!("variants of the facility, each on all of these draws\n{text}\n") }
 }
 
-fn own_metrics(campaign: &Campaign) -> String {
+fn custom_metrics(campaign: &Campaign) -> String {
     let lines = campaign.metrics.iter().map(|m| format!("  {} [{}] = {}\n", m.name, m.unit, m.formula));
     let lines: String = lines.collect();
-    if lines.is_empty() { lines } else { format!("\nmetrics of the campaign\n{lines}") }
+    if lines.is_empty() { lines } else { format!("\ncustom metrics\n{lines}") }
 }
 
 /// What a requirement is judged by: an outer draw has only its share of the runs.

@@ -49,7 +49,7 @@ impl<'a> Ledger<'a> {
             outcome: if stop.is_some() { Outcome::Aborted } else { Outcome::Pass },
             cause: stop.map(|stop| met(&self.job.plant, metrics, stop)),
             metrics: *metrics,
-            own_metrics: Vec::new(),
+            custom_metrics: Vec::new(),
             requirements: Vec::new(),
         };
         let mut row = RunRow {

@@ -1,16 +1,16 @@
-//! Runs judged: outcome and cause of both loops, own metrics, every requirement, status and agreement.
+//! Runs judged: outcome and cause of both loops, custom metrics, every requirement, status and agreement.
 //!
 //! A run is judged by what its row holds: applied inputs, metrics of both loops, flags, and the rule that stopped the
 //! session. Nothing is stepped, so that finished runs can be judged again by other criteria and requirements.
 
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::first_breach;
-use softdock_campaign::metric::{OwnMetric, own_values};
+use softdock_campaign::metric::{CustomMetric, custom_values};
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::model::Task;
 use softdock_results::runs::{
-    Agreement, Cause, LoopRow, Outcome, OwnMetricColumn, Phase, RequirementColumn, RequirementResult, RunRow,
+    Agreement, Cause, CustomMetricColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow,
     RunsSchema, Status,
 };
 
@@ -18,12 +18,12 @@ use softdock_results::runs::{
 #[derive(Clone, Copy, Debug)]
 pub struct Judge<'a> {
     task: &'a Task,
-    metrics: &'a [OwnMetric],
+    metrics: &'a [CustomMetric],
     requirements: &'a [Requirement],
 }
 
 impl<'a> Judge<'a> {
-    /// The criteria, own metrics and requirements of a campaign.
+    /// The criteria, custom metrics and requirements of a campaign.
     pub fn of(campaign: &'a Campaign) -> Self {
         let (metrics, requirements) = (&campaign.metrics, &campaign.requirements);
         Self { task: &campaign.scenario.model.task, metrics, requirements }
@@ -31,7 +31,7 @@ impl<'a> Judge<'a> {
 
     /// The columns of the judged runs.
     pub fn schema(&self) -> RunsSchema {
-        let own = |metric: &OwnMetric| OwnMetricColumn {
+        let own = |metric: &CustomMetric| CustomMetricColumn {
             column: metric.column(),
             unit: metric.unit.clone(),
             meaning: metric.text.clone(),
@@ -49,7 +49,7 @@ impl<'a> Judge<'a> {
             } else if side.outcome != Outcome::Aborted {
                 (side.outcome, side.cause) = self.by_task(&side.metrics);
             }
-            side.own_metrics = own_values(self.metrics, &side.metrics, row.effective_mass, &row.inputs);
+            side.custom_metrics = custom_values(self.metrics, &side.metrics, row.effective_mass, &row.inputs);
             side.requirements = self.requirements.iter().map(|requirement| result(requirement, side)).collect();
         }
         let on_space = |requirement: &Requirement| requirement.subject == Subject::Space;
@@ -94,7 +94,7 @@ fn result(requirement: &Requirement, side: &LoopRow) -> RequirementResult {
     if matches!(side.outcome, Outcome::Aborted | Outcome::Invalid) {
         return RequirementResult::default();
     }
-    let value = requirement.metric.value(side.outcome == Outcome::Pass, &side.metrics, &side.own_metrics);
+    let value = requirement.metric.value(side.outcome == Outcome::Pass, &side.metrics, &side.custom_metrics);
     let margin = requirement.margin(value);
     RequirementResult { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
 }

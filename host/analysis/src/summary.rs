@@ -299,7 +299,7 @@ pub struct LoopSummary {
 pub struct CauseCount {
     /// `fail`, `aborted` or `invalid`.
     pub outcome: String,
-    /// Id of the criterion, rule or flag; of a requirement's own: `limit` (its metric is beyond it) or `no_value`.
+    /// Id of the criterion, rule or flag; of a requirement: `limit` (its metric is beyond it) or `no_value`.
     pub cause: String,
     /// The phase of the run in which it was: `approach`, `contact`, `latch` or `none`.
     pub phase: String,

@@ -7,7 +7,7 @@ use crate::derived::{self, Derived};
 use crate::dispersion::{Class, Correlation, Dispersion, DispersionReader};
 use crate::expression::Bounds;
 use crate::found::FoundEffect;
-use crate::metric::{self, OwnMetric};
+use crate::metric::{self, CustomMetric};
 use crate::problem::{Problem, Problems};
 use crate::ranges::Range;
 use crate::requirement::{self, AgreementRequirement, Requirement};
@@ -142,8 +142,8 @@ pub struct Campaign {
     pub derived: Vec<Derived>,
     /// Outer draws, if anything is epistemic.
     pub outer_draws: Option<u32>,
-    /// Metrics of its own, each over those above it.
-    pub metrics: Vec<OwnMetric>,
+    /// Custom metrics, each over those above it.
+    pub metrics: Vec<CustomMetric>,
     /// What must hold in single runs, in space or on the facility.
     pub requirements: Vec<Requirement>,
     /// What must hold of the agreement of the facility with space.

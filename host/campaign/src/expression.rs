@@ -1,4 +1,4 @@
-//! The language of derived values and of a campaign's own metrics: arithmetic in SI, of numbers, bounds or units.
+//! The language of derived values and of a campaign's custom metrics: arithmetic in SI, of numbers, bounds or units.
 
 use crate::units::Dimension;
 use std::ops::Range;

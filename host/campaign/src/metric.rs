@@ -1,7 +1,7 @@
-//! Metrics that requirements may name: task success, those of the monitor, and a campaign's own.
+//! Metrics that requirements may name: task success, those of the monitor, and custom ones.
 //!
-//! A metric of one's own is an expression over the monitor's metrics of one loop, the effective mass, the applied
-//! parameters and own metrics above it, in SI. Its unit is checked. Where one of these has no value, or the result is
+//! A custom metric is an expression over the monitor's metrics of one loop, the effective mass, the applied
+//! parameters and custom metrics above it, in SI. Its unit is checked. Where one of these has no value, or the result is
 //! no finite number, the metric has no value, and a requirement on it fails.
 
 use crate::check::Checker;
@@ -24,7 +24,7 @@ const TAKEN: [&str; 4] = ["outcome", "cause", "margin_", "pass_"];
 
 /// A metric that a campaign defines.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OwnMetric {
+pub struct CustomMetric {
     /// Name, as requirements and columns use it.
     pub name: String,
     /// SI unit.
@@ -36,7 +36,7 @@ pub struct OwnMetric {
     expression: Expression,
 }
 
-impl OwnMetric {
+impl CustomMetric {
     /// Name of its column without the prefix of the loop (`impulse_share`, `lost_speed_m_per_s`).
     pub fn column(&self) -> String {
         let suffix = column_suffix(&self.unit);
@@ -51,8 +51,8 @@ pub enum MetricSource {
     Success,
     /// A field of the monitor's metrics: its place in the field table, and when it has a value.
     Monitor(usize, Presence),
-    /// A metric of the campaign's own: its place among them.
-    Own(usize),
+    /// A custom metric: its place among them.
+    Custom(usize),
 }
 
 /// A metric that a requirement names.
@@ -70,7 +70,7 @@ pub struct MetricRef {
 
 impl MetricRef {
     /// Every metric that a requirement may name.
-    pub fn all(own: &[OwnMetric]) -> Vec<Self> {
+    pub fn all(own: &[CustomMetric]) -> Vec<Self> {
         let success =
             Self { name: SUCCESS.to_owned(), unit: "1".to_owned(), source: MetricSource::Success, column: None };
         let monitor = fields::<f64, Metrics<f64>>().into_iter().enumerate().map(|(at, field)| Self {
@@ -80,7 +80,7 @@ impl MetricRef {
             name: field.name,
         });
         let own = own.iter().enumerate().map(|(at, metric)| Self {
-            source: MetricSource::Own(at),
+            source: MetricSource::Custom(at),
             column: Some(metric.column()),
             unit: metric.unit.clone(),
             name: metric.name.clone(),
@@ -89,26 +89,26 @@ impl MetricRef {
     }
 
     /// The metric of a name.
-    pub fn of(name: &str, own: &[OwnMetric]) -> Option<Self> {
+    pub fn of(name: &str, own: &[CustomMetric]) -> Option<Self> {
         Self::all(own).into_iter().find(|metric| metric.name == name)
     }
 
-    /// Its value in a loop that gave an answer; `own` are the values of the campaign's own metrics.
+    /// Its value in a loop that gave an answer; `own` are the values of the custom metrics.
     pub fn value(&self, succeeds: bool, metrics: &Metrics<f64>, own: &[Option<f64>]) -> Option<f64> {
         match self.source {
             MetricSource::Success => Some(f64::from(u8::from(succeeds))),
             MetricSource::Monitor(at, presence) => metrics.told(presence, to_vec(metrics)[at]),
-            MetricSource::Own(at) => own[at],
+            MetricSource::Custom(at) => own[at],
         }
     }
 }
 
-/// Values of a campaign's own metrics in one loop of a run.
+/// Values of a campaign's custom metrics in one loop of a run.
 ///
 /// `effective_mass` \[kg\] is that at first touch; `inputs` are the applied parameters in the order of the field table
 /// of `Params`.
-pub fn own_values(
-    own: &[OwnMetric],
+pub fn custom_values(
+    own: &[CustomMetric],
     metrics: &Metrics<f64>,
     effective_mass: Option<f64>,
     inputs: &[f64],
@@ -131,12 +131,12 @@ pub fn own_values(
     known.split_off(first)
 }
 
-/// Checks the own metrics of a campaign file.
-pub(crate) fn read(c: &mut Checker, tables: &[MetricTable]) -> Vec<OwnMetric> {
+/// Checks the custom metrics of a campaign file.
+pub(crate) fn read(c: &mut Checker, tables: &[MetricTable]) -> Vec<CustomMetric> {
     let mass = Field { name: EFFECTIVE_MASS.to_owned(), unit: "kg", meaning: "effective mass at first touch" };
     let known = fields::<f64, Metrics<f64>>().into_iter().chain([mass]).chain(fields::<f64, Params<f64>>());
     let mut names: Vec<(String, String)> = known.map(|field| (field.name, field.unit.to_owned())).collect();
-    let mut own: Vec<OwnMetric> = Vec::new();
+    let mut own: Vec<CustomMetric> = Vec::new();
     for table in tables {
         let noted = c.problems.len();
         let name = identifier(c, table, &names);
@@ -166,7 +166,7 @@ pub(crate) fn read(c: &mut Checker, tables: &[MetricTable]) -> Vec<OwnMetric> {
         }
         names.push((name.clone(), unit.clone()));
         let text = table.text.as_ref().map_or_else(|| format!("= {}", table.expr.value), |text| text.value.clone());
-        own.push(OwnMetric { name, unit, text, formula: table.expr.value.clone(), expression });
+        own.push(CustomMetric { name, unit, text, formula: table.expr.value.clone(), expression });
     }
     own
 }
@@ -255,13 +255,13 @@ mod tests {
         assert_eq!(column_suffix("N/kg"), "n_per_kg");
     }
 
-    fn own(name: &str, unit: &str, text: &str) -> OwnMetric {
+    fn custom(name: &str, unit: &str, text: &str) -> CustomMetric {
         let monitor = fields::<f64, Metrics<f64>>().into_iter().map(|field| field.name);
         let parameters = fields::<f64, Params<f64>>().into_iter().map(|field| field.name);
         let names: Vec<String> = monitor.chain([EFFECTIVE_MASS.to_owned()]).chain(parameters).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).chain(["first"]).collect();
         let expression = expression::parse(text, &names).expect(text);
-        OwnMetric {
+        CustomMetric {
             name: name.to_owned(),
             unit: unit.to_owned(),
             text: String::new(),
@@ -271,18 +271,18 @@ mod tests {
     }
 
     #[test]
-    fn own_metrics_are_computed_in_order_and_have_no_value_where_an_argument_has_none() {
+    fn custom_metrics_are_computed_in_order_and_have_no_value_where_an_argument_has_none() {
         let all = [
-            own("first", "m/s", "impulse / effective_mass"),
-            own("second", "m/s", "first - closing_speed"),
-            own("third", "s", "capture_time - touch_time"),
-            own("fourth", "1", "1 / impulse"),
+            custom("first", "m/s", "impulse / effective_mass"),
+            custom("second", "m/s", "first - closing_speed"),
+            custom("third", "s", "capture_time - touch_time"),
+            custom("fourth", "1", "1 / impulse"),
         ];
         let metrics = Metrics { impulse: 6.0, touch_time: 1.0, capture_time: -1.0, ..filled(0.0) };
         let inputs = to_vec(&Params { closing_speed: 0.5, ..Params::null() });
-        let values = own_values(&all, &metrics, Some(3.0), &inputs);
+        let values = custom_values(&all, &metrics, Some(3.0), &inputs);
         assert_eq!(values, [Some(2.0), Some(1.5), None, Some(1.0 / 6.0)]);
         let still = Metrics { impulse: 0.0, ..metrics };
-        assert_eq!(own_values(&all, &still, None, &inputs), [None, None, None, None], "1/0 is no number");
+        assert_eq!(custom_values(&all, &still, None, &inputs), [None, None, None, None], "1/0 is no number");
     }
 }

@@ -1,7 +1,7 @@
 //! A requirement to be signed: on single runs in space or on the facility, or on the agreement of the two.
 
 use crate::check::{Checker, span_of};
-use crate::metric::{MetricRef, OwnMetric};
+use crate::metric::{CustomMetric, MetricRef};
 use crate::ranges::Range;
 use crate::suggest::suggestion;
 use crate::units::show;
@@ -185,7 +185,7 @@ enum Written {
 pub(crate) fn read(
     c: &mut Checker,
     tables: &[RequirementTable],
-    own: &[OwnMetric],
+    own: &[CustomMetric],
 ) -> (Vec<Requirement>, Vec<AgreementRequirement>) {
     let subjects = [
         ("space", Written::Runs(Subject::Space)),
@@ -215,7 +215,7 @@ fn check_id(c: &mut Checker, table: &RequirementTable, ids: &mut Vec<String>) {
     ids.push(id.clone());
 }
 
-fn on_runs(c: &mut Checker, table: &RequirementTable, subject: Subject, own: &[OwnMetric]) -> Option<Requirement> {
+fn on_runs(c: &mut Checker, table: &RequirementTable, subject: Subject, own: &[CustomMetric]) -> Option<Requirement> {
     let name = &table.metric.value;
     let Some(metric) = MetricRef::of(name, own) else {
         let all = MetricRef::all(own);

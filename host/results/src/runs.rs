@@ -2,7 +2,7 @@
 
 use softdock_kernels::metrics::Metrics;
 
-pub use crate::schema::{OwnMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields};
+pub use crate::schema::{CustomMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -212,8 +212,8 @@ pub struct LoopRow {
     pub cause: Option<Cause>,
     /// Its metrics.
     pub metrics: Metrics<f64>,
-    /// The campaign's own metrics, in the schema's order; `None` where one has no value.
-    pub own_metrics: Vec<Option<f64>>,
+    /// The custom metrics of the campaign, in the schema's order; `None` where one has no value.
+    pub custom_metrics: Vec<Option<f64>>,
     /// Each requirement, in the schema's order.
     pub requirements: Vec<RequirementResult>,
 }

@@ -19,9 +19,9 @@ pub struct RequirementColumn {
     pub unit: String,
 }
 
-/// What the runs table must know of a metric of the campaign's own.
+/// What the runs table must know of a custom metric of the campaign.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OwnMetricColumn {
+pub struct CustomMetricColumn {
     /// Name of the column without the prefix of the loop, with its unit as a suffix.
     pub column: String,
     /// Unit.
@@ -33,12 +33,12 @@ pub struct OwnMetricColumn {
 /// The columns of a campaign's runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunsSchema {
-    own_metrics: Vec<OwnMetricColumn>,
+    custom_metrics: Vec<CustomMetricColumn>,
     requirements: Vec<RequirementColumn>,
 }
 
-/// Source of the columns of a campaign's own metrics.
-const OWN_SOURCE: &str = "campaign, metric of its own";
+/// Source of the columns of a campaign's custom metrics.
+const CUSTOM_SOURCE: &str = "campaign, custom metric";
 
 /// The two loops of a run; prefix of the columns and place in words.
 #[derive(Clone, Copy)]
@@ -115,9 +115,9 @@ impl MetricColumn {
 }
 
 impl RunsSchema {
-    /// The schema of a campaign with these metrics of its own and these requirements.
-    pub fn new(own_metrics: Vec<OwnMetricColumn>, requirements: Vec<RequirementColumn>) -> Self {
-        Self { own_metrics, requirements }
+    /// The schema of a campaign with these custom metrics and these requirements.
+    pub fn new(custom_metrics: Vec<CustomMetricColumn>, requirements: Vec<RequirementColumn>) -> Self {
+        Self { custom_metrics, requirements }
     }
 
     /// The schema of a runs table, from its columns.
@@ -128,12 +128,12 @@ impl RunsSchema {
         };
         let (space, place) = (Loop::Space.column(""), format!(", {}", Loop::Space.place()));
         let own = |column: &Column| {
-            let name = column.name.strip_prefix(&space).filter(|_| column.source == OWN_SOURCE)?;
+            let name = column.name.strip_prefix(&space).filter(|_| column.source == CUSTOM_SOURCE)?;
             let meaning = column.description.strip_suffix(&place).unwrap_or(&column.description);
-            Some(OwnMetricColumn { column: name.to_owned(), unit: column.unit.clone(), meaning: meaning.to_owned() })
+            Some(CustomMetricColumn { column: name.to_owned(), unit: column.unit.clone(), meaning: meaning.to_owned() })
         };
         Self {
-            own_metrics: table.columns.iter().filter_map(own).collect(),
+            custom_metrics: table.columns.iter().filter_map(own).collect(),
             requirements: table.columns.iter().filter_map(requirement).collect(),
         }
     }
@@ -156,7 +156,7 @@ impl RunsSchema {
         columns.push(column("effective_mass_kg", "kg", meaning, "monitor", Kind::Metric, effective));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| outcome_columns(rows, side)));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| metric_columns(rows, side)));
-        columns.extend(Loop::BOTH.into_iter().flat_map(|side| self.own_columns(rows, side)));
+        columns.extend(Loop::BOTH.into_iter().flat_map(|side| self.custom_columns(rows, side)));
         for (at, requirement) in self.requirements.iter().enumerate() {
             columns.extend(Loop::BOTH.into_iter().map(|side| margin_column(rows, at, requirement, side)));
             columns.extend(Loop::BOTH.into_iter().map(|side| pass_column(rows, at, requirement, side)));
@@ -200,7 +200,7 @@ impl RunsSchema {
 
     fn read_loop(&self, table: &Table, side: Loop) -> Result<Vec<LoopRow>, String> {
         let (metrics, requirements) = (read_metrics(table, side)?, self.read_results(table, side)?);
-        let own = self.own_metrics.iter().map(|own| {
+        let own = self.custom_metrics.iter().map(|own| {
             let name = side.column(&own.column);
             table.f64s(&name).ok_or_else(|| format!("no column `{name}`"))
         });
@@ -209,17 +209,17 @@ impl RunsSchema {
         let rows = outcomes.into_iter().zip(metrics).zip(requirements).enumerate();
         Ok(rows
             .map(|(row, (((outcome, cause), metrics), requirements))| {
-                let own_metrics = own.iter().map(|values| values[row]).collect();
-                LoopRow { outcome, cause, metrics, own_metrics, requirements }
+                let custom_metrics = own.iter().map(|values| values[row]).collect();
+                LoopRow { outcome, cause, metrics, custom_metrics, requirements }
             })
             .collect())
     }
 
-    fn own_columns(&self, rows: &[RunRow], side: Loop) -> Vec<Column> {
-        let own = self.own_metrics.iter().enumerate().map(|(at, own)| {
-            let values = Values::F64(rows.iter().map(|row| side.of(row).own_metrics[at]).collect());
+    fn custom_columns(&self, rows: &[RunRow], side: Loop) -> Vec<Column> {
+        let own = self.custom_metrics.iter().enumerate().map(|(at, own)| {
+            let values = Values::F64(rows.iter().map(|row| side.of(row).custom_metrics[at]).collect());
             let meaning = format!("{}, {}", own.meaning, side.place());
-            column(side.column(&own.column), &own.unit, &meaning, OWN_SOURCE, Kind::Metric, values)
+            column(side.column(&own.column), &own.unit, &meaning, CUSTOM_SOURCE, Kind::Metric, values)
         });
         own.collect()
     }

@@ -155,7 +155,7 @@ pub(crate) fn row(run: u64) -> RunRow {
             RequirementResult { margin, pass: Some(margin.is_some_and(|margin| margin >= 0.0)) }
         };
         let requirements = requirements().iter().map(judge).collect();
-        LoopRow { outcome, cause, metrics, own_metrics: Vec::new(), requirements }
+        LoopRow { outcome, cause, metrics, custom_metrics: Vec::new(), requirements }
     };
     let (space, hil) = (ended(space, false), ended(hil, stopped));
     let holds = |side: &LoopRow| side.requirements.iter().all(|result| result.pass == Some(true));

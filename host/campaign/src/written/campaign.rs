@@ -39,7 +39,7 @@ pub(crate) struct CampaignFile {
     pub(crate) derived: Vec<DerivedTable>,
     /// Outer draws of what is fixed but unknown; only with epistemic dispersions.
     pub(crate) outer: Option<At<OuterTable>>,
-    /// Metrics of the campaign's own, for its requirements.
+    /// Custom metrics, for its requirements.
     #[serde(default)]
     pub(crate) metric: Vec<MetricTable>,
     /// What must hold, how often, and how sure.
@@ -197,7 +197,7 @@ pub(crate) struct OuterTable {
     pub(crate) draws: At<u64>,
 }
 
-/// A metric of the campaign's own.
+/// A custom metric.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MetricTable {

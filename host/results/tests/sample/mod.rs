@@ -5,7 +5,7 @@ use std::path::Path;
 use softdock_kernels::fields::from_slice;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{
-    Agreement, Cause, LoopRow, Outcome, OwnMetricColumn, Phase, RequirementColumn, RequirementResult, RunRow,
+    Agreement, Cause, CustomMetricColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow,
     RunsSchema, Status, input_fields, metric_fields,
 };
 use softdock_results::shards::{Provenance, ShardPlan, write_shard};
@@ -15,7 +15,7 @@ pub(crate) const PLAN: ShardPlan = ShardPlan { runs: 25, shard_runs: 10 };
 
 /// One requirement on a force.
 pub(crate) fn schema() -> RunsSchema {
-    let own = OwnMetricColumn { column: "share".to_owned(), unit: "1".to_owned(), meaning: "a share".to_owned() };
+    let own = CustomMetricColumn { column: "share".to_owned(), unit: "1".to_owned(), meaning: "a share".to_owned() };
     RunsSchema::new(vec![own], vec![RequirementColumn { id: "dck_010".to_owned(), unit: "N".to_owned() }])
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn row(run: u64) -> RunRow {
         };
         let outcome = if invalid { Outcome::Invalid } else { outcome };
         let cause = (outcome != Outcome::Pass).then_some(cause);
-        LoopRow { outcome, cause, metrics, own_metrics: vec![Some(number(6))], requirements: vec![result(pass)] }
+        LoopRow { outcome, cause, metrics, custom_metrics: vec![Some(number(6))], requirements: vec![result(pass)] }
     };
     let judged = |pass| if pass { Outcome::Pass } else { Outcome::Fail };
     let answer = (!aborted).then_some(hil_pass);
