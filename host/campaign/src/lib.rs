@@ -19,6 +19,7 @@ mod histogram;
 mod idle;
 mod inertia;
 mod mobility;
+pub mod overlap;
 mod overlay;
 mod placement;
 mod problem;
