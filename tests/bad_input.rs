@@ -210,6 +210,7 @@ const SCENARIOS: &[Case] = &[
     scenario("friction = 0.2", "friction = 0.2\nfricton = 1", 45, "contact.fricton", "no key `fricton`", "did you mean `friction`?"),
     scenario("angle = \"6 deg\"", "angle = \"6 m\"", 51, "latch.angle", "this is a length, not an angle", "write \"6 rad\""),
     scenario("gap = \"40 mm\"\n", "", 58, "start", "where the chaser starts", "add gap = \"50 mm\""),
+    scenario("gap = \"40 mm\"", "gap = \"-400 mm\"", 59, "start.gap", "`part_a.point[1]` overlaps `part_b.solid[1]` by", "then no parts overlap"),
     scenario("closing_speed = \"50 mm/s\"", "closing_speed = \"fast\"", 60, "start.closing_speed", "not a finite number", "write \"1.5 m/s\""),
     scenario("rotation_damping = \"100 N m s/rad\"", "rotation_damping = \"1e5 N m s/rad\"", 56, "latch.rotation_damping", "latch: damping 1.0000e5", "write timing.substep ="),
     scenario("[facility]", "[guidance.approach]\nspeed_gain = \"1e6 N s/m\"\nlateral_stiffness = \"1 N/m\"\nlateral_damping = \"1 N s/m\"\nattitude_stiffness = \"1 N m/rad\"\nattitude_damping = \"1 N m s/rad\"\nmax_force = \"10 N\"\nmax_torque = \"1 N m\"\n[facility]", 62, "guidance.approach", "closing speed: damping 1.0000e6", "write timing.tick ="),

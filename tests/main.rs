@@ -15,3 +15,4 @@ mod one_facility;
 mod oracles;
 mod parity;
 mod resume;
+mod step;

@@ -32,7 +32,7 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Read a campaign and everything it names, draw its inputs, show histograms and what its runs can prove.
+    /// Read a campaign and everything it names, draw its inputs, step its nominal case, show what its runs can prove.
     Check(CheckArgs),
     /// Say how many runs a requirement needs, and how many failures they allow.
     Plan(PlanArgs),
@@ -256,8 +256,12 @@ pub(crate) enum BenchSize {
 Every wrong value is reported at once. A file whose structure is wrong (TOML syntax, an unknown or missing key, text
 where a number belongs) stops at its first such mistake: mend it and check again.
 
-Example:
-  softdock check campaigns/probe_drogue.toml --runs 10000")]
+The nominal case is stepped in f64: overlap of the parts at the start, first touch, peak forces, outcome and cause in
+space and on the facility. A start at which the parts overlap by more than task.max_depth is refused.
+
+Examples:
+  softdock check campaigns/probe_drogue.toml --runs 10000
+  softdock check campaigns/probe_drogue.toml --step 200 --scene start.svg")]
 pub(crate) struct CheckArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
@@ -267,6 +271,15 @@ pub(crate) struct CheckArgs {
     /// Number of runs to draw for the histograms.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) runs: u64,
+    /// Number of draws to step, spread over the campaign; one round of the CPU's lanes if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) step: Option<u64>,
+    /// Where the draws of --step are stepped, instead of what the campaign says.
+    #[arg(long, value_enum)]
+    pub(crate) backend: Option<BackendArg>,
+    /// Draw the nominal start into this SVG file: side view, top view and the two parts.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,

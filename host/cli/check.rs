@@ -1,6 +1,8 @@
-//! `softdock check`: reads a campaign, draws its inputs, says what its runs can prove; runs nothing.
+//! `softdock check`: reads a campaign, draws its inputs, steps the nominal case, reports what its runs can prove.
 
-use crate::args::CheckArgs;
+use crate::args::{BackendArg, CheckArgs, choice};
+use crate::scene::draw_scene;
+use crate::step::step;
 use crate::words::{Exit, explain, json, say};
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
@@ -22,9 +24,18 @@ const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"r
 /// Checks a campaign.
 pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
     let campaign = Campaign::load_with(&args.campaign, args.model.as_deref()).map_err(explain)?;
+    if let Some(path) = &args.scene {
+        draw_scene(&campaign, path)?;
+    }
+    let backend = args.backend.map_or_else(|| choice(campaign.execution.backend), BackendArg::choice);
+    let stepped = step(&campaign, args.step, backend)?;
     match args.json {
-        true => say(json(&as_json(&campaign, args.runs))),
-        false => say(as_text(&campaign, args.runs)),
+        true => {
+            let mut answer = as_json(&campaign, args.runs);
+            answer["stepped"] = stepped.json();
+            say(json(&answer));
+        }
+        false => say(as_text(&campaign, args.runs) + &stepped.text()),
     }
     Ok(Exit::Done)
 }

@@ -63,6 +63,11 @@ impl<'a> Farm<'a> {
         self.engine.device()
     }
 
+    /// Most runs that the engine steps side by side.
+    pub(crate) fn lanes(&self) -> usize {
+        self.engine.lanes()
+    }
+
     /// Shards to make in one go.
     pub(crate) fn batch_shards(&self) -> usize {
         let runs = if self.backend() == "gpu" { GPU_BATCH } else { 1 };

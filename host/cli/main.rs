@@ -37,10 +37,12 @@ mod replay_log;
 mod report;
 mod rows;
 mod run;
+mod scene;
 mod schema;
 mod secret;
 mod signals;
 mod status;
+mod step;
 #[cfg(test)]
 mod tests;
 mod traces;

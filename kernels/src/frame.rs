@@ -256,6 +256,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         Signals {
             time: facility.tick.lane(lane) * m.timing.tick(),
             parts: [one(&space, lane), one(&hil, lane)],
+            mounted: one(&mounted, lane),
             contact: [one(&touch.wrench, lane), one(&watch.push, lane)],
             latch: [one(&latched, lane), one(&held, lane)],
             measured: one(&facility.sensor.output, lane),

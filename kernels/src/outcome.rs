@@ -50,6 +50,8 @@ pub struct Signals {
     pub time: f64,
     /// Simulated parts in space and on the facility.
     pub parts: [Parts<f64>; 2],
+    /// Parts as the robots hold them, laboratory axes.
+    pub mounted: Parts<f64>,
     /// Contact wrench on part A about its origin, latch excluded: in space (inertial axes), on the hardware (laboratory
     /// axes).
     pub contact: [Wrench<f64>; 2],

@@ -4,6 +4,9 @@ use softdock_campaign::criteria::Criterion;
 use softdock_campaign::rules::sentence;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::session::{RULES, RuleRow};
+use softdock_results::runs::Cause;
+
+use crate::number::with_unit;
 
 /// Cause of a loop that meets the task but not a requirement: its metric is beyond the limit.
 pub(crate) const LIMIT: &str = "limit";
@@ -32,10 +35,49 @@ pub(crate) fn cause_unit(id: &str) -> &'static str {
     rule(id).map(|row| row.unit).or_else(|| Criterion::of(id).map(|criterion| criterion.unit)).unwrap_or("1")
 }
 
+/// A cause as a sentence: what it is, with value, limit, time and phase as far as there are any.
+pub fn cause_sentence(cause: &Cause) -> String {
+    let unit = cause_unit(&cause.id);
+    let mut text = cause_text(&cause.id, cause.limit);
+    // The sentence of a rule states its limit; a criterion without a number has the limit 1.
+    match (cause.value, cause.limit.filter(|_| rule(&cause.id).is_none())) {
+        (Some(value), Some(limit)) => {
+            text += &format!(": {} with a limit of {}", with_unit(value, unit), with_unit(limit, unit));
+        }
+        (Some(value), None) => text += &format!(": {}", with_unit(value, unit)),
+        (None, _) => {}
+    }
+    if let Some(time) = cause.time {
+        let verb = if cause.value.is_some() { "at" } else { "until" };
+        text += &format!(", {verb} {}", with_unit(time, "s"));
+    }
+    if let Some(phase) = cause.phase {
+        text += &format!(", {} phase", phase.word());
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use softdock_campaign::criteria::CRITERIA;
+    use softdock_results::runs::Phase;
+
+    #[test]
+    fn a_cause_is_a_sentence_with_value_limit_time_and_phase() {
+        let cause = |id: &str, value: Option<f64>, limit: Option<f64>| Cause {
+            id: id.to_owned(),
+            time: Some(1.5),
+            value,
+            limit,
+            phase: Some(Phase::Contact),
+        };
+        assert_eq!(
+            cause_sentence(&cause("max_contact_force", Some(312.5), Some(250.0))),
+            "contact force above its limit: 312.5 N with a limit of 250 N, at 1.5 s, contact phase"
+        );
+        assert_eq!(cause_sentence(&cause("capture", None, Some(1.0))), "no capture, until 1.5 s, contact phase");
+    }
 
     #[test]
     fn every_criterion_and_every_rule_has_words_and_a_unit() {

@@ -23,12 +23,14 @@ pub mod summary;
 mod tally;
 mod terminal;
 
+pub use causes::cause_sentence;
 pub use compare::{Compared, VariantInput, compare, compare_text, write_compare};
 pub use compare_results::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page};
+pub use plots::scene::scene_svg;
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Extension, Judgement, Summary, Verdict};

@@ -20,6 +20,7 @@ mod idle;
 mod inertia;
 pub mod metric;
 mod mobility;
+pub mod overlap;
 mod overlay;
 mod placement;
 mod problem;

@@ -10,6 +10,7 @@ mod joint_level;
 
 use crate::check::Checker;
 use crate::found::{FoundEffect, found};
+use crate::overlap;
 use crate::placement::{base_from_tool, end_frame};
 use crate::problem::{Problem, Problems};
 use crate::ranges::{ANGLE, FORCE, LENGTH, Range, SPEED};
@@ -158,6 +159,7 @@ impl Scenario {
         if let (Some(station), Some(written)) = (&scenario.station, &file.facility.value.file) {
             facility::check_robots(&mut c, station, written, &mut scenario.model);
         }
+        overlap::refuse(&mut c, &file, &scenario.model);
         scenario.found = found(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;
         let nominal = scenario.model.nominal;

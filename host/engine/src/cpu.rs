@@ -48,6 +48,10 @@ impl Engine for CpuEngine {
         format!("cpu f64 {:?}{note}", self.instructions)
     }
 
+    fn lanes(&self) -> usize {
+        rayon::current_num_threads() * self.instructions.lanes()
+    }
+
     fn run(
         &mut self,
         job: &Job,

@@ -26,6 +26,10 @@ impl Engine for Failover {
         self.engine.device()
     }
 
+    fn lanes(&self) -> usize {
+        self.engine.lanes()
+    }
+
     fn run(
         &mut self,
         job: &Job,

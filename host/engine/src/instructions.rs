@@ -32,6 +32,11 @@ impl InstructionSet {
         Self::Plain
     }
 
+    /// Runs that one thread steps side by side.
+    pub(crate) fn lanes(self) -> usize {
+        if self == Self::OneLane { 1 } else { 8 }
+    }
+
     pub(crate) fn supported(self) -> bool {
         match self {
             Self::OneLane => true,

@@ -89,6 +89,11 @@ pub trait Engine {
     /// Backend, device and driver in words, for the result files.
     fn device(&self) -> String;
 
+    /// Most runs that are stepped side by side.
+    fn lanes(&self) -> usize {
+        1
+    }
+
     /// Makes all runs and gives them back in order of their numbers.
     ///
     /// `progress` is told how many runs have ended since the last call; it answers `false` to stop the batch.

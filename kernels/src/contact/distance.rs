@@ -31,8 +31,9 @@ pub fn part_distance<R: Real>(m: &Plant, point: Vec3<R>) -> Distance<R> {
     best
 }
 
+/// Distance of a point of part B's frame to one of its solids.
 #[inline(always)]
-fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
+pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
     let local = solid.to_local(point);
     let d = match (&solid.solid.shape, &solid.profile) {
         (_, Some(profile)) => revolved(profile, local),

@@ -6,6 +6,7 @@
 
 pub mod distance;
 mod law;
+pub mod overlap;
 pub mod profile;
 
 pub use law::REFERENCE_DEPTH;
@@ -18,7 +19,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Motion, Parts, Wrench};
-use crate::vector::{Vec3, vec3};
+use crate::vector::{Mat3, Vec3, vec3};
 
 bundle! {
     /// Properties of a contact pair: the mounted parts may differ from those in space.
@@ -115,9 +116,8 @@ pub fn contact_point<R: Real>(
 ) -> PointContact<R> {
     let (a, b) = (parts.a, parts.b);
     let centre = a.attitude.rotate(point.position);
-    let gap = (a.position - b.position) + centre;
     let b_axes = b.attitude.matrix();
-    let surface = part_distance(m, b_axes.transposed_times(gap));
+    let surface = part_distance(m, in_part_b(parts, b_axes, centre));
     let normal = b_axes.times(surface.normal);
     let depth = point.radius - surface.distance;
     let lever = normal.scale_add(-point.radius, centre);
@@ -129,6 +129,12 @@ pub fn contact_point<R: Real>(
     let (friction, bristle) = friction(m, pair, force, slip, bristle, surface.normal);
     let push = normal.scale_add(force, b_axes.times(friction));
     PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, bristle, depth, force, normal, lever }
+}
+
+/// A point that is given from A's origin in inertial axes, in part B's frame.
+#[inline(always)]
+fn in_part_b<R: Real>(parts: &Parts<R>, b_axes: Mat3<R>, from_a: Vec3<R>) -> Vec3<R> {
+    b_axes.transposed_times((parts.a.position - parts.b.position) + from_a)
 }
 
 /// Velocity of part A relative to part B at a point given from A's origin.

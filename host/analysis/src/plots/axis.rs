@@ -83,7 +83,7 @@ impl Axis {
 }
 
 /// Steps of 1, 2 or 5 times a power of ten.
-fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<f64> {
+pub(crate) fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<f64> {
     let raw = (hi - lo) / most.max(2) as f64;
     let power = 10.0f64.powf(raw.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= raw);

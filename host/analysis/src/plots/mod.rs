@@ -2,6 +2,7 @@
 
 pub mod axis;
 pub(crate) mod bands;
+pub(crate) mod canvas;
 pub(crate) mod cells;
 pub(crate) mod energy;
 pub mod figure;
@@ -9,6 +10,7 @@ pub(crate) mod force;
 pub(crate) mod map;
 pub(crate) mod margin;
 pub(crate) mod sample;
+pub(crate) mod scene;
 pub(crate) mod success;
 pub(crate) mod tracking;
 

@@ -145,6 +145,10 @@ impl Engine for GpuEngine {
         format!("{} ({:?}, {} {})", i.name, i.backend, i.driver, i.driver_info)
     }
 
+    fn lanes(&self) -> usize {
+        if self.is_software() { MOST_SOFTWARE_LANES } else { MOST_LANES }
+    }
+
     fn run(
         &mut self,
         job: &Job,
@@ -152,8 +156,7 @@ impl Engine for GpuEngine {
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         self.check()?;
-        let most = if self.is_software() { MOST_SOFTWARE_LANES } else { MOST_LANES };
-        let mut farm = Farm::new(self, job, runs.len().clamp(1, most))?;
+        let mut farm = Farm::new(self, job, runs.len().clamp(1, self.lanes()))?;
         let mut waiting = runs.iter();
         let mut out = Vec::with_capacity(runs.len());
         let mut ticks = 32;

@@ -1,0 +1,70 @@
+//! Parts that overlap at the start: refused where every run would be invalid at once.
+
+use crate::check::Checker;
+use crate::ranges::LENGTH;
+use crate::written::scenario::ScenarioFile;
+use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, retreat, start_parts};
+use softdock_kernels::model::Model;
+use softdock_kernels::plant::Plant;
+
+/// Steps in which a gap is proposed \[m\].
+const GAP_STEP: f64 = 1e-4;
+
+/// Share of a step by which the computed retreat may be too long: it is exact to a micrometre.
+const EXCESS: f64 = 0.011;
+
+/// Key of a contact point of part A in the scenario; entries count from 1.
+pub fn point_key(point: usize) -> String {
+    format!("part_a.point[{}]", point + 1)
+}
+
+/// Key of a solid of part B in the scenario; entries count from 1.
+pub fn solid_key(solid: usize) -> String {
+    format!("part_b.solid[{}]", solid + 1)
+}
+
+/// A length in millimetres, to a micrometre: `110 mm`.
+pub fn millimetres(length: f64) -> String {
+    let text = format!("{:.3}", length * 1e3);
+    let number = text.trim_end_matches('0').trim_end_matches('.');
+    format!("{} mm", if number == "-0" { "0" } else { number })
+}
+
+/// Refuses a nominal start at which the parts overlap by more than `task.max_depth`.
+pub(crate) fn refuse(c: &mut Checker, file: &ScenarioFile, model: &Model) {
+    // The start needs no robots, and robots that cannot stand in their places are refused elsewhere.
+    let mut alone = model.clone();
+    (alone.facility.joint_level, alone.facility.session_robots) = (None, None);
+    let plant = Plant::new(alone);
+    let parts = start_parts(&plant, &model.nominal);
+    let Some(overlap) = deepest_overlap(&plant, &parts).filter(|overlap| overlap.depth > model.task.max_depth) else {
+        return;
+    };
+    let Overlap { point, solid, depth, .. } = overlap;
+    let message = format!(
+        "`{}` overlaps `{}` by {} at the start, more than `task.max_depth` ({}): every run would be invalid",
+        point_key(point),
+        solid_key(solid),
+        millimetres(depth),
+        millimetres(model.task.max_depth)
+    );
+    let back = retreat(&plant, &parts, LENGTH);
+    let stated = [&file.base.position, &file.base.rotation].into_iter().flatten().next();
+    let (span, remedy) = match (&file.start.gap, stated, back) {
+        (Some(gap), _, Some(back)) => {
+            let written = c.number(gap, "m", crate::ranges::Range::size(LENGTH));
+            let least = ((written + back) / GAP_STEP - EXCESS).ceil() * GAP_STEP;
+            (gap.span.clone(), format!("write gap = \"{}\" or more: then no parts overlap", millimetres(least)))
+        }
+        (Some(gap), _, None) => (gap.span.clone(), "correct the positions of the points and solids".to_owned()),
+        (None, Some(base), Some(back)) => {
+            let remedy = format!("move the base back by {} along -x: then no parts overlap", millimetres(back));
+            (base.span.clone(), remedy)
+        }
+        (None, base, _) => {
+            let span = base.map_or_else(|| c.source.span_of("start"), |base| base.span.clone());
+            (span, "correct the positions of base, points and solids".to_owned())
+        }
+    };
+    c.refuse(&span, message, remedy);
+}

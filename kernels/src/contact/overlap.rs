@@ -1,0 +1,86 @@
+//! Overlap of the parts at a given pose: contact points of part A against solids of part B, in f64.
+
+use crate::contact::distance::solid_distance;
+use crate::contact::in_part_b;
+use crate::params::Params;
+use crate::plant::{Plant, PreparedSolid};
+use crate::space::{Parts, kinematics, space_masses};
+use crate::start::start;
+use crate::vector::{Vec3, vec3};
+use crate::with_joints;
+
+/// Step aside from the axis of a hole \[m\].
+const ASIDE: f64 = 1e-9;
+
+/// How deep a contact point of part A lies in a solid of part B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// Index of the contact point in the model's `contact.points`.
+    pub point: usize,
+    /// Index of the solid in the model's `contact.solids`.
+    pub solid: usize,
+    /// Depth of the sphere in the solid, negative where they are apart \[m\].
+    pub depth: f64,
+    /// Point of the sphere that lies deepest in the solid (or next to it), part B's frame \[m\].
+    pub place: Vec3<f64>,
+}
+
+/// The pair of a contact point and a solid that overlaps most, or that is nearest if none overlaps.
+///
+/// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if the model has no
+/// contact point or no solid.
+pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
+    let b_axes = parts.b.attitude.matrix();
+    let pairs = m.contact.points.iter().enumerate().flat_map(|(point, sphere)| {
+        let centre = in_part_b(parts, b_axes, parts.a.attitude.rotate(sphere.position));
+        m.solids.iter().enumerate().map(move |(solid, prepared)| {
+            let surface = solid_distance(prepared, centre);
+            let place = outward_normal(prepared, centre).scale_add(-sphere.radius, centre);
+            Overlap { point, solid, depth: sphere.radius - surface.distance, place }
+        })
+    });
+    pairs.reduce(|most, next| if next.depth > most.depth { next } else { most })
+}
+
+/// Unit normal out of a solid at a point; on the axis of a hole, where all directions are equal, one of them.
+fn outward_normal(solid: &PreparedSolid, point: Vec3<f64>) -> Vec3<f64> {
+    let asides = [Vec3::zero(), vec3(0.0, 0.0, ASIDE), vec3(0.0, ASIDE, 0.0)];
+    let normals = asides.map(|aside| solid_distance(solid, point + aside).normal);
+    normals.into_iter().find(|normal| (normal.norm() - 1.0).abs() < 1e-6).unwrap_or(normals[0])
+}
+
+/// Motion of the parts at the start of a run in space, inertial axes.
+pub fn start_parts(m: &Plant, p: &Params<f64>) -> Parts<f64> {
+    with_joints!(m.joints(), of_start(m, p))
+}
+
+fn of_start<const N: usize>(m: &Plant, p: &Params<f64>) -> Parts<f64> {
+    let masses = space_masses(p);
+    kinematics(m, &masses, &start::<f64, N>(m, p, &masses)).parts
+}
+
+/// Distance by which part A must stand back along -x of the contact frame so that no parts overlap \[m\].
+///
+/// 0 if none overlap; `None` if `most` is not enough. Exact to a micrometre where the overlap falls all the way.
+pub fn retreat(m: &Plant, parts: &Parts<f64>, most: f64) -> Option<f64> {
+    let overlaps = |back: f64| {
+        let mut moved = *parts;
+        moved.a.position = moved.a.position - vec3(back, 0.0, 0.0);
+        deepest_overlap(m, &moved).is_some_and(|overlap| overlap.depth > 0.0)
+    };
+    if !overlaps(0.0) {
+        return Some(0.0);
+    }
+    let (mut low, mut high) = (0.0, 1e-3);
+    while overlaps(high) {
+        if high >= most {
+            return None;
+        }
+        (low, high) = (high, (2.0 * high).min(most));
+    }
+    while high - low > 1e-6 {
+        let middle = 0.5 * (low + high);
+        if overlaps(middle) { low = middle } else { high = middle }
+    }
+    Some(high)
+}
