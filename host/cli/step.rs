@@ -15,7 +15,7 @@ use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, start_parts};
 use softdock_kernels::metrics::flags;
 use softdock_kernels::outcome::Signals;
 use softdock_kernels::plant::Plant;
-use softdock_results::runs::{LoopRow, Outcome, RunRow};
+use softdock_results::runs::{Cause, LoopRow, Outcome, RunRow};
 use softdock_results::traces::NOMINAL_RUN;
 use std::time::Instant;
 use wall_time::{WallTime, expected};
@@ -102,8 +102,8 @@ struct Draws {
 struct LoopDraws {
     /// Counts in the order of `OUTCOME_WORDS`.
     outcomes: [u64; 4],
-    /// Causes with outcome and count, most frequent first.
-    causes: Vec<(Outcome, String, u64)>,
+    /// The first of each kind of cause with outcome and count, most frequent first.
+    causes: Vec<(Cause, Outcome, u64)>,
     /// Least, median and greatest value of the first [`REPORTED`] metrics over the valid draws that have one.
     ranges: [Option<[f64; 3]>; RANGES],
 }
@@ -226,11 +226,11 @@ impl LoopDraws {
     fn of<'a>(sides: impl Iterator<Item = &'a LoopRow> + Clone) -> Self {
         let mut outcomes = [0; 4];
         sides.clone().for_each(|side| outcomes[side.outcome as usize] += 1);
-        let mut causes: Vec<(Outcome, String, u64)> = Vec::new();
+        let mut causes: Vec<(Cause, Outcome, u64)> = Vec::new();
         for (side, cause) in sides.clone().filter_map(|side| Some((side, side.cause.as_ref()?))) {
-            match causes.iter_mut().find(|(outcome, id, _)| *outcome == side.outcome && *id == cause.id) {
+            match causes.iter_mut().find(|(own, outcome, _)| *outcome == side.outcome && own.id == cause.id) {
                 Some((.., count)) => *count += 1,
-                None => causes.push((side.outcome, cause.id.clone(), 1)),
+                None => causes.push((cause.clone(), side.outcome, 1)),
             }
         }
         causes.sort_by_key(|(.., count)| std::cmp::Reverse(*count));

@@ -12,7 +12,7 @@ pub struct Criterion {
     /// Unit of value and limit.
     pub unit: &'static str,
     /// What it asks for, as the subject and verb of a sentence; the limit follows, if there is one.
-    pub asks: &'static str,
+    pub asks: fn(&Task) -> &'static str,
     /// What it means that it is broken.
     pub broken: &'static str,
     /// Its limit in a task, none if it is not in force; a criterion without a number has the limit 1.
@@ -35,7 +35,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "capture",
         unit: "1",
-        asks: "the latch closes",
+        asks: |_| "the latch closes",
         broken: "no capture",
         limit: |task| task.capture.then_some(1.0),
         breach: |_, m| (m.capture_time < 0.0).then_some(Breach { time: m.end_time, value: None }),
@@ -43,7 +43,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "touch",
         unit: "1",
-        asks: "the parts touch",
+        asks: |_| "the parts touch",
         broken: "no touch",
         limit: |task| task.touch.then_some(1.0),
         breach: |_, m| (m.touch_time < 0.0).then_some(Breach { time: m.end_time, value: None }),
@@ -51,7 +51,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "max_contact_force",
         unit: "N",
-        asks: "the contact force, latch excluded, is at most",
+        asks: |_| "the contact force, latch excluded, is at most",
         broken: "contact force above its limit",
         limit: |task| finite(task.max_contact_force),
         breach: |task, m| beyond(task.max_contact_force, m.peak_contact_force, m.peak_contact_force_time),
@@ -59,7 +59,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "max_interface_force",
         unit: "N",
-        asks: "the interface force, contact and latch together, is at most",
+        asks: |_| "the interface force, contact and latch together, is at most",
         broken: "interface force above its limit",
         limit: |task| finite(task.max_interface_force),
         breach: |task, m| beyond(task.max_interface_force, m.peak_interface_force, m.peak_interface_force_time),
@@ -67,7 +67,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "max_time",
         unit: "s",
-        asks: "capture (without a capture criterion: the end of contact) comes by",
+        asks: |task| if task.capture { "capture comes by" } else { "the contact, if there is any, ends by" },
         broken: "too late",
         limit: |task| finite(task.max_time),
         breach: late,
@@ -75,7 +75,7 @@ pub const CRITERIA: [Criterion; 6] = [
     Criterion {
         id: "max_restitution",
         unit: "1",
-        asks: "the restitution of the first contact is at most",
+        asks: |_| "the restitution of the first contact is at most",
         broken: "restitution above its limit",
         limit: |task| finite(task.max_restitution),
         breach: |task, m| beyond(task.max_restitution, m.restitution, m.separation_time),
@@ -113,7 +113,8 @@ impl Criterion {
     pub fn sentence(&self, task: &Task) -> Option<String> {
         let limit = (self.limit)(task)?;
         let has_number = self.id.starts_with("max_");
-        Some(if has_number { format!("{} {}", self.asks, show(limit, self.unit)) } else { self.asks.to_owned() })
+        let asks = (self.asks)(task);
+        Some(if has_number { format!("{asks} {}", show(limit, self.unit)) } else { asks.to_owned() })
     }
 }
 

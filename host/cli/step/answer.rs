@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use softdock_analysis::cause_sentence;
 use softdock_kernels::contact::overlap::Overlap;
 use softdock_kernels::metrics::flags;
-use softdock_results::runs::{LoopRow, OUTCOME_WORDS, Outcome};
+use softdock_results::runs::{Cause, LoopRow, OUTCOME_WORDS, Outcome};
 
 impl Stepped {
     /// All of it, facility by facility; entries of points and solids count from 1, as in the scenario.
@@ -101,7 +101,7 @@ fn draws(draws: &Draws) -> Value {
 fn of_draws(side: &LoopDraws) -> Value {
     let outcomes: Map<String, Value> =
         OUTCOME_WORDS.iter().zip(side.outcomes).map(|(word, count)| ((*word).to_owned(), json!(count))).collect();
-    let cause = |(outcome, id, runs): &(Outcome, String, u64)| json!({ "outcome": outcome.word(), "id": id, "text": cause_words(id), "runs": runs });
+    let cause = |(cause, outcome, runs): &(Cause, Outcome, u64)| json!({ "outcome": outcome.word(), "id": cause.id, "text": cause_words(cause), "limit": cause.limit, "runs": runs });
     let range = |(reported, range): (&Reported, &Option<[f64; 3]>)| {
         let range = range.map(|[min, median, max]| json!({ "min": min, "median": median, "max": max }));
         (key(reported.name, reported.unit), json!(range))

@@ -150,8 +150,8 @@ fn draws(draws: &Draws) -> String {
     }
     text += &table(&rows);
     for (name, side) in LOOPS.iter().zip(&draws.loops) {
-        for (outcome, id, count) in side.causes.iter().take(MOST_CAUSES) {
-            text += &format!("  {name}: {count} {}, {}\n", outcome.word(), cause_words(id));
+        for (cause, outcome, count) in side.causes.iter().take(MOST_CAUSES) {
+            text += &format!("  {name}: {count} {}, {}\n", outcome.word(), cause_words(cause));
         }
     }
     let mut rows = vec![["valid draws", "", "min", "median", "max"].map(str::to_owned)];
@@ -166,9 +166,9 @@ fn draws(draws: &Draws) -> String {
     text + &table(&rows)
 }
 
-/// What a cause is, without its numbers.
-pub(super) fn cause_words(id: &str) -> String {
-    cause_sentence(&Cause { id: id.to_owned(), time: None, value: None, limit: None, phase: None })
+/// What a cause is, without the numbers of a single run.
+pub(super) fn cause_words(cause: &Cause) -> String {
+    cause_sentence(&Cause { time: None, value: None, phase: None, ..cause.clone() })
 }
 
 /// In how many draws the parts overlap at the start.
