@@ -34,9 +34,6 @@ impl Ended {
     }
 
     /// Stopped at the same time, within a cycle \[s\].
-    ///
-    /// Real robots are commanded poses, and find the velocity between them by differences; the farm knows it. Where every
-    /// contact injects energy, the tenth of a micrometre between the two grows to milliseconds.
     fn is_as_early(&self, other: &Self, cycle: f64) -> bool {
         match (self, other) {
             (Self::Stopped(_, one), Self::Stopped(_, two)) => (one - two).abs() <= cycle * (1.0 + 1e-9),
@@ -93,12 +90,10 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
         .collect();
     let differing: Vec<String> = (0..)
         .zip(&pairs)
-        .filter(|(_, (one, two))| !one.is_alike(two))
+        .filter(|(_, (one, two))| !(one.is_alike(two) && one.is_as_early(two, cycle.seconds())))
         .map(|(run, pair)| format!("run {run}: {pair:?}"))
         .collect();
     assert!(differing.is_empty(), "{} of {draws} differ:\n{}", differing.len(), differing.join("\n"));
-    let late = pairs.iter().filter(|(one, two)| !one.is_as_early(two, cycle.seconds())).count() as u64;
-    assert!(late * 10 <= draws, "{late} of {draws} sessions were stopped more than a cycle apart");
     let kinds = pairs.iter().map(|(one, _)| one.word()).collect::<BTreeSet<_>>();
     assert!(kinds.len() > 3, "passes, failures and several rules: {kinds:?}");
 }
@@ -126,7 +121,11 @@ fn rules_change_no_bit_of_a_loop_before_they_stop_it() {
     let (campaign, inputs) = docking(12);
     let supervised = Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, true);
     let mut free = campaign.scenario.model.clone();
-    (free.facility.rules, free.facility.session_robots) = (SessionRules::NONE, None);
+    free.facility.rules = SessionRules::NONE;
+    // The robots stay: they are commanded poses, and that changes bits.
+    let robots = free.facility.session_robots.as_mut().expect("the robots of its facility");
+    robots.limits.iter_mut().for_each(|limit| (limit.lower, limit.upper) = (-1e9, 1e9));
+    robots.correction = [1e9; 2];
     let free = Job::new(Plant::new(free), campaign.seed, true);
     let mut stopped = 0;
     for input in inputs {

@@ -16,6 +16,17 @@ pub use bench::BENCH_EFFECTS;
 pub use groups::{GROUPS, Group};
 pub use set::{EffectId, EffectSet};
 
+/// The number of an effect in the catalogue (`J3`): a generator and a fitter may name the same row differently.
+pub fn code(id: &str) -> &str {
+    id.split('_').next().unwrap_or(id)
+}
+
+/// Whether two effects look alike in data: some group has both.
+pub fn share_group(a: &str, b: &str) -> bool {
+    let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));
+    GROUPS.iter().any(|group| group.id != "own" && has(group.members, a) && has(group.members, b))
+}
+
 /// The block of the loop that an effect belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {

@@ -6,7 +6,7 @@
 use crate::manipulator::Manipulator;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::params::Params;
-use crate::vector::{Pose, Sym3, Vec3};
+use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 
 /// The most arm joints that a scenario may have.
 pub const MAX_JOINTS: usize = 7;
@@ -60,7 +60,7 @@ pub struct Model {
     /// LVLH: x radial, y along-track, z cross-track, rotated by `orbit_axes`.
     pub orbit_rate: f64,
     /// Rotation from LVLH axes to the contact frame.
-    pub orbit_axes: crate::vector::Quat<f64>,
+    pub orbit_axes: Quat<f64>,
     /// Constant acceleration of the chaser alone, a test field (a block that rests on part B's incline) \[m/s^2\].
     pub field: Vec3<f64>,
     /// The facility that closes the HIL loop.
@@ -69,6 +69,40 @@ pub struct Model {
     pub task: Task,
     /// Parameters of the undispersed run.
     pub nominal: Params<f64>,
+}
+
+impl Model {
+    /// Two free bodies of unit inertia on an ideal facility: a point of part A `gap` \[m\] before a plane of part B, along
+    /// x. Both parts are at their body's centre of mass; all parameters are null.
+    pub fn two_bodies(timing: Timing, gap: f64) -> Self {
+        let inertia = Sym3::diagonal(vec3(1.0, 1.0, 1.0));
+        let joints = [0.0; MAX_JOINTS];
+        Self {
+            timing,
+            base_inertia: inertia,
+            base_pose: Pose { position: vec3(-gap, 0.0, 0.0), attitude: Quat::identity() },
+            links: Vec::new(),
+            tool: Pose::identity(),
+            start_angles: Vec::new(),
+            target_inertia: inertia,
+            target_pose: Pose::identity(),
+            seat: Pose::identity(),
+            contact: Contact {
+                points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
+                solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
+                law: NormalLaw::Linear,
+                bilateral: false,
+                latch: None,
+            },
+            guidance: Guidance { thrust: Thrust::Off, arm: ArmControl::JointPd { stiffness: joints, damping: joints } },
+            orbit_rate: 0.0,
+            orbit_axes: Quat::identity(),
+            field: Vec3::zero(),
+            facility: Facility::IDEAL,
+            task: Task::OPEN,
+            nominal: Params::null(),
+        }
+    }
 }
 
 /// Rates of the loop.

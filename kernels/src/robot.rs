@@ -50,6 +50,28 @@ pub fn command<R: Real>(m: &Model, parts: &Parts<R>) -> Parts<R> {
     }
 }
 
+/// Whether the robots are commanded poses alone: those of a facility are, since their protocols have no velocities.
+pub fn commands_poses(m: &Plant) -> bool {
+    m.facility.session_robots.is_some()
+}
+
+/// The third of three neighbouring commands with the velocities that robots find in commanded poses: three-point
+/// backward differences, exact for constant acceleration.
+#[inline(always)]
+pub fn by_differences<R: Real>(m: &Plant, first: &Parts<R>, second: &Parts<R>, third: &Parts<R>) -> Parts<R> {
+    Parts { a: differenced(m, first.a, second.a, third.a), b: differenced(m, first.b, second.b, third.b) }
+}
+
+#[inline(always)]
+fn differenced<R: Real>(m: &Plant, first: Motion<R>, second: Motion<R>, third: Motion<R>) -> Motion<R> {
+    // Differences of neighbours first: they are exact in f32, and what poses are rounded by cancels from tick to tick.
+    let (new, old) = (R::lit(1.5 / m.timing.tick()), R::lit(-0.5 / m.timing.tick()));
+    let (way, turn) = (third.position - second.position, second.attitude.small_rotation_to(third.attitude));
+    let (way_before, turn_before) =
+        (second.position - first.position, first.attitude.small_rotation_to(second.attitude));
+    Motion { velocity: way.scale_add(new, way_before * old), omega: turn.scale_add(new, turn_before * old), ..third }
+}
+
 /// Command transport delay in ticks at a time \[s\]: the loop's dead time less the sensor's and the frame's own, what
 /// unequal clocks have added to it, and how long a held command is held already.
 #[inline(always)]
@@ -340,5 +362,42 @@ pub fn robots_at<R: Real>(m: &Plant, told: &Parts<R>) -> Robots<R> {
         robot2: Axes { motion: told.b, rail: zero, rail_rate: zero },
         fixture: at_rest(),
         limited: zero,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Timing;
+    use crate::vector::vec3;
+
+    /// A motion of constant acceleration and of constant angular velocity, at a time \[s\].
+    fn motion(time: f64) -> Motion<f64> {
+        let (start, speed, acceleration) = (vec3(0.3, -0.1, 0.8), vec3(0.05, 0.02, -0.03), vec3(-1.0, 2.0, 0.5));
+        let omega = vec3(0.05, -0.08, 0.02);
+        let tilt = Quat::from_rotation_vector(vec3(0.4, 1.0, -0.7));
+        Motion {
+            position: acceleration.scale_add(0.5 * time * time, speed.scale_add(time, start)),
+            attitude: Quat::from_rotation_vector(omega * time).compose(tilt),
+            velocity: acceleration.scale_add(time, speed),
+            omega,
+        }
+    }
+
+    #[test]
+    fn differences_of_poses_give_the_velocities_of_a_constant_acceleration() {
+        let timing = Timing { substep: 2.5e-4, substeps: 4, max_ticks: 1 };
+        let plant = Plant::new(Model::two_bodies(timing, 0.0));
+        let at = |time: f64| Parts { a: motion(time), b: motion(-time) };
+        let backwards =
+            |motion: Motion<f64>| Motion { attitude: Quat { w: -motion.attitude.w, v: -motion.attitude.v }, ..motion };
+        let (first, second, third) = (at(0.0), at(1e-3), at(2e-3));
+        let found = by_differences(&plant, &first, &second, &third);
+        assert!((found.a.velocity - third.a.velocity).norm() < 1e-12);
+        assert!((found.a.omega - third.a.omega).norm() < 1e-9);
+        assert!((found.b.velocity + third.b.velocity).norm() < 1e-12, "backwards in time");
+        assert!((found.b.omega + third.b.omega).norm() < 1e-9);
+        let other = by_differences(&plant, &first, &Parts { a: backwards(second.a), ..second }, &third);
+        assert!((found.a.omega - other.a.omega).norm() < 1e-12, "an attitude has two quaternions");
     }
 }

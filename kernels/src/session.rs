@@ -374,42 +374,14 @@ fn ask<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{
-        ArmControl, Contact, ContactPoint, Facility, Guidance, MAX_JOINTS, Model, NormalLaw, Shape, Solid, Task,
-        Thrust, Timing,
-    };
-    use crate::params::Params;
-    use crate::vector::{Pose, Sym3, vec3};
+    use crate::model::{Facility, Model, Timing};
+    use crate::vector::{Pose, vec3};
 
     /// A plant of which only the rules count: two bodies at the origin.
     fn plant(rules: SessionRules) -> Plant {
-        let inertia = Sym3::diagonal(vec3(1.0, 1.0, 1.0));
-        let joints = [0.0; MAX_JOINTS];
-        Plant::new(Model {
-            timing: Timing { substep: 1e-3, substeps: 1, max_ticks: 1 },
-            base_inertia: inertia,
-            base_pose: Pose::identity(),
-            links: Vec::new(),
-            tool: Pose::identity(),
-            start_angles: Vec::new(),
-            target_inertia: inertia,
-            target_pose: Pose::identity(),
-            seat: Pose::identity(),
-            contact: Contact {
-                points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
-                solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
-                law: NormalLaw::Linear,
-                bilateral: false,
-                latch: None,
-            },
-            guidance: Guidance { thrust: Thrust::Off, arm: ArmControl::JointPd { stiffness: joints, damping: joints } },
-            orbit_rate: 0.0,
-            orbit_axes: Quat::identity(),
-            field: Vec3::zero(),
-            facility: Facility { rules, ..Facility::IDEAL },
-            task: Task::OPEN,
-            nominal: Params::null(),
-        })
+        let timing = Timing { substep: 1e-3, substeps: 1, max_ticks: 1 };
+        let facility = Facility { rules, ..Facility::IDEAL };
+        Plant::new(Model { facility, ..Model::two_bodies(timing, 0.0) })
     }
 
     fn motion(position: Vec3<f64>, attitude: Quat<f64>) -> Motion<f64> {

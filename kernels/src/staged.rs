@@ -71,6 +71,8 @@ staged! {
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]
     robot::command(m; parts: &'a Parts<L>) -> Parts<L>;
+    /// [`crate::robot::by_differences`]
+    robot::by_differences(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>) -> Parts<L>;
     /// [`crate::impedance::displaced`]
     impedance::displaced(m; told: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
     /// [`crate::test_motion::with_test`]

@@ -87,7 +87,7 @@ fn tick_hil(now: f32, last: f32) {
     let jitter = send_command(parts, now);
     tick_facility(parts, now, jitter);
     let measured = arriving_wrench();
-    watch_session(measured, now);
+    watch_session(parts, measured, now);
     // A session that a rule has stopped just now goes no further.
     if (hil_watch.done > 0.0) {
         return;
@@ -99,7 +99,12 @@ fn tick_hil(now: f32, last: f32) {
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
 fn send_command(parts: Parts, now: f32) -> f32 {
-    let sent = with_test(p, command(parts), now);
+    var sent = with_test(p, command(parts), now);
+    if (POSES) {
+        let first = get_command((tick + SLOTS - 2u) % SLOTS);
+        let second = get_command((tick + SLOTS - 1u) % SLOTS);
+        sent = by_differences(first, second, sent);
+    }
     if (!NOISY) {
         put_command(tick % SLOTS, sent);
         return 0.0;
@@ -173,11 +178,11 @@ fn arriving_wrench() -> Wrench {
 }
 
 // One cycle of the session's rules.
-fn watch_session(measured: Wrench, now: f32) {
+fn watch_session(simulated: Parts, measured: Wrench, now: f32) {
     if (!SUPERVISED) {
         return;
     }
-    let commanded = displaced(get_command(tick % SLOTS), yielding);
+    let commanded = displaced(with_test(p, command(simulated), now), yielding);
     session = supervise(session, mounted_parts(p, robot), commanded, measured, sensed, hil_watch.port_energy, TICK);
     if (session.rule > 0.0) {
         hil_watch.done = 1.0;

@@ -2,7 +2,7 @@
 
 use softdock_kernels::model::*;
 use softdock_kernels::params::Params;
-use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Quat, Sym3, vec3};
 
 /// A pose without rotation.
 pub(crate) fn at(x: f64, y: f64, z: f64) -> Pose<f64> {
@@ -14,11 +14,6 @@ pub(crate) fn inertia(x: f64, y: f64, z: f64) -> Sym3<f64> {
     Sym3::diagonal(vec3(x, y, z))
 }
 
-/// An ideal facility without limits.
-pub(crate) fn ideal_facility() -> Facility {
-    Facility::IDEAL
-}
-
 /// Success by touch, end by time alone.
 pub(crate) fn touch_task() -> Task {
     Task { touch: true, ..Task::OPEN }
@@ -26,34 +21,8 @@ pub(crate) fn touch_task() -> Task {
 
 /// Two rigid bodies without arm: a point of A in front of a plane of B, `gap` apart along x; command period = substep.
 pub(crate) fn two_bodies(substep: f64, time: f64, gap: f64) -> Model {
-    Model {
-        timing: Timing { substep, substeps: 1, max_ticks: (time / substep).round() as u32 },
-        base_inertia: inertia(1.0, 1.0, 1.0),
-        base_pose: at(-gap, 0.0, 0.0),
-        links: Vec::new(),
-        tool: Pose::identity(),
-        start_angles: Vec::new(),
-        target_inertia: inertia(1.0, 1.0, 1.0),
-        target_pose: Pose::identity(),
-        seat: Pose::identity(),
-        contact: Contact {
-            points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
-            solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
-            law: NormalLaw::Linear,
-            bilateral: false,
-            latch: None,
-        },
-        guidance: Guidance {
-            thrust: Thrust::Off,
-            arm: ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] },
-        },
-        orbit_rate: 0.0,
-        orbit_axes: Quat::identity(),
-        field: Vec3::zero(),
-        facility: ideal_facility(),
-        task: touch_task(),
-        nominal: Params::null(),
-    }
+    let timing = Timing { substep, substeps: 1, max_ticks: (time / substep).round() as u32 };
+    Model { task: touch_task(), ..Model::two_bodies(timing, gap) }
 }
 
 /// Null parameters with two masses whose reduced mass is `mass`, closing at `speed` on a spring and damper.

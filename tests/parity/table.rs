@@ -130,6 +130,8 @@ fn facility_rows() -> Vec<Row<Twin>> {
         substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";
         interpolate(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>, place: f64)
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
+        by_differences(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>)
+            => robot::by_differences(m, &first, &second, &third), 20.0, "differences of neighbours over a tick, which are exact";
         robots_at(told: Parts<f64>) => robot::robots_at(m, &told), 0.0, "a rail along an axis, a share of a half: exact";
         robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, &p, &s, &told), 40.0, "an error of attitude and place, times the square of a bandwidth";
         push_fixture(p: Params<f64>, s: Robots<f64>, w: Wrench<f64>)

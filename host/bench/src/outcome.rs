@@ -1,10 +1,10 @@
 //! What an answer is worth beside the truth.
 
-use crate::plant::{Plant, code, share_group};
+use crate::plant::Plant;
 use crate::record::{Answer, Said};
 use crate::seal::{Asks, SealedTruth};
 use serde::Serialize;
-use softdock_kernels::effects::GROUPS;
+use softdock_kernels::effects::{GROUPS, code, share_group};
 
 /// What an answer is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -1,8 +1,9 @@
 //! The list of cases: what is hidden, how large, in which noise, from which seed; the same for everybody.
 
-use crate::plant::{PLANTS, Plant, plant, share_group};
+use crate::plant::{PLANTS, Plant, plant};
 use crate::{Error, Result};
 use softdock_gauntlet::{EffectCase, NoiseColour};
+use softdock_kernels::effects::share_group;
 
 /// How many cases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

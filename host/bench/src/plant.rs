@@ -3,7 +3,7 @@
 //! A further plant is one more row: its rig, in which block its effects act, and which of its parameters can be compared.
 
 use softdock_gauntlet::{EffectCase, Rig, effects, outside};
-use softdock_kernels::effects::GROUPS;
+use softdock_kernels::effects::{GROUPS, code};
 
 /// A plant.
 #[derive(Debug)]
@@ -307,23 +307,12 @@ pub fn plant(name: &str) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.name == name)
 }
 
-/// The catalogue's number of an effect (`J3`): generator and fitter may call the same row differently.
-pub fn code(id: &str) -> &str {
-    id.split('_').next().unwrap_or(id)
-}
-
 /// Where an effect stands in the catalogue: by letter and number, forms of no number behind.
 pub fn order(id: &str) -> (bool, String, u32, String) {
     let code = code(id);
     let letters: String = code.chars().take_while(char::is_ascii_alphabetic).collect();
     let number = code[letters.len()..].parse().ok();
     (number.is_none(), letters, number.unwrap_or(0), id.to_owned())
-}
-
-/// Whether two effects look alike in data by the catalogue: some group has both.
-pub fn share_group(a: &str, b: &str) -> bool {
-    let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));
-    GROUPS.iter().any(|group| group.id != "own" && has(group.members, a) && has(group.members, b))
 }
 
 /// Whether an effect has no mean, so that no difference of recordings shows it.
@@ -345,6 +334,7 @@ mod tests {
     use softdock_diagnosis::diagnosis::Options;
     use softdock_diagnosis::library::Hypothesis;
     use softdock_gauntlet::{NoiseColour, generate};
+    use softdock_kernels::effects::share_group;
 
     /// The blocks of a plant with their libraries.
     fn blocks(plant: &Plant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {

@@ -5,7 +5,7 @@ use crate::exhibit::{Exhibit, read};
 use crate::measure::true_gain;
 use crate::oracle::{Oracle, Scale, multiplied};
 use crate::plan::{Case, Task};
-use crate::plant::{code, hides_others, is_random};
+use crate::plant::{hides_others, is_random};
 use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, ScaleLine, SealLine, scales};
 use crate::seal::{SealedTruth, seal};
 use crate::{Error, Result};
@@ -14,6 +14,7 @@ use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
 use softdock_diagnosis::inference::evidence::evidence;
 use softdock_gauntlet::{EffectCase, Hidden, Stronger, Told, follow, further, generate};
+use softdock_kernels::effects::code;
 use std::path::Path;
 use std::time::Instant;
 

@@ -1,7 +1,7 @@
 //! The CPU farm: tiles of eight f64 lanes on all cores; the instruction set is chosen at run time.
 
 use crate::instructions::{InstructionSet, OnLanes};
-use crate::{Engine, EngineError, Job, RunInput};
+use crate::{Engine, EngineError, Job, RunInput, all_of};
 use rayon::prelude::*;
 use softdock_kernels::frame::Tile;
 use softdock_kernels::lanes::Lane;
@@ -60,17 +60,13 @@ impl Engine for CpuEngine {
     ) -> Result<Vec<Finished>, EngineError> {
         let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress };
         let instructions = self.instructions;
-        let mut finished: Vec<Finished> = (0..rayon::current_num_threads())
+        // A tile ends early only where the user stops the batch.
+        let finished: Vec<Finished> = (0..rayon::current_num_threads())
             .into_par_iter()
             .with_max_len(1)
             .flat_map_iter(|_| by_joints(instructions, job, &queue, None))
             .collect();
-        finished.sort_by_key(|row| row.run);
-        match finished.len() == runs.len() {
-            true => Ok(finished),
-            // A tile ends early only where the user stops the batch.
-            false => Err(EngineError::Stopped { finished }),
-        }
+        all_of(runs, finished)
     }
 }
 

@@ -109,6 +109,15 @@ pub trait Engine {
     ) -> Result<Vec<Finished>, EngineError>;
 }
 
+/// The finished runs of a batch in order of their numbers; [`EngineError::Stopped`] if they are not all of them.
+fn all_of(runs: &[RunInput], mut finished: Vec<Finished>) -> Result<Vec<Finished>, EngineError> {
+    finished.sort_by_key(|row| row.run);
+    match finished.len() == runs.len() {
+        true => Ok(finished),
+        false => Err(EngineError::Stopped { finished }),
+    }
+}
+
 /// Which engine the user asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {

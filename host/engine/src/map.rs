@@ -10,7 +10,6 @@ use softdock_kernels::metrics::flags;
 use softdock_kernels::model::*;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::f64::consts::{PI, TAU};
 
 /// Command periods in a delay: the step's own share of r - 1, about 1.6 over this, stays below 1 %.
@@ -197,32 +196,10 @@ fn linear_loop(kind: CompensatorKind, ratio: f64, phi: f64) -> Option<(f64, f64)
 
 /// A point of one body in front of a plane of the other.
 fn bodies(step: f64, ticks: u32, gap: f64, nominal: Params<f64>) -> Model {
-    let at = |x: f64| Pose { position: vec3(x, 0.0, 0.0), attitude: Quat::identity() };
-    let inertia = Sym3::diagonal(vec3(1.0, 1.0, 1.0));
-    let joints = [0.0; MAX_JOINTS];
     Model {
-        timing: Timing { substep: step, substeps: 1, max_ticks: ticks },
-        base_inertia: inertia,
-        base_pose: at(-gap),
-        links: Vec::new(),
-        tool: Pose::identity(),
-        start_angles: Vec::new(),
-        target_inertia: inertia,
-        target_pose: Pose::identity(),
-        seat: Pose::identity(),
-        contact: softdock_kernels::model::Contact {
-            points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
-            solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
-            law: NormalLaw::Linear,
-            bilateral: false,
-            latch: None,
-        },
-        guidance: Guidance { thrust: Thrust::Off, arm: ArmControl::JointPd { stiffness: joints, damping: joints } },
-        orbit_rate: 0.0,
-        orbit_axes: Quat::identity(),
-        field: Vec3::zero(),
         facility: Facility { unstable_speed: 1e3, ..Facility::IDEAL },
         task: Task { touch: true, ..Task::OPEN },
         nominal,
+        ..Model::two_bodies(Timing { substep: step, substeps: 1, max_ticks: ticks }, gap)
     }
 }

@@ -15,13 +15,13 @@ use crate::monitor::{self, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::mounted_parts;
+use crate::robot::{commands_poses, mounted_parts};
 use crate::sensor::Sensor;
 use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
-    carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate, kinematics, latch, normals,
-    on_course, set_where, start, substitute, with_test,
+    by_differences, carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate, kinematics,
+    latch, normals, on_course, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
 use crate::vector::Vec3;
@@ -47,7 +47,7 @@ impl<L: Lane> Stage for TickFacility<'_, L> {
         let jitter = facility.send_command(m, simulated, now, live);
         facility.tick_facility(m, interface, simulated, now, jitter, live);
         let measured = facility.arriving_wrench(m, live);
-        let live = facility.watch_session(m, &mut interface.watch, measured, now, live);
+        let live = facility.watch_session(m, &mut interface.watch, simulated, measured, now, live);
         facility.receive_wrench(m, &mut interface.watch, simulated, measured, live);
     }
 }
@@ -213,7 +213,11 @@ impl<L: Lane> FacilityLanes<L> {
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
     pub(super) fn send_command(&mut self, m: &Plant, parts: &Parts<L>, now: L, live: L::Mask) -> L {
-        let sent = with_test(m, &self.params, &command(m, parts), now);
+        let mut sent = with_test(m, &self.params, &command(m, parts), now);
+        if commands_poses(m) {
+            let (first, second) = (self.commands.at(self.step, 2), self.commands.at(self.step, 1));
+            sent = by_differences(m, &first, &second, &sent);
+        }
         self.transmit(m, &sent, live)
     }
 
@@ -320,6 +324,7 @@ impl<L: Lane> FacilityLanes<L> {
         &mut self,
         m: &Plant,
         watch: &mut Watch<L>,
+        simulated: &Parts<L>,
         measured: Wrench<L>,
         now: L,
         live: L::Mask,
@@ -327,9 +332,10 @@ impl<L: Lane> FacilityLanes<L> {
         if !supervised(m) {
             return live;
         }
+        let told = with_test(m, &self.params, &command(m, simulated), now);
         let seen = Observed {
             parts: mounted_parts(m, &self.params, &self.robots),
-            commanded: displaced(m, &self.commands.at(self.step, 0), &self.yielding),
+            commanded: displaced(m, &told, &self.yielding),
             wrench: measured,
             saturated: self.sensor.saturated,
             cut: L::lit(0.0),

@@ -9,7 +9,9 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::mounted_parts;
 use crate::space::{Motion, Parts, Wrench};
-use crate::staged::{command, displaced, followed, in_place, kinematics, latch, metrics, with_test};
+use crate::staged::{
+    carry_on, command, displaced, followed, in_place, kinematics, latch, metrics, on_course, with_test,
+};
 use crate::vector::Vec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -70,7 +72,8 @@ pub trait EmulatedFacility: Send {
     /// Puts both robots at rest where they are told.
     fn stand(&mut self, told: &Parts<f64>);
 
-    /// The run begins with the next tick: clock, random numbers and readings of the sensor start as in the farm's run.
+    /// The run begins with the next tick: clock, random numbers and readings of the sensor start as in the farm's run,
+    /// and the robots where the farm's are: on the commanded course, without what is left of the run-in's transient.
     fn begin_run(&mut self);
 
     /// One tick towards the motions that the parts shall have at its end.
@@ -256,6 +259,8 @@ impl EmulatedFacility for Facility {
 
     fn begin_run(&mut self) {
         let (m, t) = (&self.plant, &mut self.lanes);
+        let first = carry_on(m, &t.commands.at(t.step, 1), 1.0);
+        t.place_robots(m, &on_course(m, &t.params, &first), true);
         t.begin_readings(m, true);
         t.tick = 0.0;
     }

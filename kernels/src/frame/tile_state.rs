@@ -240,8 +240,8 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         }),
         ("arriving_wrench", |tile, m| to_vec(&tile.facility.arriving_wrench(m, true))),
         ("watch_session", |tile, m| {
-            let (measured, now) = (tile.facility.held, tile.facility.now(m));
-            tile.facility.watch_session(m, &mut tile.hil.interface.watch, measured, now, true);
+            let (parts, measured, now) = (simulated(m, &tile.hil).parts, tile.facility.held, tile.facility.now(m));
+            tile.facility.watch_session(m, &mut tile.hil.interface.watch, &parts, measured, now, true);
             Vec::new()
         }),
         ("compensated_wrench", |tile, m| {

@@ -109,6 +109,17 @@ impl<R: Real> Quat<R> {
         self.v * R::select(self.w.lt(R::lit(0.0)), R::lit(-2.0), R::lit(2.0))
     }
 
+    /// Rotation vector of the small rotation from this attitude to another one, as [`Self::small_rotation_vector`].
+    ///
+    /// The numbers of the two are subtracted first, which is exact: the rotation is as accurate as they are, and what
+    /// they are rounded by cancels along a chain of attitudes.
+    #[inline(always)]
+    pub fn small_rotation_to(self, to: Self) -> Vec3<R> {
+        let sign = R::select(self.w.mul_add(to.w, self.v.dot(to.v)).lt(R::lit(0.0)), R::lit(-1.0), R::lit(1.0));
+        let difference = Self { w: to.w * sign - self.w, v: to.v * sign - self.v };
+        difference.compose(self.conjugate()).v * R::lit(2.0)
+    }
+
     /// This rotation and then the one by the rotation vector `r`, of unit length; exact to rounding for |r| < 0.5 rad.
     ///
     /// Of the half angle h only `h cot h` is needed, since the length is made 1 in any case.

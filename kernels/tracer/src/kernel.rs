@@ -11,6 +11,7 @@ use softdock_kernels::model::CompensatorKind;
 use softdock_kernels::noise::{LINK, SENSOR};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{quads, read, reads, stores, words};
+use softdock_kernels::robot::commands_poses;
 use softdock_kernels::session::supervised;
 use std::fmt::Write;
 
@@ -159,7 +160,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
-         const GIVES_WAY = {};\nconst SUPERVISED = {};\n\n",
+         const GIVES_WAY = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -172,6 +173,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
         gives_way(plant),
+        commands_poses(plant),
         supervised(plant),
     )
 }

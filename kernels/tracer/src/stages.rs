@@ -143,6 +143,8 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
         stage!(interpolate(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>, place: Sym) -> Parts<Sym>
             => robot::interpolate(m, &first, &second, &third, place)),
+        stage!(by_differences(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>) -> Parts<Sym>
+            => robot::by_differences(m, &first, &second, &third)),
         stage!(on_course(p: Params<Sym>, told: Parts<Sym>) -> Parts<Sym> => robot::on_course(m, &p, &told)),
         stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
         stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),

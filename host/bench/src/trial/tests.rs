@@ -5,9 +5,9 @@
 
 use super::*;
 use crate::plan::{Extent, Wanted, plan};
-use crate::plant::share_group;
 use softdock_diagnosis::judge;
 use softdock_gauntlet::{NoiseColour, Rig, Set};
+use softdock_kernels::effects::share_group;
 use softdock_test_size::{first, is_full};
 
 /// What is said of a command's way with something hidden, names left out: verdict and ids in their order.

@@ -6,7 +6,7 @@ use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, Prepared, prepar
 use softdock_diagnosis::{Error, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;
 use softdock_gauntlet::{Hidden, NoiseColour, Set, generate};
-use softdock_kernels::effects::GROUPS;
+use softdock_kernels::effects::{code, share_group};
 use softdock_test_size::is_full;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -92,12 +92,7 @@ impl Bench {
         if is_full() {
             return Vec::new();
         }
-        let code = |id: &str| id.split('_').next().unwrap_or_default().to_owned();
-        let share = |a: &str, b: &str| {
-            let has = |members: &[&str], id: &str| members.iter().any(|member| code(member) == code(id));
-            let mut groups = GROUPS.iter().filter(|group| group.id != "own");
-            code(a) == code(b) || groups.any(|group| has(group.members, a) && has(group.members, b))
-        };
+        let share = |a: &str, b: &str| code(a) == code(b) || share_group(a, b);
         let views = self.prepared(&Options::default()).expect("good recordings").isolability;
         let ids = views.iter().flat_map(|view| view.effects.iter());
         ids.filter(|id| !known.iter().any(|known| share(known, id))).map(|id| (*id).to_owned()).collect()

@@ -4,7 +4,7 @@ mod blocks;
 mod compute;
 mod farm;
 
-use crate::{Engine, EngineError, Job, RunInput};
+use crate::{Engine, EngineError, Job, RunInput, all_of};
 use blocks::Replay;
 use farm::{Compiled, Farm};
 use softdock_kernels::outcome::Finished;
@@ -170,10 +170,6 @@ impl Engine for GpuEngine {
                 break;
             }
         }
-        out.sort_by_key(|row| row.run);
-        match out.len() == runs.len() {
-            true => Ok(out),
-            false => Err(EngineError::Stopped { finished: out }),
-        }
+        all_of(runs, out)
     }
 }

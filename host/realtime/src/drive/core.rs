@@ -391,12 +391,12 @@ impl Core {
         let told = self.computer.told();
         let progress = self.computer.progress();
         // A loop that has diverged is stopped by its rule in the next cycle's check.
-        if progress.over && !progress.unstable {
-            self.stop(Alarm { cause: StopCause::Completed, dead: None });
-            return self.ramp_down();
-        }
         if progress.unstable {
             return self.hold_position();
+        }
+        if progress.over {
+            self.stop(Alarm { cause: StopCause::Completed, dead: None });
+            return self.ramp_down();
         }
         self.command(&told)
     }

@@ -9,7 +9,7 @@ use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::monitor::Watch;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::carry_on;
+use softdock_kernels::robot::{by_differences, carry_on};
 use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
@@ -31,8 +31,8 @@ pub struct World {
     arms: Arms,
     sensing: Sensing,
     facility: Box<dyn EmulatedFacility>,
-    /// Targets of the last ticks, newest first.
-    past: [[[f64; AXES]; 2]; 3],
+    /// Commanded poses of the last ticks, newest first.
+    past: [Parts<f64>; 2],
     measured: Measured,
 }
 
@@ -58,7 +58,7 @@ impl World {
         let start = plant.start;
         let (home, _) = arms.positions_for(&start);
         let measured = Measured { parts: start, wrench: Wrench::zero(), saturated: false };
-        let mut world = Self { plant: Arc::clone(plant), arms, sensing, facility, past: [home; 3], measured };
+        let mut world = Self { plant: Arc::clone(plant), arms, sensing, facility, past: [start; 2], measured };
         world.stand(&home);
         Ok(world)
     }
@@ -70,8 +70,8 @@ impl World {
 
     /// Puts both robots at rest, axes as their controllers count them.
     pub fn stand(&mut self, position: &[[f64; AXES]; 2]) {
-        self.past = [*position; 3];
-        let parts = self.arms.parts_on(position, &[[0.0; AXES]; 2]);
+        let parts = self.parts_at(position);
+        self.past = [parts; 2];
         self.facility.stand(&parts);
         self.measured = Measured { parts, wrench: Wrench::zero(), saturated: false };
     }
@@ -85,16 +85,15 @@ impl World {
 
     /// One tick in which the controllers ask their robots to come to these axes.
     pub fn tick(&mut self, targets: &[[f64; AXES]; 2]) {
-        self.past = [*targets, self.past[0], self.past[1]];
-        let told = self.arms.parts_on(targets, &self.rates());
+        let poses = self.parts_at(targets);
+        let told = by_differences(&self.plant, &self.past[1], &self.past[0], &poses);
+        self.past = [poses, self.past[0]];
         self.measured = self.facility.tick(&told);
     }
 
-    /// Rates of the targets by the three-point backward difference, exact for constant acceleration.
-    fn rates(&self) -> [[f64; AXES]; 2] {
-        let [new, old, older] = &self.past;
-        let scale = 0.5 / self.plant.timing.tick();
-        std::array::from_fn(|r| std::array::from_fn(|i| (3.0 * new[r][i] - 4.0 * old[r][i] + older[r][i]) * scale))
+    /// The parts on robots that stand on these axes.
+    fn parts_at(&self, axes: &[[f64; AXES]; 2]) -> Parts<f64> {
+        self.arms.parts_on(axes, &[[0.0; AXES]; 2])
     }
 
     /// What robot 1 or 2 (0 or 1 here) measures.

@@ -192,8 +192,8 @@ pub struct View {
     pub stops: u32,
     /// The drive is over.
     pub over: bool,
-    /// Largest force since the start \[N\].
-    pub peak_contact_force: f64,
+    /// Largest measured force since the start \[N\].
+    pub peak_measured_force: f64,
     lateness: [Times; 2],
     round_trip: [Times; 2],
     bars: VecDeque<f64>,
@@ -209,7 +209,7 @@ impl View {
             newest: Sample::default(),
             stops: 0,
             over: false,
-            peak_contact_force: 0.0,
+            peak_measured_force: 0.0,
             lateness: Default::default(),
             round_trip: Default::default(),
             bars: VecDeque::from([0.0]),
@@ -221,7 +221,7 @@ impl View {
     /// Takes a cycle.
     pub fn take(&mut self, sample: &Sample) {
         self.newest = *sample;
-        self.peak_contact_force = self.peak_contact_force.max(sample.force);
+        self.peak_measured_force = self.peak_measured_force.max(sample.force);
         if sample.time.0.saturating_sub(self.bar_began.0) >= BAR.0 {
             self.bar_began = sample.time;
             if self.bars.len() == BARS {

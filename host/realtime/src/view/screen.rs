@@ -64,14 +64,14 @@ fn draw_head(frame: &mut Frame, area: Rect, view: &View) {
 fn draw_force(frame: &mut Frame, area: Rect, view: &View) {
     let now = &view.newest;
     let title = format!(
-        " force {:.1} N (peak {:.1}, limit {}), moment {:.2} N m ",
-        now.force, view.peak_contact_force, view.budgets.force_n, now.moment
+        " measured force {:.1} N (peak {:.1}, limit {}), moment {:.2} N m ",
+        now.force, view.peak_measured_force, view.budgets.force_n, now.moment
     );
     let block = Block::bordered().title(title);
     let bars = usize::from(block.inner(area).width);
     // Millinewtons: the widget's bars are whole numbers.
     let data: Vec<u64> = view.force_history(bars).map(|force| (force * 1e3) as u64).collect();
-    let scale = (view.peak_contact_force * 1e3).max(1_000.0) as u64;
+    let scale = (view.peak_measured_force * 1e3).max(1_000.0) as u64;
     let style = Style::new().fg(colour(now.force / view.budgets.force_n));
     frame.render_widget(Sparkline::default().block(block).data(data).max(scale).style(style), area);
 }

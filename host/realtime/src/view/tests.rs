@@ -42,7 +42,7 @@ fn the_screen_shows_the_loop() {
     let screen = drawn(&view, 80, 24);
     for text in [
         " contact   0.900 s  cycle 900  ARMED: robots move",
-        "force 37.5 N (peak 37.5, limit 200), moment 0.75 N m",
+        "measured force 37.5 N (peak 37.5, limit 200), moment 0.75 N m",
         "tracking error robot 1     2.000 mm",
         "tracking error robot 2     0.000 mm",
         "age of sensor sample        0.30 ms",
@@ -124,7 +124,7 @@ fn a_history_of_the_force_keeps_short_peaks() {
     let history: Vec<f64> = view.force_history(200).collect();
     assert_eq!(history, [1.0, 1.0, 1.0, 1.0, 1.0, 90.0, 1.0, 1.0, 1.0, 1.0]);
     assert_eq!(view.force_history(3).count(), 3);
-    assert_eq!(view.peak_contact_force, 90.0);
+    assert_eq!(view.peak_measured_force, 90.0);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn without_a_terminal_there_is_a_line_and_the_last_one_tells_the_cause() {
     let text = String::from_utf8(out).expect("text");
     assert_eq!(text.lines().count(), 1);
     for part in [
-        "    0.700 s; stopped (dry run); force 22.7 N, peak 22.7 N;",
+        "    0.700 s; stopped (dry run); measured force 22.7 N, peak 22.7 N;",
         "tracking error 2.000 and 0.000 mm;",
         "contact energy 0.0226 of 0.5 J;",
         "robot 2: late p99 23 max 23 us, round trip p99 291 max 291 us, lost 0, late 0;",

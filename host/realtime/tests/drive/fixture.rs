@@ -1,12 +1,15 @@
 //! An emulated facility behind RSI and Net F/T in virtual time, and a drive on it.
 
 use softdock_campaign::{Campaign, Station};
+use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::model::SessionRules;
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
+use softdock_kernels::with_joints;
 use softdock_realtime::clock::Virtual;
 use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::session::{Links, Session};
@@ -65,10 +68,13 @@ pub(crate) struct Setting {
 impl Setting {
     /// Run 1244 of `probe_drogue`: 2.1 ms of delay, captured in space and on the facility, 16 N at most.
     pub(crate) fn docking() -> Self {
-        let campaign = campaign("probe_drogue.toml");
+        Self::draw(&campaign("probe_drogue.toml"), 1244)
+    }
+
+    /// A run of a campaign on the reference facility.
+    pub(crate) fn draw(campaign: &Campaign, run: u64) -> Self {
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let (run, seed) = (1244, campaign.seed);
-        let params = campaign.draw(run).params;
+        let (seed, params) = (campaign.seed, campaign.draw(run).params);
         Self { seed, plant, station: station(), run, params, armed: true, to_start: true }
     }
 
@@ -100,6 +106,22 @@ impl Setting {
 /// Robot 1 stands on a rail, robot 2 does not.
 pub(crate) fn tags(endpoint: Endpoint) -> TagMap {
     if endpoint == Endpoint::Robot1 { TagMap::im_free().with_rail() } else { TagMap::im_free() }
+}
+
+/// The farm's own run of a draw.
+pub(crate) fn farm_run(plant: &Plant, seed: u64, run: u64, params: Params<f64>) -> Finished {
+    fn step<const N: usize>(plant: &Plant, seed: u64, run: u64, params: Params<f64>) -> Finished {
+        let batch = Batch { key: philox::key(seed), noisy: true, loops: Loops::Both };
+        let mut tile = Tile::<f64, N>::new(plant, batch);
+        tile.load(plant, &[(0, run, params)]);
+        let mut out = Vec::new();
+        while out.is_empty() {
+            tile.step(plant);
+            tile.take_finished(plant, &mut out);
+        }
+        out[0]
+    }
+    with_joints!(plant.joints(), step(plant, seed, run, params))
 }
 
 /// A drive over the protocols in virtual time.

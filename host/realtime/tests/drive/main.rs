@@ -3,6 +3,7 @@
 mod delay;
 mod fixture;
 mod in_process;
+mod loopback;
 mod over_rsi;
 mod replay;
 mod safety;

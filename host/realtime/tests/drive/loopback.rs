@@ -1,0 +1,120 @@
+//! Draws of the docking campaign over RSI and Net F/T on real sockets, in real time, against the farm's rows.
+//!
+//! The robots' cycle is 4 ms here and 1 ms in the scenario, which is some milliseconds more dead time, and the sensor's
+//! noise is another one. So the draws are those whose outcome depends on neither, and stop times are not compared.
+
+use crate::fixture::{Setting, campaign, farm_run};
+use softdock_campaign::criteria::first_breach;
+use softdock_kernels::metrics::Metrics;
+use softdock_kernels::outcome::Stop;
+use softdock_kernels::plant::Plant;
+use softdock_realtime::clock::Monotonic;
+use softdock_realtime::drive::session::Session;
+use softdock_realtime::emulation::loopback::rsi;
+use softdock_realtime::emulation::server::serve;
+use softdock_realtime::histogram::Histogram;
+use softdock_realtime::log::codes::{StopCause, robot_flags};
+use softdock_realtime::time::Nanos;
+use softdock_test_size::first;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+const CYCLE: Nanos = Nanos::from_millis(4);
+/// A cycle of the drive or of the facility that begins so late is a disturbance.
+const LATE: Nanos = Nanos::from_millis(1);
+/// A time that never comes.
+const FOREVER: Nanos = Nanos(i64::MAX / 4);
+/// Draws that are compared: the shortest session that is stopped and the shortest that passes, then the rest.
+const DRAWS: [u64; 10] = [6, 10, 0, 1, 2, 3, 4, 7, 8, 9];
+/// Dead times by which the outcome may not change \[s\].
+const MORE_DELAY: [f64; 3] = [0.0, 2e-3, 4e-3];
+/// A session that the machine has disturbed is repeated until so many have been driven.
+const MOST_SESSIONS: usize = 5;
+
+/// The outcome of a run and its cause.
+fn ended(plant: &Plant, stop: Option<Stop>, metrics: &Metrics<f64>) -> String {
+    match (stop, first_breach(&plant.task, metrics)) {
+        (Some(stop), _) => format!("stopped by {}", stop.rule.row().id),
+        (None, Some((criterion, _))) => format!("failed {}", criterion.id),
+        (None, None) => "passed".to_owned(),
+    }
+}
+
+/// A session over the sockets.
+struct Driven {
+    ended: String,
+    /// Time of the run at its end \[s\].
+    time: f64,
+    cause: StopCause,
+    /// Cycles that began late or without a report, datagrams lost or not sent, answers too late for the controllers.
+    disturbances: u64,
+}
+
+/// Drives a draw in real time, its facility in a thread beside.
+fn drive(setting: &Setting) -> Driven {
+    let (mut facility, mut sockets, links) = rsi(setting.world(), CYCLE).expect("sockets");
+    let (stop, mut lateness) = (AtomicBool::new(false), Histogram::default());
+    let mut driven = thread::scope(|scope| {
+        scope.spawn(|| serve(&mut facility, &mut sockets, &stop, FOREVER, &mut lateness));
+        let mut session = Session::new(setting.task(), links, None, Rc::new(Monotonic)).expect("prepared");
+        let mut late = 0;
+        while !session.cycle(None) {
+            let robot = &session.record().robot_1;
+            late += u64::from(robot.flags & robot_flags::FRESH == 0 || robot.lateness > LATE);
+        }
+        stop.store(true, Ordering::Relaxed);
+        let (core, last) = (session.core(), session.record());
+        let lost = [last.robot_1.link, last.robot_2.link].map(|link| link.lost + link.stale + link.unsent);
+        let answers = u64::from(last.robot_1.late_answers + last.robot_2.late_answers);
+        Driven {
+            ended: ended(&setting.plant, core.rule_met(), &core.metrics()),
+            time: core.progress().time,
+            cause: last.cause,
+            disturbances: late + last.overruns + lost[0] + lost[1] + answers,
+        }
+    });
+    driven.disturbances += u64::from(lateness.max() > LATE);
+    driven
+}
+
+/// Whether a session of a draw ends as the farm's run does; not if the machine has disturbed all of them.
+///
+/// A session that ends otherwise without a disturbance is an error.
+fn is_alike(setting: &Setting) -> bool {
+    let Setting { seed, plant, run, params, .. } = setting;
+    let farm = farm_run(plant, *seed, *run, *params);
+    let expected = ended(plant, farm.stop, &farm.hil);
+    for (other, more) in (1..).zip(MORE_DELAY) {
+        let params = softdock_kernels::params::Params { loop_delay: params.loop_delay + more, ..*params };
+        let other = farm_run(plant, seed + other, *run, params);
+        assert_eq!(ended(plant, other.stop, &other.hil), expected, "run {run} depends on noise or {more} s of delay");
+    }
+    for session in 1..=MOST_SESSIONS {
+        let driven = drive(setting);
+        let Driven { ended, time, disturbances, cause } = &driven;
+        let said = format!(
+            "run {run}: farm {expected} at {:.3} s, session {session} {ended} at {time:.3} s ({cause:?}), {disturbances} disturbances",
+            farm.hil.end_time
+        );
+        println!("{said}");
+        if *ended == expected && (*cause == StopCause::Completed) == farm.stop.is_none() {
+            return true;
+        }
+        assert!(*disturbances > 0, "{said}");
+    }
+    false
+}
+
+#[test]
+fn sessions_over_rsi_on_loopback_end_as_the_farms_runs_of_the_same_draws() {
+    let campaign = campaign("probe_drogue.toml");
+    let settings: Vec<Setting> = first(2, DRAWS).map(|run| Setting::draw(&campaign, run)).collect();
+    let alike: Vec<bool> = thread::scope(|scope| {
+        let draws: Vec<_> = settings.iter().map(|setting| scope.spawn(|| is_alike(setting))).collect();
+        draws.into_iter().map(|draw| draw.join().expect("no session ends otherwise")).collect()
+    });
+    let found = alike.iter().filter(|alike| **alike).count();
+    // A machine that disturbs every session shows nothing; a quiet one shows all draws alike.
+    assert!(2 * found >= alike.len(), "only {found} of {} draws had a session without a disturbance", alike.len());
+}
