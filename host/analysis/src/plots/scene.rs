@@ -428,7 +428,12 @@ mod tests {
             Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.0 },
         ];
         // Along x, along y and along z: seen from the side, along the axis, and from above.
-        for turn in [Vec3::zero(), vec3(0.0, 0.0, 1.5708), vec3(0.0, 1.5708, 0.0), vec3(0.3, -0.4, 0.5)] {
+        for turn in [
+            Vec3::zero(),
+            vec3(0.0, 0.0, std::f64::consts::FRAC_PI_2),
+            vec3(0.0, std::f64::consts::FRAC_PI_2, 0.0),
+            vec3(0.3, -0.4, 0.5),
+        ] {
             for shape in shapes {
                 let mut model = model();
                 let frame = Pose { position: vec3(0.0, 0.1, 0.0), attitude: Quat::from_rotation_vector(turn) };
