@@ -162,6 +162,17 @@ fn a_campaign_with_variants_is_extended_and_started_over() {
     fs::remove_file(bench.path("grown/fast/notes.txt")).expect("removed");
     made(&bench, &format!("{RUN} grown --runs 16 --fresh"));
     assert_same(&bench.path("grown"), &bench.path("whole"));
+    // All variants are judged together.
+    bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"");
+    assert_says(&refused(&bench, "judge grown/fast c/smoke.toml"), &["one variant of a comparison", "softdock judge"]);
+    made(&bench, "judge grown c/smoke.toml");
+    made(&bench, &format!("{RUN} anew --runs 16"));
+    for variant in ["none", "fast"] {
+        assert_eq!(rows(&bench.path("grown").join(variant)), rows(&bench.path("anew").join(variant)), "{variant}");
+    }
+    let summary = |folder: &str| json(&bench.path(folder).join("fast/summary.json"))["requirements"].clone();
+    assert_eq!(summary("grown"), summary("anew"));
+    made(&bench, &format!("{RUN} grown --runs 16"));
 }
 
 #[test]

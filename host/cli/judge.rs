@@ -2,7 +2,7 @@
 
 use crate::args::JudgeArgs;
 use crate::finish::finish;
-use crate::folder::{Folder, Rejudged};
+use crate::folder::{Folder, Rejudged, id_of, normal};
 use crate::progress::listen;
 use crate::run::tell;
 use crate::variants;
@@ -10,6 +10,7 @@ use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::summarise;
 use softdock_campaign::Campaign;
+use std::path::Path;
 
 /// Judges a results folder again.
 pub(crate) fn judge(args: &JudgeArgs) -> miette::Result<Exit> {
@@ -40,13 +41,18 @@ pub(crate) fn judge(args: &JudgeArgs) -> miette::Result<Exit> {
 
 /// The campaign, or the variant of it whose runs the folder holds.
 fn of_folder(campaign: Campaign, args: &JudgeArgs) -> miette::Result<Campaign> {
-    let id = crate::folder::id_of(&args.results)?;
-    let variant = campaign.variants.iter().find(|variant| variant.campaign.id == id);
-    Ok(variant.map_or_else(|| campaign.clone(), |variant| variant.campaign.clone()))
+    let id = id_of(&args.results)?;
+    let Some(variant) = campaign.variants.iter().find(|variant| variant.campaign.id == id) else { return Ok(campaign) };
+    let whole = normal(&args.results).parent().map(Path::to_owned).unwrap_or_default();
+    if id_of(&whole).is_ok_and(|id| id == campaign.id) {
+        let message = format!("`{}` is one variant of a comparison", args.results.display());
+        return Err(refuse(message, format!("judge all of them: softdock judge {}", whole.display())));
+    }
+    Ok(variant.campaign.clone())
 }
 
 /// The folder, its runs judged by the campaign.
-fn judged(results: &std::path::Path, campaign: Campaign) -> miette::Result<Folder> {
+fn judged(results: &Path, campaign: Campaign) -> miette::Result<Folder> {
     let (mut folder, rejudged) = Folder::open_to_judge(results, campaign)?;
     let same = Rejudged { before: folder.campaign.hash.clone(), changes: None };
     let rejudged = rejudged.unwrap_or(same);
