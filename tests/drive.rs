@@ -58,6 +58,15 @@ fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
 }
 
 #[test]
+fn a_session_that_a_rule_stops_ends_with_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("drive");
+    let words = "drive campaigns/probe_drogue.toml --run 2 --virtual --no-band";
+    let said = expect(1, &format!("{words} --out {}", out.display()));
+    assert!(said.contains("stopped by energy_budget") && said.contains("more than 0.5 J of energy injected"), "{said}");
+}
+
+#[test]
 fn wrong_words_are_refused_and_leave_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("never");

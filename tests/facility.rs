@@ -73,7 +73,9 @@ fn softdock(words: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
     let output = command.current_dir(root()).args(words.split_whitespace()).output().expect("softdock starts");
     let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "softdock {words}\n{said}");
+    // A drive that a rule stops, or that fails the task, ends with 1; its log is there all the same.
+    let codes = if words.starts_with("drive") { &[0, 1][..] } else { &[0] };
+    assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "softdock {words}\n{said}");
     said
 }
 

@@ -77,10 +77,10 @@ impl Comparison {
     /// As a table.
     pub(crate) fn text(&self) -> String {
         let row = |name: &str, of: fn(&Verdicts) -> Share| {
-            format!("  {name:<22}{:<26}{}\n", shown(of(&self.before)), shown(of(&self.after)))
+            format!("  {name:<22}{:<30}{}\n", shown(of(&self.before)), shown(of(&self.after)))
         };
         let mut out = format!("{}, {} runs each; shares with intervals of 95 %\n", self.campaign, self.after.runs);
-        out += &format!("  {:<22}{:<26}{}\n", "", "model as it is", "with what was found");
+        out += &format!("  {:<22}{:<30}{}\n", "", "model as it is", "with what was found");
         out += &row("success in space", |v| v.space_success);
         out += &row("success on facility", |v| v.hil_success);
         out += &row("false passes", |v| v.false_pass);

@@ -412,7 +412,7 @@ fn leave_traces(plan: &Plan, mut ended: Ended, args: &DriveArgs) -> miette::Resu
         return Err(refuse("the drive did not begin", refusal));
     }
     if args.no_band {
-        return Ok(Exit::Done);
+        return Ok(exit_of(passes(plan, &ended)));
     }
     let cycle = plan.addresses.cycle()?;
     let expected = band::compare(&plan.campaign, &plan.task, cycle, &ended.metrics, args.band_runs)?;
@@ -426,9 +426,18 @@ fn rule_in_words(plan: &Plan, stop: Stop) -> String {
     format!("{}: {}; the value was {}", row.id, rules::sentence(row, Some(limit)), with_unit(stop.value, row.unit))
 }
 
+/// Whether the run was completed and meets every criterion of the task.
+fn passes(plan: &Plan, ended: &Ended) -> bool {
+    ended.last.cause == StopCause::Completed && succeeds(&plan.task.plant.task, &ended.metrics)
+}
+
+fn exit_of(passes: bool) -> Exit {
+    if passes { Exit::Done } else { Exit::NotVerified }
+}
+
 fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> miette::Result<Exit> {
-    let (cause, metrics) = (ended.last.cause, &ended.metrics);
-    let success = cause == StopCause::Completed && succeeds(&plan.task.plant.task, metrics);
+    let cause = ended.last.cause;
+    let success = passes(plan, ended);
     let rule = ended.stop.map(|stop| {
         let row = stop.rule.row();
         serde_json::json!({
@@ -469,5 +478,5 @@ fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> mi
         }
         say(format!("{inside} of {} metrics inside what the model expects", band.lines.len()));
     }
-    Ok(if cause == StopCause::Completed { Exit::Done } else { Exit::NotVerified })
+    Ok(exit_of(success))
 }

@@ -18,6 +18,8 @@ Addresses:
 Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. A stop key,
 Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
 
+Exit codes: 0 the run meets every criterion of the task, 1 it does not or was stopped, 2 bad input.
+
 Examples:
   softdock drive campaigns/probe_drogue.toml --run 1244 --virtual
   softdock drive campaigns/probe_drogue.toml --experiment results/diagnose_probe_drogue/experiment.toml --virtual
