@@ -1,6 +1,6 @@
 //! A robot's controller: position loops once a tick, limits of speed and acceleration, feedforward.
 
-use super::reach::{Reach, posture};
+use super::reach::{Reach, closed_form, posture, within_ranges};
 use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
 use crate::fields::filled;
 use crate::manipulator::drive::cold;
@@ -21,9 +21,16 @@ pub(super) struct Course<R> {
 /// Angles and rates of the axes for a motion of the part; the rail takes its share.
 #[inline(always)]
 pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
+    let (_, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+    course_by(cell, told, posture(cell, &left))
+}
+
+/// The same from a posture of the joints, and 1 where that is limited.
+#[inline(always)]
+fn course_by<R: Real>(cell: &Cell, told: &Motion<R>, (joints, limited): ([R; JOINTS], R)) -> Course<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
-    let (joints, mut limited) = posture(cell, &left);
+    let mut limited = limited;
     let to_chain = Quat::lit(cell.to_chain);
     let rates = Reach::at(cell, joints).rates(to_chain.rotate(left.velocity), to_chain.rotate(left.omega));
     let (mut angle, mut rate) = ([place; AXES], [speed; AXES]);
@@ -38,10 +45,13 @@ pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
 }
 
 /// Angles from the start posture and rates of the axes for a motion of the part, and 1 where it is out of reach, near a
-/// singular posture or beyond a range of the robot's model.
+/// singular posture or beyond a range of the robot's model. Angles are exact to the scalar's rounding of metres: enough
+/// to compare them with limits, at half the cost of a set-point.
 #[inline(always)]
 pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], [R; AXES], R) {
-    let Course { angle, rate, limited } = course(cell, told);
+    let (_, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+    let (found, limited) = closed_form(cell, &left);
+    let Course { angle, rate, limited } = course_by(cell, told, within_ranges(cell, found, limited));
     (angle, rate, limited)
 }
 

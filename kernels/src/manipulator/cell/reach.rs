@@ -77,12 +77,10 @@ fn solve<R: Real>(columns: Mat3<R>, right: Vec3<R>) -> Vec3<R> {
     vec3(x, y, z) * (R::lit(1.0) / safe)
 }
 
-/// Joint angles that put the part at a pose, and 1 where they are out of reach, singular or out of range.
-///
-/// The closed form finds the posture to the scalar's rounding of metres; one Newton step on the small differences
-/// finds it to the rounding of millimetres.
+/// Joint angles that put the part at a pose, to the scalar's rounding of metres, and 1 where they are out of reach or
+/// singular. Ranges are not checked.
 #[inline(always)]
-pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
+pub(super) fn closed_form<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let pose = Pose { position: told.position, attitude: told.attitude };
     let part = Pose::lit(cell.base_inverse).compose(pose);
@@ -90,21 +88,42 @@ pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R
     let away = part.position.x.mul_add(part.position.x, part.position.y * part.position.y);
     let reach = cell.robot.workspace.reach;
     let beyond_reach = R::select(R::lit(reach * reach).lt(away), one, zero);
-    let (mut angle, mut limited) = (found.angle, found.singular.max(beyond_reach));
+    let mut angle = found.angle;
     for (i, angle) in angle.iter_mut().enumerate() {
         let away = *angle - R::lit(cell.start[i]);
         let turns = away.mul_add(R::lit(1.0 / TAU), R::lit(0.5)).floor();
         *angle = turns.mul_add(R::lit(-TAU), away);
     }
+    (angle, found.singular.max(beyond_reach))
+}
+
+/// Joint angles that put the part at a pose, and 1 where they are out of reach, singular or out of range.
+///
+/// One Newton step on the small differences from the closed form finds the posture to the rounding of millimetres.
+#[inline(always)]
+pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
+    let (angle, limited) = closed_form(cell, told);
     let reach = Reach::at(cell, angle);
     let at = tool_pose(cell, angle);
     let error = told.attitude.compose(at.attitude.conjugate());
     let turn = error.small_rotation_vector();
     let to_chain = Quat::lit(cell.to_chain);
     let step = reach.rates(to_chain.rotate(told.position - at.position), to_chain.rotate(turn));
+    let mut wanted = angle;
+    for i in 0..JOINTS {
+        wanted[i] = angle[i] + step[i];
+    }
+    within_ranges(cell, wanted, limited)
+}
+
+/// Joint angles cut to the ranges of the robot's model; `limited` becomes 1 where one was beyond.
+#[inline(always)]
+pub(super) fn within_ranges<R: Real>(cell: &Cell, wanted: [R; JOINTS], limited: R) -> ([R; JOINTS], R) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+    let (mut angle, mut limited) = (wanted, limited);
     for i in 0..JOINTS {
         let limits = &cell.robot.joints[i].limits;
-        let wanted = angle[i] + step[i];
+        let wanted = wanted[i];
         angle[i] = wanted.min(R::lit(limits.upper - cell.start[i])).max(R::lit(limits.lower - cell.start[i]));
         let beyond = angle[i].lt(wanted) | wanted.lt(angle[i]);
         limited = limited.max(R::select(beyond, one, zero));
