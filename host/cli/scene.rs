@@ -3,7 +3,7 @@
 use crate::words::{refuse, warn};
 use softdock_analysis::scene_svg;
 use softdock_campaign::Campaign;
-use softdock_kernels::plant::Plant;
+use softdock_campaign::overlap::without_robots;
 use std::fs;
 use std::path::Path;
 
@@ -13,11 +13,8 @@ use std::path::Path;
 /// If the file cannot be written.
 pub(crate) fn draw_scene(campaign: &Campaign, path: &Path) -> miette::Result<()> {
     let scenario = &campaign.scenario;
-    let mut model = scenario.model.clone();
-    // The scene is that of space: it has no robots.
-    (model.facility.joint_level, model.facility.session_robots) = (None, None);
     let heading = format!("{}: {}, nominal start", scenario.id, scenario.title);
-    let svg = scene_svg(&heading, &Plant::new(model), &campaign.nominal());
+    let svg = scene_svg(&heading, &without_robots(&scenario.model), &campaign.nominal());
     fs::write(path, svg).map_err(|error| {
         refuse(format!("`{}` cannot be written: {error}", path.display()), "name a file in a folder that exists")
     })?;

@@ -34,4 +34,4 @@ pub use plots::scene::scene_svg;
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Extension, Judgement, Summary, Verdict};
-pub use terminal::verdict_text;
+pub use terminal::{table, verdict_text};

@@ -230,7 +230,7 @@ fn repetition_lines(out: &mut String, name: &str, kind: &Repetition, parity: &Pa
 }
 
 /// Rows with aligned columns, two blanks between them.
-pub(crate) fn table(out: &mut String, rows: &[impl AsRef<[String]>]) {
+pub fn table(out: &mut String, rows: &[impl AsRef<[String]>]) {
     let columns = rows.iter().map(|row| row.as_ref().len()).max().unwrap_or(0);
     let width = |column: usize| rows.iter().map(|row| row.as_ref()[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();

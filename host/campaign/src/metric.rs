@@ -11,6 +11,7 @@ use crate::written::campaign::MetricTable;
 use softdock_kernels::fields::{Field, fields, to_vec};
 use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::Params;
+use std::sync::LazyLock;
 
 /// Metric of a loop that is no number of the monitor: 1 if every criterion of the task holds, 0 if not; not available
 /// where the session was aborted.
@@ -103,6 +104,10 @@ impl MetricRef {
     }
 }
 
+/// When each metric of the monitor has a value, in the order of its field table; found once, not for every run.
+static PRESENCE: LazyLock<Vec<Presence>> =
+    LazyLock::new(|| fields::<f64, Metrics<f64>>().iter().map(|field| Metrics::presence(&field.name)).collect());
+
 /// Values of a campaign's custom metrics in one loop of a run.
 ///
 /// `effective_mass` \[kg\] is that at first touch; `inputs` are the applied parameters in the order of the field table
@@ -116,9 +121,7 @@ pub fn custom_values(
     if own.is_empty() {
         return Vec::new();
     }
-    let monitor = fields::<f64, Metrics<f64>>();
-    let monitor = monitor.iter().zip(to_vec(metrics));
-    let monitor = monitor.map(|(field, value)| metrics.told(Metrics::presence(&field.name), value));
+    let monitor = PRESENCE.iter().zip(to_vec(metrics)).map(|(presence, value)| metrics.told(*presence, value));
     let parameters = inputs.iter().map(|value| Some(*value).filter(|value| value.is_finite()));
     let mut known: Vec<Option<f64>> = monitor.chain([effective_mass]).chain(parameters).collect();
     let first = known.len();

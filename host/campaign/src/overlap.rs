@@ -30,12 +30,17 @@ pub fn millimetres(length: f64) -> String {
     format!("{} mm", if number == "-0" { "0" } else { number })
 }
 
+/// The plant of a model without the joints of the facility's robots: the start in space needs none, and robots that
+/// cannot stand in their places are refused elsewhere.
+pub fn without_robots(model: &Model) -> Plant {
+    let mut model = model.clone();
+    (model.facility.joint_level, model.facility.session_robots) = (None, None);
+    Plant::new(model)
+}
+
 /// Refuses a nominal start at which the parts overlap by more than `task.max_depth`.
 pub(crate) fn refuse(c: &mut Checker, file: &ScenarioFile, model: &Model) {
-    // The start needs no robots, and robots that cannot stand in their places are refused elsewhere.
-    let mut alone = model.clone();
-    (alone.facility.joint_level, alone.facility.session_robots) = (None, None);
-    let plant = Plant::new(alone);
+    let plant = without_robots(model);
     let parts = start_parts(&plant, &model.nominal);
     let Some(overlap) = deepest_overlap(&plant, &parts).filter(|overlap| overlap.depth > model.task.max_depth) else {
         return;

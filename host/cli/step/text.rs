@@ -2,8 +2,8 @@
 
 use super::wall_time::WallTime;
 use super::{Draws, LOOPS, Nominal, REPORTED, Reported, Stepped, SteppedFacility};
-use softdock_analysis::cause_sentence;
 use softdock_analysis::number::{significant, with_unit};
+use softdock_analysis::{cause_sentence, table};
 use softdock_campaign::overlap::{millimetres, point_key, solid_key};
 use softdock_kernels::contact::overlap::Overlap;
 use softdock_kernels::metrics::flags;
@@ -100,7 +100,8 @@ fn nominal(facility: &SteppedFacility) -> String {
         }
     }
     push("outcome", cells(&|side, _| side.outcome.word().to_owned()));
-    let mut text = "\nnominal case, stepped in f64\n".to_owned() + &table(&rows);
+    let mut text = "\nnominal case, stepped in f64\n".to_owned();
+    table(&mut text, &rows);
     for (name, side, _) in loops {
         if let (Some(cause), true) = (&side.cause, side.outcome != Outcome::Invalid) {
             text += &format!("  {name}: {}, {}\n", side.outcome.word(), cause_sentence(cause));
@@ -148,7 +149,7 @@ fn draws(draws: &Draws) -> String {
         let [pass, fail, aborted, invalid] = side.outcomes.map(|count| count.to_string());
         rows.push([(*name).to_owned(), pass, fail, aborted, invalid]);
     }
-    text += &table(&rows);
+    table(&mut text, &rows);
     for (name, side) in LOOPS.iter().zip(&draws.loops) {
         for (cause, outcome, count) in side.causes.iter().take(MOST_CAUSES) {
             text += &format!("  {name}: {count} {}, {}\n", outcome.word(), cause_words(cause));
@@ -163,7 +164,8 @@ fn draws(draws: &Draws) -> String {
             rows.push([words.to_owned(), (*name).to_owned(), min, median, max]);
         }
     }
-    text + &table(&rows)
+    table(&mut text, &rows);
+    text
 }
 
 /// What a cause is, without the numbers of a single run.
@@ -182,17 +184,6 @@ fn overlaps(draws: &Draws) -> String {
         ),
         _ => format!("  parts overlap at the start {of}\n"),
     }
-}
-
-/// Rows with aligned columns, two blanks between them and before them.
-fn table<const N: usize>(rows: &[[String; N]]) -> String {
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; N] = std::array::from_fn(width);
-    let line = |row: &[String; N]| {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
-        format!("  {}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
-    };
-    rows.iter().map(line).collect()
 }
 
 /// A wall time as people read it.
