@@ -90,14 +90,6 @@ fn half_angle<R: Real>(t: R) -> R {
     t / (R::lit(1.0) + t.mul_add(t, R::lit(1.0)).sqrt())
 }
 
-/// Arc cosine; arguments outside [-1, 1] are clamped.
-#[inline(always)]
-pub fn acos<R: Real>(x: R) -> R {
-    let one = R::lit(1.0);
-    let x = x.min(one).max(-one);
-    atan2(((one - x) * (one + x)).sqrt(), x)
-}
-
 /// Exponential function, argument clamped to [-87, 87] (the normal range of f32).
 #[inline(always)]
 pub fn exp<R: Real>(x: R) -> R {
@@ -155,7 +147,6 @@ mod tests {
             }
             let (y, z) = (x.sin() * 3.0, (1.3 * x).cos());
             assert!((atan2(y, z) - y.atan2(z)).abs() < 1e-15, "atan2({y}, {z})");
-            assert!((acos(z) - z.acos()).abs() < 2e-15, "acos({z})");
         }
         assert_eq!(atan2(0.0, 0.0), 0.0);
         assert!((power(0.37, 1.7) - 0.37_f64.powf(1.7)).abs() < 1e-15);

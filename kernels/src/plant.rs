@@ -6,6 +6,7 @@ use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::model::{JointLevel, Model, Solid};
 use crate::robot::{command, robots_at};
+use crate::session::SessionRobot;
 use crate::space::{Motion, Parts};
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Deref;
@@ -27,7 +28,7 @@ pub struct Plant {
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
     /// The robots that a session drives, in their places.
-    pub session_cells: Option<[Cell; 2]>,
+    pub session_robots: Option<[SessionRobot; 2]>,
     /// The effects that a run may have; the stages leave out the terms of all others.
     pub effects: EffectSet,
 }
@@ -61,17 +62,21 @@ impl Plant {
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
-        let (cells, session_cells, effects) = (None, None, EffectSet::ALL);
+        let (cells, session_robots, effects) = (None, None, EffectSet::ALL);
         let mut plant =
-            Self { model, chain, tool_start, start, target_inverse_inertia, solids, cells, session_cells, effects };
+            Self { model, chain, tool_start, start, target_inverse_inertia, solids, cells, session_robots, effects };
         let placed = |level: &JointLevel| {
             place(&plant, level)
                 .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))
         };
         let facility = &plant.model.facility;
         let cells = facility.joint_level.as_ref().map(placed);
-        let session_cells = facility.session_robots.as_ref().map(|robots| placed(&robots.level));
-        (plant.cells, plant.session_cells) = (cells, session_cells);
+        let session_robots = facility.session_robots.as_ref().map(|robots| {
+            let [cell1, cell2] = placed(&robots.level);
+            let [first, second] = robots.correction;
+            [SessionRobot::new(cell1, &robots.limits, first), SessionRobot::new(cell2, &robots.limits, second)]
+        });
+        (plant.cells, plant.session_robots) = (cells, session_robots);
         plant
     }
 

@@ -4,9 +4,13 @@
 //! robots report, what they were commanded, what the sensor measures. A rule that is met stops the session: the
 //! facility then gives no answer.
 
+mod axes;
+
+pub use axes::{Asked, SessionRobot, axes_asked, range_used};
+
 use crate::bundle;
-use crate::manipulator::cell::{AXES, Cell, RAIL, commanded_axes};
-use crate::model::{Facility, SessionRobots, SessionRules};
+use crate::manipulator::cell::AXES;
+use crate::model::{Facility, SessionRules};
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Motion, Parts, Wrench};
@@ -20,6 +24,8 @@ bundle! {
         wrench: Wrench<R>, "1", "measured wrench on part A about its origin, part A's axes, without the tool's load";
         saturated: R, "1", "1 if a channel of the sensor has saturated";
         cut: R, "1", "1 if the command was cut to the limits of an axis";
+        asked: Asked<R>, "1", "what the command asks of the axes";
+        range_used: R, "1", "greatest share of its range that it needs of a joint, 0 far from every end";
         port_energy: R, "J", "energy through the port on the simulated side";
     }
 }
@@ -32,16 +38,13 @@ bundle! {
         turn: Quat<R>, "1", "attitude of part A in part B's axes at the last cycle";
         wrench: Wrench<R>, "1", "measured wrench at the last cycle, part B's axes";
         work: R, "J", "work of the measured wrench on the reported motion";
-        rates_a: [R; AXES], "1/s", "rates of robot 1's axes that the command asked for at the last cycle";
-        rates_b: [R; AXES], "1/s", "rates of robot 2's axes that the command asked for at the last cycle";
+        rates_a: [R; AXES], "1/s", "rates that the command asked of robot 1's axes at the last cycle";
+        rates_b: [R; AXES], "1/s", "rates that the command asked of robot 2's axes at the last cycle";
         clamped: R, "s", "time during which commands have been cut without a pause";
         rule: R, "1", "number of the rule that was met first, 0 before";
         value: R, "1", "value that met it, in the rule's own measure";
     }
 }
-
-/// Share of a range that a pose out of reach counts as.
-const OUT_OF_REACH: f64 = 2.0;
 
 /// A rule that stops a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -187,11 +190,13 @@ impl Rule {
         RULES.iter().map(|row| row.rule).find(|rule| f64::from(*rule as u32) == number)
     }
 
-    /// A value in the rule's unit, from its measure in a session's state: angles are kept as the sine of their half.
+    /// A value in the rule's unit, from its measure in a session's state: lengths of vectors are kept as their squares,
+    /// angles as the square of the sine of their half.
     pub fn in_unit(self, measure: f64) -> f64 {
         match self {
-            Self::FollowingRotation | Self::ToolRotation => 2.0 * measure.min(1.0).asin(),
-            _ => measure,
+            Self::Force | Self::Moment | Self::ForceRate | Self::FollowingError | Self::ToolReach => measure.sqrt(),
+            Self::FollowingRotation | Self::ToolRotation => 2.0 * measure.min(1.0).sqrt().asin(),
+            Self::Saturation | Self::InjectedEnergy | Self::JointRange | Self::ClampTime | Self::Divergence => measure,
         }
     }
 }
@@ -255,36 +260,34 @@ pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: 
     let way = (s.wrench.force + wrench.force).dot(place - s.place) + (s.wrench.moment + wrench.moment).dot(turned);
     let begun = zero.lt(s.begun);
     let work = s.work + R::select(begun, way * half, zero);
-    let change = R::select(begun, (wrench.force - s.wrench.force).norm(), zero);
+    let change = R::select(begun, square(wrench.force - s.wrench.force), zero);
 
     let (told, start) = (&seen.commanded, &m.start);
-    let following = (told.a.position - a.position).norm().max((told.b.position - b.position).norm());
+    let following = square(told.a.position - a.position).max(square(told.b.position - b.position));
     let following_turn = half_turn(told.a.attitude, a.attitude).max(half_turn(told.b.attitude, b.attitude));
     let reach = distance(told.a, start.a).max(distance(told.b, start.b));
     let reach_turn = half_turn(Quat::lit(start.a.attitude), told.a.attitude)
         .max(half_turn(Quat::lit(start.b.attitude), told.b.attitude));
-    let mut asked =
-        [Asked { rates: s.rates_a, used: zero, cut: zero }, Asked { rates: s.rates_b, used: zero, cut: zero }];
-    if let (Some(cells), Some(robots)) = (&m.session_cells, &m.facility.session_robots) {
-        asked[0] = ask(&cells[0], robots, 0, &told.a, &s.rates_a, cycle);
-        asked[1] = ask(&cells[1], robots, 1, &told.b, &s.rates_b, cycle);
+    let mut fast = zero.lt(seen.cut);
+    if let Some([robot1, robot2]) = &m.session_robots {
+        let (a, b) = (&seen.asked.rates_a, &seen.asked.rates_b);
+        let too_fast = robot1.too_fast(&s.rates_a, a, cycle) | robot2.too_fast(&s.rates_b, b, cycle);
+        // Before the first cycle there is no rate to differ from.
+        fast = fast | begun & too_fast;
     }
-    // Before the first cycle there is no rate to differ from.
-    let cut = R::select(begun, asked[0].cut.max(asked[1].cut), zero);
-    let fast = zero.lt(seen.cut.max(cut));
     let clamped = R::select(fast, s.clamped + cycle, zero);
 
     let measures = [
-        (wrench.force.norm(), rules.force),
-        (wrench.moment.norm(), rules.moment),
-        (change / cycle, rules.force_rate),
+        (square(wrench.force), rules.force * rules.force),
+        (square(wrench.moment), rules.moment * rules.moment),
+        (change / (cycle * cycle), rules.force_rate * rules.force_rate),
         (seen.saturated, if rules.sensor_saturation { 0.0 } else { f64::INFINITY }),
         (seen.port_energy - work, rules.injected_energy),
-        (following, rules.following_error),
+        (following, rules.following_error * rules.following_error),
         (following_turn, half_sine(rules.following_rotation)),
-        (reach, rules.tool_reach),
+        (reach, rules.tool_reach * rules.tool_reach),
         (reach_turn, half_sine(rules.tool_rotation)),
-        (asked[0].used.max(asked[1].used), if m.facility.session_robots.is_some() { 1.0 } else { f64::INFINITY }),
+        (seen.range_used, if m.facility.session_robots.is_some() { 1.0 } else { f64::INFINITY }),
         (clamped, rules.clamp_time),
     ];
     let (mut rule, mut value) = (zero, zero);
@@ -307,68 +310,35 @@ pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: 
         turn,
         wrench,
         work,
-        rates_a: asked[0].rates,
-        rates_b: asked[1].rates,
+        rates_a: seen.asked.rates_a,
+        rates_b: seen.asked.rates_b,
         clamped,
         rule: R::select(stopped, s.rule, rule),
         value: R::select(stopped, s.value, value),
     }
 }
 
-/// Sine of half the angle between two attitudes.
+/// Square of a vector's length.
+#[inline(always)]
+fn square<R: Real>(v: Vec3<R>) -> R {
+    v.dot(v)
+}
+
+/// Square of the sine of half the angle between two attitudes.
 #[inline(always)]
 fn half_turn<R: Real>(from: Quat<R>, to: Quat<R>) -> R {
-    to.compose(from.conjugate()).v.norm()
+    square(to.compose(from.conjugate()).v)
 }
 
-/// Sine of half an angle; infinite for none.
+/// Square of the sine of half an angle; infinite for none.
 fn half_sine(angle: f64) -> f64 {
-    if angle.is_finite() { (0.5 * angle).sin() } else { angle }
+    if angle.is_finite() { (0.5 * angle).sin().powi(2) } else { angle }
 }
 
-/// Distance of a commanded part from its start.
+/// Square of the distance of a commanded part from its start.
 #[inline(always)]
 fn distance<R: Real>(commanded: Motion<R>, start: Motion<f64>) -> R {
-    (commanded.position - Vec3::lit(start.position)).norm()
-}
-
-/// What a command asks of a robot's axes.
-#[derive(Clone, Copy)]
-struct Asked<R> {
-    rates: [R; AXES],
-    /// Greatest share of its range, or of its correction, that a joint needs; above 1 it cannot be commanded.
-    used: R,
-    /// 1 where an axis would have to be faster, or to accelerate more, than it may.
-    cut: R,
-}
-
-/// What a commanded motion asks of a robot's axes, from the rates that the last command asked for.
-#[inline(always)]
-fn ask<R: Real>(
-    cell: &Cell,
-    robots: &SessionRobots,
-    robot: usize,
-    told: &Motion<R>,
-    last: &[R; AXES],
-    cycle: R,
-) -> Asked<R> {
-    let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let (angle, rates, limited) = commanded_axes(cell, told);
-    let mut used = R::select(zero.lt(limited), R::lit(OUT_OF_REACH), zero);
-    let mut over = one.lt(zero);
-    for i in 0..cell.axes() {
-        let limit = &robots.limits[i];
-        let (middle, half) = (0.5 * (limit.lower + limit.upper), 0.5 * (limit.upper - limit.lower));
-        let start = if i < RAIL { cell.start[i] } else { 0.0 };
-        used = used.max((angle[i] - R::lit(middle - start)).abs() * R::lit(1.0 / half));
-        if i < RAIL {
-            used = used.max(angle[i].abs() * R::lit(1.0 / robots.correction[robot]));
-        }
-        let change = (rates[i] - last[i]).abs();
-        // Not "greater than": the comparison must also catch a NaN.
-        over = over | !rates[i].abs().le(R::lit(limit.speed)) | !change.le(R::lit(limit.acceleration) * cycle);
-    }
-    Asked { rates, used, cut: R::select(over, one, zero) }
+    square(commanded.position - Vec3::lit(start.position))
 }
 
 #[cfg(test)]
@@ -394,7 +364,9 @@ mod tests {
     }
 
     fn observed(parts: Parts<f64>, wrench: Wrench<f64>) -> Observed<f64> {
-        Observed { commanded: parts, parts, wrench, saturated: 0.0, cut: 0.0, port_energy: 0.0 }
+        let asked = Asked { rates_a: [0.0; AXES], rates_b: [0.0; AXES], near_limit: 0.0 };
+        let (commanded, cut, range_used) = (parts, 0.0, 0.0);
+        Observed { commanded, parts, wrench, saturated: 0.0, cut, asked, range_used, port_energy: 0.0 }
     }
 
     /// The parts after a share of a relative motion: part A slides by 10 mm along x and turns by 0.1 rad about z relative

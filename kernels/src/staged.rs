@@ -15,7 +15,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
-use crate::session::{Observed, Session};
+use crate::session::{Asked, Observed, Session};
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::test_motion::{Followed, Tracking};
 use crate::vector::{Quat, Vec3};
@@ -93,6 +93,10 @@ staged! {
     joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
+    /// [`crate::session::axes_asked`]
+    session::axes_asked(m; told: &'a Parts<L>) -> Asked<L>;
+    /// [`crate::session::range_used`]
+    session::range_used(m; asked: &'a Asked<L>, told: &'a Parts<L>) -> L;
     /// [`crate::load::felt`]
     load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::compensator::compensate`]

@@ -84,10 +84,11 @@ fn tick_hil(now: f32, last: f32) {
     let masses = hil_masses(p);
     let k = kinematics(masses, hil);
     let parts = parts_of(k);
-    let jitter = send_command(parts, now);
+    let told = with_test(p, command(parts), now);
+    let jitter = send_command(told);
     tick_facility(parts, now, jitter);
     let measured = arriving_wrench();
-    watch_session(parts, measured, now);
+    watch_session(told, measured, now);
     // A session that a rule has stopped just now goes no further.
     if (hil_watch.done > 0.0) {
         return;
@@ -98,8 +99,8 @@ fn tick_hil(now: f32, last: f32) {
 }
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
-fn send_command(parts: Parts, now: f32) -> f32 {
-    var sent = with_test(p, command(parts), now);
+fn send_command(told: Parts) -> f32 {
+    var sent = told;
     if (POSES) {
         let first = get_command((tick + SLOTS - 2u) % SLOTS);
         let second = get_command((tick + SLOTS - 1u) % SLOTS);
@@ -177,13 +178,19 @@ fn arriving_wrench() -> Wrench {
     return blend(newer, older, age - whole);
 }
 
-// One cycle of the session's rules.
-fn watch_session(simulated: Parts, measured: Wrench, now: f32) {
+// One cycle of the session's rules, for the motion that was told at its beginning.
+fn watch_session(told: Parts, measured: Wrench, now: f32) {
     if (!SUPERVISED) {
         return;
     }
-    let commanded = displaced(with_test(p, command(simulated), now), yielding);
-    session = supervise(session, mounted_parts(p, robot), commanded, measured, sensed, hil_watch.port_energy, TICK);
+    let commanded = displaced(told, yielding);
+    let asked = axes_asked(commanded);
+    var used = 0.0;
+    if (asked.near_limit > 0.0) {
+        used = range_used(asked, commanded);
+    }
+    let parts = mounted_parts(p, robot);
+    session = supervise(session, parts, commanded, asked, used, measured, sensed, hil_watch.port_energy, TICK);
     if (session.rule > 0.0) {
         hil_watch.done = 1.0;
         hil_watch.end_time = now;

@@ -80,7 +80,11 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
         "send_command",
         200.0,
         "a deviate from a logarithm near 1",
-        call("let r0 = send_command(parts_of(kinematics(hil_masses(p), hil)), now);", &["f32"], [true, false]),
+        call(
+            "let r0 = send_command(with_test(p, command(parts_of(kinematics(hil_masses(p), hil))), now));",
+            &["f32"],
+            [true, false],
+        ),
     ),
     row(
         "tick_facility",
@@ -124,7 +128,11 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
         "watch_session",
         400.0,
         "as supervise",
-        call("watch_session(parts_of(kinematics(hil_masses(p), hil)), held, now);", &[], NONE),
+        call(
+            "watch_session(with_test(p, command(parts_of(kinematics(hil_masses(p), hil))), now), held, now);",
+            &[],
+            NONE,
+        ),
     ),
     row(
         "compensated_wrench",

@@ -21,7 +21,7 @@ use softdock_kernels::philox::{key, uniform};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{Robots, carry_on, command, mounted_parts};
 use softdock_kernels::sensor::Sensor;
-use softdock_kernels::session::Session;
+use softdock_kernels::session::{Asked, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
 use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
@@ -392,6 +392,11 @@ fn bundle<const N: usize>(
         "Compensation" => optional::<N, Compensation<f64>>(plant, shot, "compensation_"),
         "Load" => optional::<N, Load<f64>>(plant, shot, "load_"),
         "Touch" => flat(&s.touch),
+        "Asked" => {
+            // As if a joint were near the end of its range, in every other sample.
+            let near_limit = f64::from(index as u32 % 2);
+            flat(&Asked { near_limit, ..axes_asked(plant, &command(plant, &s.simulated)) })
+        }
         "Session" => optional::<N, Session<f64>>(plant, shot, "session_"),
         "Yielding" => optional::<N, Yielding<f64>>(plant, shot, "yielding_"),
         "Tracking" => optional::<N, Tracking<f64>>(plant, shot, "tracking_"),
@@ -461,7 +466,7 @@ fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &s
         "last" | "facility" => f64::from(u8::from(u < 0.5)),
         "port_energy" => u - 0.5,
         "cycle" => plant.timing.tick(),
-        "place" => 2.0 * u,
+        "place" | "range_used" => 2.0 * u,
         "share" => 0.25 * (1.0 + (4.0 * u).floor()),
         "age" | "u" | "v" => u,
         other => panic!("no sampler for the scalar `{other}`"),

@@ -20,7 +20,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
-use softdock_kernels::session::{self, Observed, Session};
+use softdock_kernels::session::{self, Asked, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
@@ -123,8 +123,11 @@ fn facility_rows() -> Vec<Row<Twin>> {
         carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
         on_course(p: Params<f64>, told: Parts<f64>) => robot::on_course(m, &p, &told), 60.0, "as carry_on, over a delay that is a difference";
         new_session() => session::new_session::<f64>(), 0.0, COPIED;
-        supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
-            let seen = Observed { parts, commanded, wrench: w, saturated: sensed.saturated, cut: 0.0, port_energy };
+        axes_asked(told: Parts<f64>) => session::axes_asked(m, &told), 100.0, "rates of a posture far from singular, from its lengths and turns";
+        range_used(asked: Asked<f64>, told: Parts<f64>) => session::range_used(m, &asked, &told), 100.0, "angles of a posture";
+        supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, asked: Asked<f64>, range_used: f64, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
+            let (saturated, cut) = (sensed.saturated, 0.0);
+            let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, port_energy };
             session::supervise(m, &s, &seen, cycle)
         }, 100.0, "the work of a wrench over a difference of places";
         substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";

@@ -20,8 +20,8 @@ use crate::sensor::Sensor;
 use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
-    by_differences, carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate, kinematics,
-    latch, normals, on_course, set_where, start, substitute, with_test,
+    axes_asked, by_differences, carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate,
+    kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
 use crate::vector::Vec3;
@@ -44,10 +44,11 @@ impl<L: Lane> Stage for TickFacility<'_, L> {
     #[inline(always)]
     fn run(self) {
         let Self { facility, m, interface, simulated, now, live } = self;
-        let jitter = facility.send_command(m, simulated, now, live);
+        let told = facility.told(m, simulated, now);
+        let jitter = facility.send_command(m, &told, live);
         facility.tick_facility(m, interface, simulated, now, jitter, live);
         let measured = facility.arriving_wrench(m, live);
-        let live = facility.watch_session(m, &mut interface.watch, simulated, measured, now, live);
+        let live = facility.watch_session(m, &mut interface.watch, &told, measured, now, live);
         facility.receive_wrench(m, &mut interface.watch, simulated, measured, live);
     }
 }
@@ -210,10 +211,16 @@ impl<L: Lane> FacilityLanes<L> {
         self.dropped = L::select(fresh, zero, self.dropped);
     }
 
+    /// What the robots are told at a time, for a motion of the simulated parts.
+    #[inline(always)]
+    pub(super) fn told(&self, m: &Plant, simulated: &Parts<L>, now: L) -> Parts<L> {
+        with_test(m, &self.params, &command(m, simulated), now)
+    }
+
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
-    pub(super) fn send_command(&mut self, m: &Plant, parts: &Parts<L>, now: L, live: L::Mask) -> L {
-        let mut sent = with_test(m, &self.params, &command(m, parts), now);
+    pub(super) fn send_command(&mut self, m: &Plant, told: &Parts<L>, live: L::Mask) -> L {
+        let mut sent = *told;
         if commands_poses(m) {
             let (first, second) = (self.commands.at(self.step, 2), self.commands.at(self.step, 1));
             sent = by_differences(m, &first, &second, &sent);
@@ -318,13 +325,13 @@ impl<L: Lane> FacilityLanes<L> {
         crate::sensor::blend(newer, older, age - whole)
     }
 
-    /// One cycle of the session's rules; gives the lanes whose session goes on.
+    /// One cycle of the session's rules, for the motion that was told at its beginning; gives the lanes whose session goes on.
     #[inline(always)]
     pub(super) fn watch_session(
         &mut self,
         m: &Plant,
         watch: &mut Watch<L>,
-        simulated: &Parts<L>,
+        told: &Parts<L>,
         measured: Wrench<L>,
         now: L,
         live: L::Mask,
@@ -332,18 +339,23 @@ impl<L: Lane> FacilityLanes<L> {
         if !supervised(m) {
             return live;
         }
-        let told = with_test(m, &self.params, &command(m, simulated), now);
+        let commanded = displaced(m, told, &self.yielding);
+        let asked = axes_asked(m, &commanded);
         let seen = Observed {
             parts: mounted_parts(m, &self.params, &self.robots),
-            commanded: displaced(m, &told, &self.yielding),
+            commanded,
             wrench: measured,
             saturated: self.sensor.saturated,
             cut: L::lit(0.0),
+            asked,
+            range_used: range_used(m, &asked, &commanded),
             port_energy: watch.port_energy,
         };
-        let before = self.session;
+        let before = if all::<L>(live) { None } else { Some(self.session) };
         in_place::supervise(m, &mut self.session, &seen, L::lit(m.timing.tick()));
-        set_where(!live, &mut self.session, &before);
+        if let Some(before) = before {
+            set_where(!live, &mut self.session, &before);
+        }
         let stops = live & L::lit(0.0).lt(self.session.rule);
         watch.done = L::select(stops, L::lit(1.0), watch.done);
         watch.end_time = L::select(stops, now, watch.end_time);

@@ -9,9 +9,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::mounted_parts;
 use crate::space::{Motion, Parts, Wrench};
-use crate::staged::{
-    carry_on, command, displaced, followed, in_place, kinematics, latch, metrics, on_course, with_test,
-};
+use crate::staged::{carry_on, displaced, followed, in_place, kinematics, latch, metrics, on_course};
 use crate::vector::Vec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -195,7 +193,7 @@ fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
 impl<const N: usize> SimulationComputer for Computer<N> {
     fn told(&self) -> Parts<f64> {
         let m = &*self.plant;
-        let sent = with_test(m, &self.tile.facility.params, &command(m, &self.simulated()), self.now());
+        let sent = self.tile.facility.told(m, &self.simulated(), self.now());
         displaced(m, &sent, &self.tile.facility.yielding)
     }
 
@@ -207,7 +205,8 @@ impl<const N: usize> SimulationComputer for Computer<N> {
         let Tile { hil, facility, .. } = &mut self.tile;
         let live = hil.interface.watch.done <= 0.0;
         crate::staged::update_kinematics(m, &hil.masses, &hil.bodies, &mut hil.kinematics);
-        facility.send_command(m, &simulated, now, live);
+        let told = facility.told(m, &simulated, now);
+        facility.send_command(m, &told, live);
         facility.receive_wrench(m, &mut hil.interface.watch, &simulated, measured.wrench, live);
         self.tile.tick_simulation(m, live);
         let Tile { hil, facility, .. } = &mut self.tile;

@@ -222,7 +222,8 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         }),
         ("send_command", |tile, m| {
             let (parts, now) = (simulated(m, &tile.hil).parts, tile.facility.now(m));
-            vec![tile.facility.send_command(m, &parts, now, true)]
+            let told = tile.facility.told(m, &parts, now);
+            vec![tile.facility.send_command(m, &told, true)]
         }),
         ("tick_facility", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
@@ -241,7 +242,8 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("arriving_wrench", |tile, m| to_vec(&tile.facility.arriving_wrench(m, true))),
         ("watch_session", |tile, m| {
             let (parts, measured, now) = (simulated(m, &tile.hil).parts, tile.facility.held, tile.facility.now(m));
-            tile.facility.watch_session(m, &mut tile.hil.interface.watch, &parts, measured, now, true);
+            let told = tile.facility.told(m, &parts, now);
+            tile.facility.watch_session(m, &mut tile.hil.interface.watch, &told, measured, now, true);
             Vec::new()
         }),
         ("compensated_wrench", |tile, m| {

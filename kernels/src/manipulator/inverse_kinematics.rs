@@ -4,7 +4,8 @@
 //! wrist's centre fixes the first three joints, the rest of the attitude the last three (Pieper 1968).
 
 use super::Manipulator;
-use crate::math::{acos, atan2, sin_cos};
+use crate::chain::Turn;
+use crate::math::atan2;
 use crate::real::Real;
 use crate::vector::{Mat3, Pose, Quat, Vec3, vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -13,6 +14,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// counts as singular: one degree, and a tenth of a forearm.
 const SINGULAR_SINE: f64 = 0.0175;
 const SINGULAR_DISTANCE: f64 = 0.1;
+/// What divides a rate is at least so much \[m, m^2 or 1\], so that rates stay bounded at a singular posture.
+const LEAST: f64 = 1e-3;
 
 /// The lengths of the arm and the way its joints count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,13 +56,23 @@ impl Branch {
     }
 }
 
-/// A posture, and how near it is to the edge of what the closed form can do.
+/// A posture that reaches a pose, by the turns of its frames; what follows of them needs no transcendental function.
 #[derive(Clone, Copy, Debug)]
 pub struct Posture<R> {
-    /// Joint angles \[rad\].
-    pub angle: [R; 6],
-    /// 1 where the pose is out of reach or singular (the angles are then those of the nearest arm that is stretched).
+    /// Turns of the six frames, each from the one before it.
+    pub(crate) turns: [Turn<R>; 6],
+    /// 1 where the pose is out of reach or singular (the posture is then that of the nearest arm that is stretched).
     pub singular: R,
+    /// The wrist's centre, base axes \[m\].
+    wrist: Vec3<R>,
+    /// 1 over its distance from axis 1, negative behind the robot's back, bounded \[1/m\].
+    per_out: R,
+    /// From joint 3 to the wrist's centre in the arm's plane, outwards and downwards \[m\].
+    lower: (R, R),
+    /// Axes of frame 3, base axes.
+    third: Mat3<R>,
+    /// 1 over the sine of the wrist's bend, negative if the wrist is turned over, bounded.
+    per_bend: R,
 }
 
 impl SphericalWrist {
@@ -99,54 +112,109 @@ impl SphericalWrist {
     /// The posture of a branch that puts frame 6 (origin and axes, base axes) at a pose.
     #[inline(always)]
     pub fn inverse<R: Real>(&self, branch: Branch, frame6: Pose<R>) -> Posture<R> {
+        let (zero, one) = (R::lit(0.0), R::lit(1.0));
         let axes = frame6.attitude.matrix();
         let wrist = axes.z.scale_add(R::lit(-self.hand), frame6.position);
-        let (turned, [theta1, theta2, theta3]) = self.reach(branch, wrist);
-        // Frame 3, then the wrist's turn Rz(theta4) Ry(-theta5) Rz(theta6).
-        let third = plane_axes(theta1, theta2 + theta3);
-        let (x, z) = (third.transposed_times(axes.x), third.transposed_times(axes.z));
-        let (y, sign) = (third.transposed_times(axes.y), if branch.flipped { -1.0 } else { 1.0 });
-        // In axes turned by Rx(-90): (x, y, z) there is (x, -z, y) here.
-        let bend = z.x.mul_add(z.x, z.z * z.z).sqrt();
-        let theta4 = atan2(z.z * R::lit(-sign), z.x * R::lit(sign));
-        let theta5 = -atan2(bend * R::lit(sign), z.y);
-        let theta6 = atan2(y.y * R::lit(sign), x.y * R::lit(-sign));
-        let theta = [theta1, theta2, theta3, theta4, theta5, theta6];
-        let mut angle = theta;
-        for i in 0..6 {
-            angle[i] = (theta[i] - R::lit(self.offset[i])) * R::lit(self.sign[i]);
-        }
-        let (zero, one) = (R::lit(0.0), R::lit(1.0));
-        let singular = R::select(bend.lt(R::lit(SINGULAR_SINE)), one, zero);
-        Posture { angle, singular: singular.max(turned) }
+        let square_out = wrist.x.mul_add(wrist.x, wrist.y * wrist.y);
+        let side = R::lit(if branch.back { -1.0 } else { 1.0 });
+        let outwards = side / square_out.max(R::lit(LEAST * LEAST)).sqrt();
+        let first = Turn { cos: wrist.x * outwards, sin: wrist.y * outwards };
+        let out = square_out * outwards;
+        // The vertical plane: x outwards from joint 2, y downwards.
+        let (x, y) = (out - R::lit(self.shoulder), R::lit(self.height) - wrist.z);
+        let (upper, lower) = (self.upper, self.elbow.hypot(self.forearm));
+        let square = x.mul_add(x, y * y);
+        let cosine = (square - R::lit(upper * upper + lower * lower)) * R::lit(0.5 / (upper * lower));
+        let cos = cosine.min(one).max(-one);
+        let down = R::lit(if branch.elbow_down { -1.0 } else { 1.0 });
+        let bent = Turn { cos, sin: ((one - cos) * (one + cos)).sqrt() * down };
+        // From joint 2 to the wrist as the upper arm sees it, and the distance that the arm has.
+        let (along, across) = (bent.cos.mul_add(R::lit(lower), R::lit(upper)), bent.sin * R::lit(lower));
+        let length = square * along.mul_add(along, across * across);
+        let unit = one / length.max(R::lit(1e-30)).sqrt();
+        let second = Turn { cos: x.mul_add(along, y * across) * unit, sin: y.mul_add(along, x * -across) * unit };
+        let third = bent.and(Turn::lit(Turn { cos: self.elbow / lower, sin: -self.forearm / lower }));
+        let forearm = second.and(bent);
+        let plane = second.and(third);
+        let frame3 = plane_axes(first, plane);
+        // The wrist's turn Rz(theta4) Ry(-theta5) Rz(theta6) in axes turned by Rx(-90): (x, y, z) there is (x, -z, y) here.
+        let (x3, y3, z3) =
+            (frame3.transposed_times(axes.x), frame3.transposed_times(axes.y), frame3.transposed_times(axes.z));
+        let sign = R::lit(if branch.flipped { -1.0 } else { 1.0 });
+        let bend = z3.x.mul_add(z3.x, z3.z * z3.z).sqrt();
+        let unit = sign / bend.max(R::lit(LEAST));
+        let turns = [
+            first,
+            second,
+            third,
+            Turn { cos: z3.x * unit, sin: -(z3.z * unit) },
+            Turn { cos: z3.y, sin: -(bend * sign) },
+            Turn { cos: -(x3.y * unit), sin: y3.y * unit },
+        ];
+        let stretched = bent.sin.abs().lt(R::lit(SINGULAR_SINE));
+        let overhead = out.abs().lt(R::lit(SINGULAR_DISTANCE));
+        let singular = R::select(stretched | overhead | bend.lt(R::lit(SINGULAR_SINE)), one, zero);
+        let lower = (forearm.cos * R::lit(lower), forearm.sin * R::lit(lower));
+        Posture { turns, singular, wrist, per_out: outwards, lower, third: frame3, per_bend: unit }
     }
 
-    /// Angles of the first three frames for a wrist's centre, and 1 where the arm cannot or can hardly reach it.
+    /// Joint angles of a posture \[rad\], each within half a turn of its frame's offset.
     #[inline(always)]
-    fn reach<R: Real>(&self, branch: Branch, wrist: Vec3<R>) -> (R, [R; 3]) {
-        let (zero, one) = (R::lit(0.0), R::lit(1.0));
-        let out = wrist.x.mul_add(wrist.x, wrist.y * wrist.y).sqrt();
-        let side = R::lit(if branch.back { -1.0 } else { 1.0 });
-        let theta1 = atan2(wrist.y * side, wrist.x * side);
-        // The vertical plane: x outwards from joint 2, y downwards.
-        let (x, y) = (out * side - R::lit(self.shoulder), R::lit(self.height) - wrist.z);
-        let lower = self.elbow.hypot(self.forearm);
-        let square = x.mul_add(x, y * y);
-        let cosine = (square - R::lit(self.upper * self.upper + lower * lower)) * R::lit(0.5 / (self.upper * lower));
-        let bent = acos(cosine) * R::lit(if branch.elbow_down { -1.0 } else { 1.0 });
-        let (sine, cosine_bent) = sin_cos(bent);
-        let theta2 = atan2(y, x) - atan2(sine * R::lit(lower), cosine_bent.mul_add(R::lit(lower), R::lit(self.upper)));
-        let theta3 = bent - R::lit(self.forearm.atan2(self.elbow));
-        let stretched = sine.abs().lt(R::lit(SINGULAR_SINE));
-        let overhead = out.lt(R::lit(SINGULAR_DISTANCE));
-        (R::select(stretched | overhead, one, zero), [theta1, theta2, theta3])
+    pub fn angles<R: Real>(&self, posture: &Posture<R>) -> [R; 6] {
+        let mut angle = [R::lit(0.0); 6];
+        for (i, angle) in angle.iter_mut().enumerate() {
+            let Turn { cos, sin } = posture.turns[i];
+            *angle = (atan2(sin, cos) - R::lit(self.offset[i])) * R::lit(self.sign[i]);
+        }
+        angle
+    }
+
+    /// Joint rates at a posture, for the velocity of a point that the last link carries and its angular velocity; base
+    /// axes. Near a singular posture they stay bounded.
+    #[inline(always)]
+    pub fn rates<R: Real>(&self, posture: &Posture<R>, point: Vec3<R>, velocity: Vec3<R>, omega: Vec3<R>) -> [R; 6] {
+        let Posture { turns: [first, second, _, fourth, fifth, _], wrist, lower: (x, y), third, .. } = *posture;
+        let v = velocity + omega.cross(wrist - point);
+        let (outwards, around) = (v.x.mul_add(first.cos, v.y * first.sin), v.y.mul_add(first.cos, v.x * -first.sin));
+        let swing = around * posture.per_out;
+        // In the arm's plane, outwards and downwards: the upper arm and the lower one each turn about an end.
+        let (upper_x, upper_y) = (second.cos * R::lit(self.upper), second.sin * R::lit(self.upper));
+        let determinant = R::lit(1.0) / away_from_zero(upper_x.mul_add(y, upper_y * -x));
+        let upper_rate = outwards.mul_add(x, v.z * -y) * determinant;
+        let lower_rate = (v.z.mul_add(upper_y, outwards * -upper_x)) * determinant;
+        // What is left for the wrist, in frame 3 turned by Rx(-90), then in frame 4.
+        let left = third.transposed_times(vec3(
+            (first.sin * lower_rate) + omega.x,
+            omega.y - first.cos * lower_rate,
+            omega.z - swing,
+        ));
+        let (across, along) =
+            (left.x.mul_add(fourth.cos, left.z * -fourth.sin), -(left.x.mul_add(fourth.sin, left.z * fourth.cos)));
+        let last = across * posture.per_bend;
+        let mut rate = [swing, upper_rate, lower_rate - upper_rate, fifth.cos.mul_add(-last, left.y), -along, last];
+        for (rate, sign) in rate.iter_mut().zip(self.sign) {
+            *rate = *rate * R::lit(sign);
+        }
+        rate
+    }
+
+    /// The angle of a joint's frame from the one before it, at an angle of the joint \[rad\].
+    pub(crate) fn frame_angle(&self, joint: usize, angle: f64) -> f64 {
+        self.offset[joint] + self.sign[joint] * angle
     }
 }
 
-/// Axes of a frame in the turning plane: Rz(theta1) Rx(-90) Rz(theta).
+/// A divisor that is not too small, with its sign.
 #[inline(always)]
-fn plane_axes<R: Real>(theta1: R, theta: R) -> Mat3<R> {
-    let ((s1, c1), (s, c)) = (sin_cos(theta1), sin_cos(theta));
+fn away_from_zero<R: Real>(value: R) -> R {
+    let least = R::lit(LEAST);
+    R::select(value.lt(R::lit(0.0)), value.min(-least), value.max(least))
+}
+
+/// Axes of a frame in the arm's plane: Rz(first) Rx(-90) Rz(plane).
+#[inline(always)]
+fn plane_axes<R: Real>(first: Turn<R>, plane: Turn<R>) -> Mat3<R> {
+    let (Turn { cos: c1, sin: s1 }, Turn { cos: c, sin: s }) = (first, plane);
     Mat3 { x: vec3(c * c1, c * s1, -s), y: vec3(-(s * c1), -(s * s1), -c), z: vec3(-s1, c1, R::lit(0.0)) }
 }
 
@@ -165,7 +233,7 @@ pub fn best_posture(robot: &Manipulator, wrist: &SphericalWrist, frame6: Pose<f6
         if posture.singular > 0.0 {
             continue;
         }
-        let (mut angle, mut room) = (posture.angle, f64::INFINITY);
+        let (mut angle, mut room) = (wrist.angles(&posture), f64::INFINITY);
         for (angle, joint) in angle.iter_mut().zip(&robot.joints) {
             let (lower, upper) = (joint.limits.lower, joint.limits.upper);
             *angle = nearest_turn(*angle, 0.5 * (lower + upper));

@@ -77,12 +77,15 @@ pub fn with_joints(plant: &Plant) -> Plant {
     Plant::new(model)
 }
 
-/// The scene with every rule of a session in force, and none that is ever met.
+/// The scene with every rule of a session in force, and none that is ever met: the axes have an industrial robot's limits
+/// of speed and acceleration, and commands may be cut for ever.
 pub fn supervised(plant: &Plant) -> Plant {
     const FAR: f64 = 1e9;
-    let level = with_joints(plant).facility.joint_level.clone().expect("robots with joints");
+    let mut level = with_joints(plant).facility.joint_level.clone().expect("robots with joints");
+    // Below the parts by 1 m, as in the reference facility: wrists bent, far from singular.
+    level.mounts.iter_mut().for_each(|mount| mount.base.position.z = -1.0);
     let mut model = Model::clone(plant);
-    let limit = AxisRange { lower: -FAR, upper: FAR, speed: FAR, acceleration: FAR };
+    let limit = AxisRange { lower: -FAR, upper: FAR, speed: 1.0, acceleration: 4.0 };
     model.facility.session_robots = Some(SessionRobots { level, limits: [limit; AXES], correction: [FAR; 2] });
     model.facility.rules = SessionRules {
         force: FAR,

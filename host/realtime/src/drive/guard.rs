@@ -8,7 +8,7 @@ use softdock_campaign::station::LinkRules;
 use softdock_kernels::frame::single::{Measured, Progress};
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::session::{Observed, Rule, Session, new_session, supervise};
+use softdock_kernels::session::{Observed, Rule, Session, axes_asked, new_session, range_used, supervise};
 use softdock_kernels::space::Parts;
 use std::sync::Arc;
 
@@ -118,12 +118,15 @@ impl Guard {
         if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
             return Some(Stop { rule: Rule::Divergence, value: progress.speed });
         }
+        let asked = axes_asked(&self.plant, seen.commanded);
         let observed = Observed {
             parts: measured.parts,
             commanded: *seen.commanded,
             wrench: measured.wrench,
             saturated: f64::from(u8::from(measured.saturated)),
             cut: f64::from(u8::from(self.cut)),
+            asked,
+            range_used: range_used(&self.plant, &asked, seen.commanded),
             // Before the run nothing goes through the port.
             port_energy: seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy),
         };

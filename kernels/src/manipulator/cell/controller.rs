@@ -1,14 +1,16 @@
 //! A robot's controller: position loops once a tick, limits of speed and acceleration, feedforward.
 
-use super::reach::{Reach, closed_form, posture, within_ranges};
+use super::reach::{angles, closed_form, rates, refined, within_ranges};
 use super::{AXES, Cell, Drives, Feedforward, JOINTS, RAIL, SetPoint, joints};
+use crate::chain::Turn;
 use crate::fields::filled;
 use crate::manipulator::drive::cold;
+use crate::manipulator::inverse_kinematics::Posture;
 use crate::manipulator::{Arm, DriveParams, Levels, counterweight_torque};
 use crate::real::Real;
 use crate::robot::rail_share;
 use crate::space::Motion;
-use crate::vector::{Quat, Vec3};
+use crate::vector::Vec3;
 
 /// What the axes are told.
 pub(super) struct Course<R> {
@@ -21,38 +23,68 @@ pub(super) struct Course<R> {
 /// Angles and rates of the axes for a motion of the part; the rail takes its share.
 #[inline(always)]
 pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
-    let (_, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
-    course_by(cell, told, posture(cell, &left))
-}
-
-/// The same from a posture of the joints, and 1 where that is limited.
-#[inline(always)]
-fn course_by<R: Real>(cell: &Cell, told: &Motion<R>, (joints, limited): ([R; JOINTS], R)) -> Course<R> {
-    let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
-    let mut limited = limited;
-    let to_chain = Quat::lit(cell.to_chain);
-    let rates = Reach::at(cell, joints).rates(to_chain.rotate(left.velocity), to_chain.rotate(left.omega));
-    let (mut angle, mut rate) = ([place; AXES], [speed; AXES]);
+    let found = closed_form(cell, &left);
+    let (joints, limited) = within_ranges(cell, refined(cell, &left, &found), found.0.singular);
+    let (place, limited) = on_rail(cell, place, limited);
+    let mut angle = [place; AXES];
     angle[..JOINTS].copy_from_slice(&joints);
-    rate[..JOINTS].copy_from_slice(&rates);
-    if let Some((_, carriage)) = &cell.rail {
-        let limits = &carriage.joint.limits;
-        angle[RAIL] = place.min(R::lit(limits.upper)).max(R::lit(limits.lower));
-        limited = limited.max(R::select(angle[RAIL].lt(place) | place.lt(angle[RAIL]), one, zero));
-    }
-    Course { angle, rate, limited }
+    Course { angle, rate: axis_rates(cell, &left, &found, speed), limited }
 }
 
-/// Angles from the start posture and rates of the axes for a motion of the part, and 1 where it is out of reach, near a
-/// singular posture or beyond a range of the robot's model. Angles are exact to the scalar's rounding of metres: enough
-/// to compare them with limits, at half the cost of a set-point.
+/// Rates of all axes.
 #[inline(always)]
-pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], [R; AXES], R) {
-    let (_, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
-    let (found, limited) = closed_form(cell, &left);
-    let Course { angle, rate, limited } = course_by(cell, told, within_ranges(cell, found, limited));
-    (angle, rate, limited)
+fn axis_rates<R: Real>(cell: &Cell, left: &Motion<R>, found: &(Posture<R>, Vec3<R>), on_rail: R) -> [R; AXES] {
+    let mut rate = [on_rail; AXES];
+    rate[..JOINTS].copy_from_slice(&rates(cell, found, left.velocity, left.omega));
+    rate
+}
+
+/// The place on the rail cut to its ends; `limited` becomes 1 where it was beyond.
+#[inline(always)]
+fn on_rail<R: Real>(cell: &Cell, place: R, limited: R) -> (R, R) {
+    let Some((_, carriage)) = &cell.rail else {
+        return (place, limited);
+    };
+    let limits = &carriage.joint.limits;
+    let kept = place.min(R::lit(limits.upper)).max(R::lit(limits.lower));
+    (kept, limited.max(R::select(kept.lt(place) | place.lt(kept), R::lit(1.0), R::lit(0.0))))
+}
+
+/// What a motion of the part commands the axes.
+#[derive(Clone, Copy)]
+pub struct Commanded<R> {
+    /// Turns of the joints' frames, each from the one before it.
+    pub(crate) turns: [Turn<R>; JOINTS],
+    /// Place on the rail \[m\]; zero without one.
+    pub(crate) place: R,
+    /// Rates of the axes \[1/s\].
+    pub(crate) rate: [R; AXES],
+    /// 1 where the motion is out of reach or near a singular posture.
+    pub(crate) singular: R,
+}
+
+/// What a motion of the part commands the axes, exact to the scalar's rounding of metres: enough to compare it with
+/// limits, at a fraction of the cost of a set-point. No angle is computed, and no range is checked.
+#[inline(always)]
+pub fn commanded<R: Real>(cell: &Cell, told: &Motion<R>) -> Commanded<R> {
+    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+    let found = closed_form(cell, &left);
+    let rate = axis_rates(cell, &left, &found, speed);
+    Commanded { turns: found.0.turns, place, rate, singular: found.0.singular }
+}
+
+/// Angles of the axes from the start posture for a motion of the part, as exact as [`commanded`], and 1 where it is out
+/// of reach, near a singular posture or beyond a range of the robot's model.
+#[inline(always)]
+pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], R) {
+    let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+    let (found, _) = closed_form(cell, &left);
+    let (joints, limited) = within_ranges(cell, angles(cell, &found), found.singular);
+    let (place, limited) = on_rail(cell, place, limited);
+    let mut angle = [place; AXES];
+    angle[..JOINTS].copy_from_slice(&joints);
+    (angle, limited)
 }
 
 /// What the position loops make of a commanded motion of the part, from where the motors are; once a tick.

@@ -8,7 +8,7 @@ mod drives;
 mod kinematics;
 mod reach;
 
-pub use controller::{commanded_axes, first_set_point, set_point};
+pub use controller::{Commanded, commanded, commanded_axes, first_set_point, set_point};
 pub use drives::{drive, drives_at, held_part};
 pub use kinematics::Axes;
 
@@ -198,6 +198,11 @@ impl Cell {
     pub fn start_distance(&self) -> f64 {
         let part = self.base_inverse.compose(self.home).position;
         part.x.hypot(part.y)
+    }
+
+    /// Angle of a joint's frame from the one before it, at an angle of the joint from the start posture \[rad\].
+    pub(crate) fn frame_angle(&self, joint: usize, from_start: f64) -> f64 {
+        self.wrist.frame_angle(joint, self.start[joint] + from_start)
     }
 
     /// How many axes there are: 6, or 7 on a rail.

@@ -2,10 +2,11 @@
 
 use super::{Cell, JOINTS};
 use crate::chain::driven::Frames;
+use crate::manipulator::inverse_kinematics::Posture;
 use crate::math::sin_cos;
 use crate::real::Real;
 use crate::space::Motion;
-use crate::vector::{Mat3, Pose, Quat, Vec3, vec3};
+use crate::vector::{Pose, Quat, Vec3};
 use std::f64::consts::TAU;
 
 /// The part's pose in the laboratory, from joint angles: its place changes by the screws, last joint first.
@@ -50,70 +51,59 @@ impl<R: Real> Reach<R> {
         }
         (velocity, omega)
     }
-
-    /// Joint rates for a velocity of the part and an angular velocity: the wrist's centre needs the first three alone.
-    #[inline(always)]
-    pub(super) fn rates(&self, velocity: Vec3<R>, omega: Vec3<R>) -> [R; JOINTS] {
-        let wrist = self.origin[4];
-        let column = |i: usize| self.axes[i].cross(wrist - self.origin[i]);
-        let arm = Mat3 { x: column(0), y: column(1), z: column(2) };
-        let first = solve(arm, velocity + omega.cross(wrist - self.part));
-        let swung = self.axes[2].scale_add(first.z, self.axes[1].scale_add(first.y, self.axes[0] * first.x));
-        let hand = Mat3 { x: self.axes[3], y: self.axes[4], z: self.axes[5] };
-        let last = solve(hand, omega - swung);
-        [first.x, first.y, first.z, last.x, last.y, last.z]
-    }
 }
 
-/// `columns * x = right`; near a singular matrix the solution stays bounded.
+/// The posture that puts the part at a pose, to the scalar's rounding of metres, and the part's place in base axes; the
+/// posture's `singular` is 1 beyond the robot's reach too. Ranges are not checked.
 #[inline(always)]
-fn solve<R: Real>(columns: Mat3<R>, right: Vec3<R>) -> Vec3<R> {
-    let (yz, least) = (columns.y.cross(columns.z), R::lit(1e-3));
-    let determinant = columns.x.dot(yz);
-    let safe = R::select(determinant.lt(R::lit(0.0)), determinant.min(-least), determinant.max(least));
-    let x = right.dot(yz);
-    let y = columns.x.dot(right.cross(columns.z));
-    let z = columns.x.dot(columns.y.cross(right));
-    vec3(x, y, z) * (R::lit(1.0) / safe)
-}
-
-/// Joint angles that put the part at a pose, to the scalar's rounding of metres, and 1 where they are out of reach or
-/// singular. Ranges are not checked.
-#[inline(always)]
-pub(super) fn closed_form<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
+pub(super) fn closed_form<R: Real>(cell: &Cell, told: &Motion<R>) -> (Posture<R>, Vec3<R>) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let pose = Pose { position: told.position, attitude: told.attitude };
     let part = Pose::lit(cell.base_inverse).compose(pose);
-    let found = cell.wrist.inverse(cell.branch, part.compose(Pose::lit(cell.tool_inverse)));
+    let mut found = cell.wrist.inverse(cell.branch, part.compose(Pose::lit(cell.tool_inverse)));
     let away = part.position.x.mul_add(part.position.x, part.position.y * part.position.y);
     let reach = cell.robot.workspace.reach;
-    let beyond_reach = R::select(R::lit(reach * reach).lt(away), one, zero);
-    let mut angle = found.angle;
+    found.singular = found.singular.max(R::select(R::lit(reach * reach).lt(away), one, zero));
+    (found, part.position)
+}
+
+/// Rates of the joints at the posture for velocities of the part, laboratory axes.
+#[inline(always)]
+pub(super) fn rates<R: Real>(
+    cell: &Cell,
+    (at, part): &(Posture<R>, Vec3<R>),
+    velocity: Vec3<R>,
+    omega: Vec3<R>,
+) -> [R; JOINTS] {
+    let to_base = Quat::lit(cell.base_inverse.attitude);
+    cell.wrist.rates(at, *part, to_base.rotate(velocity), to_base.rotate(omega))
+}
+
+/// Angles of a posture from the start posture \[rad\], each within half a turn.
+#[inline(always)]
+pub(super) fn angles<R: Real>(cell: &Cell, at: &Posture<R>) -> [R; JOINTS] {
+    let mut angle = cell.wrist.angles(at);
     for (i, angle) in angle.iter_mut().enumerate() {
         let away = *angle - R::lit(cell.start[i]);
         let turns = away.mul_add(R::lit(1.0 / TAU), R::lit(0.5)).floor();
         *angle = turns.mul_add(R::lit(-TAU), away);
     }
-    (angle, found.singular.max(beyond_reach))
+    angle
 }
 
-/// Joint angles that put the part at a pose, and 1 where they are out of reach, singular or out of range.
-///
-/// One Newton step on the small differences from the closed form finds the posture to the rounding of millimetres.
+/// Joint angles that put the part at a pose whose closed form is known, to the rounding of millimetres: one Newton step
+/// on the small differences from it.
 #[inline(always)]
-pub(super) fn posture<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; JOINTS], R) {
-    let (angle, limited) = closed_form(cell, told);
-    let reach = Reach::at(cell, angle);
+pub(super) fn refined<R: Real>(cell: &Cell, told: &Motion<R>, found: &(Posture<R>, Vec3<R>)) -> [R; JOINTS] {
+    let angle = angles(cell, &found.0);
     let at = tool_pose(cell, angle);
-    let error = told.attitude.compose(at.attitude.conjugate());
-    let turn = error.small_rotation_vector();
-    let to_chain = Quat::lit(cell.to_chain);
-    let step = reach.rates(to_chain.rotate(told.position - at.position), to_chain.rotate(turn));
+    let turn = told.attitude.compose(at.attitude.conjugate()).small_rotation_vector();
+    let step = rates(cell, found, told.position - at.position, turn);
     let mut wanted = angle;
     for i in 0..JOINTS {
         wanted[i] = angle[i] + step[i];
     }
-    within_ranges(cell, wanted, limited)
+    wanted
 }
 
 /// Joint angles cut to the ranges of the robot's model; `limited` becomes 1 where one was beyond.
