@@ -172,6 +172,9 @@ fn a_campaign_with_variants_is_extended_and_started_over() {
     }
     let summary = |folder: &str| json(&bench.path(folder).join("fast/summary.json"))["requirements"].clone();
     assert_eq!(summary("grown"), summary("anew"));
+    let answer = bench.softdock("judge grown --json");
+    let compared: serde_json::Value = serde_json::from_slice(&answer.stdout).expect("JSON and nothing else");
+    assert_eq!(compared["variants"].as_array().map(Vec::len), Some(2), "{compared}");
     made(&bench, &format!("{RUN} grown --runs 16"));
 }
 

@@ -8,6 +8,7 @@ use miette::IntoDiagnostic;
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::{Campaign, Cases};
 use softdock_results::foreign::{column_names, number_columns};
+use softdock_results::runs::requirement_columns;
 use softdock_results::shards::{read_columns, run_columns};
 use softdock_results::{Column, Kind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
@@ -82,7 +83,12 @@ fn failed_table(results: &Path, requirements: &[Requirement]) -> miette::Result<
     };
     let on_space = requirements.iter().filter(|requirement| requirement.subject == Subject::Space);
     let passes = [
-        on_space.map(|requirement| format!("space_pass_{}", requirement.column_id())).collect::<Vec<_>>(),
+        on_space
+            .map(|requirement| {
+                let [_, pass] = requirement_columns("space", &requirement.column_id());
+                pass
+            })
+            .collect::<Vec<_>>(),
         named(&|c| c.kind == Kind::Verdict && c.name.starts_with("hil_")),
     ];
     let inputs = named(&|column| column.kind == Kind::Input);

@@ -145,7 +145,7 @@ impl Folder {
         }
         let changes = folder.changes_from(&manifest);
         let is_whole_there = own("id") == folder.campaign.id;
-        let making: Vec<FileChange> = changes.iter().filter(|change| !folder.leaves_runs(change)).cloned().collect();
+        let making = folder.making_runs(&changes);
         if !is_whole_there || !making.is_empty() || changes.is_empty() {
             let mut lines = listed(&making);
             if !is_whole_there {
@@ -217,11 +217,13 @@ impl Folder {
         changed_files((file, &there), (&self.file, &named_files(&self.campaign)))
     }
 
-    fn leaves_runs(&self, change: &FileChange) -> bool {
+    /// The changes that other runs would follow from.
+    fn making_runs(&self, changes: &[FileChange]) -> Vec<FileChange> {
         let scenario = normal(self.campaign.scenario.file());
         let files = named_files(&self.campaign);
         let scenario = files.iter().find(|(_, file)| *file == scenario).map_or("", |(name, _)| name.as_str());
-        change.leaves_runs(JudgedFiles { campaign: &self.file, scenario })
+        let judged = JudgedFiles { campaign: &self.file, scenario };
+        changes.iter().filter(|change| !change.leaves_runs(judged)).cloned().collect()
     }
 
     /// Gives the folder's campaign more runs: whole shards stay, the last one is completed if it was not full.
@@ -387,8 +389,7 @@ impl Folder {
         }
         let there = Self { path: path.to_owned(), ..self.alike() };
         let changes = there.changes_from(found);
-        let is_judgement =
-            lines.is_empty() && !changes.is_empty() && changes.iter().all(|change| self.leaves_runs(change));
+        let is_judgement = lines.is_empty() && !changes.is_empty() && self.making_runs(&changes).is_empty();
         lines.extend(listed(&changes));
         if lines.is_empty() {
             lines.push("no key and no file: another version of softdock has made the results".to_owned());

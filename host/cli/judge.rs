@@ -1,7 +1,7 @@
 //! `softdock judge`: finished runs judged by other criteria, metrics and requirements, without new runs.
 
 use crate::args::JudgeArgs;
-use crate::finish::finish;
+use crate::finish::{finish, judge as write_summary_and_page};
 use crate::folder::{Folder, Rejudged, id_of, normal};
 use crate::progress::listen;
 use crate::run::tell;
@@ -28,15 +28,16 @@ pub(crate) fn judge(args: &JudgeArgs) -> miette::Result<Exit> {
         let path = args.results.join(&variant.name);
         if path.join("campaign.json").is_file() {
             let folder = judged(&path, variant.campaign)?;
-            if folder.shards()?.is_complete() {
-                finish(&folder)?;
-            }
+            match folder.shards()?.is_complete() {
+                true => finish(&folder)?,
+                false => write_summary_and_page(&folder)?,
+            };
         }
     }
     if let Some(rejudged) = rejudged {
         whole.rejudge(rejudged)?;
     }
-    variants::report(&whole)
+    variants::conclude(&whole, args.json, variants::RUN_THE_REST)
 }
 
 /// The campaign, or the variant of it whose runs the folder holds.

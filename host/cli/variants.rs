@@ -40,11 +40,21 @@ pub(crate) fn run(args: &RunArgs, campaign: Campaign, out: &Path) -> miette::Res
             }
         }
     }
-    conclude(&whole, args.json, args.shard)
+    let Part { index, count } = args.shard;
+    let missing = match count {
+        1 => "not every variant is whole; the same command resumes".to_owned(),
+        parts => format!("part {} of {parts} is made; `softdock merge` joins the parts", index + 1),
+    };
+    conclude(&whole, args.json, missing)
 }
 
+/// What completes a comparison whose variants are not all whole.
+pub(crate) const RUN_THE_REST: &str = "not every variant is whole; `softdock run` makes the rest";
+
 /// Compares what is there of every variant, and says it.
-fn conclude(whole: &Folder, as_json: bool, part: Part) -> miette::Result<Exit> {
+///
+/// `missing` says what to do where not every variant is whole.
+pub(crate) fn conclude(whole: &Folder, as_json: bool, missing: impl Into<String>) -> miette::Result<Exit> {
     let compared = judged(whole)?;
     let path = write(whole, &compared)?;
     match as_json {
@@ -53,10 +63,7 @@ fn conclude(whole: &Folder, as_json: bool, part: Part) -> miette::Result<Exit> {
     }
     let exit = Exit::of_code(compared.exit_code);
     if exit == Exit::Incomplete {
-        warn(match part.count {
-            1 => "not every variant is whole; the same command resumes".to_owned(),
-            parts => format!("part {} of {parts} is made; `softdock merge` joins the parts", part.index + 1),
-        });
+        warn(missing.into());
     }
     Ok(exit)
 }
@@ -139,7 +146,7 @@ pub(crate) fn merge(whole: &Folder, parts: &[PathBuf]) -> miette::Result<Exit> {
         }
         finish(&folder)?;
     }
-    conclude(whole, false, Part { index: 0, count: 1 })
+    conclude(whole, false, RUN_THE_REST)
 }
 
 /// The campaign on one of its facilities.

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use softdock_campaign::requirement::Requirement;
+use softdock_results::runs::requirement_columns;
 use softdock_results::shards::{ShardIndex, read_columns, run_columns};
 use softdock_results::{Column, Kind, Table, Values};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -257,7 +258,12 @@ impl Layout {
             other.is_some_and(|other| matches!((&column.values, &other.values), (Values::F64(_), Values::F64(_))))
         };
         let of = |kind: Kind| first.columns.iter().filter(move |column| column.kind == kind).filter(both).cloned();
-        let pass = |requirement: &Requirement| LOOPS.map(|side| format!("{side}_pass_{}", requirement.column_id()));
+        let pass = |requirement: &Requirement| {
+            LOOPS.map(|side| {
+                let [_, pass] = requirement_columns(side, &requirement.column_id());
+                pass
+            })
+        };
         let passes: Vec<[String; 2]> = shared.iter().map(|(requirement, _)| pass(requirement)).collect();
         let metrics: Vec<Column> = of(Kind::Metric).collect();
         let inputs: Vec<String> = of(Kind::Input).map(|column| column.name).collect();

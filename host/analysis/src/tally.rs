@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use softdock_campaign::requirement::{Requirement, SUCCESS, Subject};
 use softdock_kernels::metrics::flags;
-use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status, has_metric};
+use softdock_results::runs::{
+    AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status, has_metric, requirement_columns,
+};
 use softdock_results::{Table, Values};
 
 use crate::causes::{LIMIT, NO_VALUE};
@@ -257,10 +259,9 @@ impl Tally {
     /// Names of the columns that are read.
     pub(crate) fn columns(facts: &CampaignFacts) -> Vec<String> {
         let fixed = ["run", "outer", "status", "agreement", "flags"].map(str::to_owned);
-        let outcomes = facts
-            .requirements
-            .iter()
-            .flat_map(|requirement| LOOPS.into_iter().flat_map(|side| outcome_columns(side, &requirement.column_id())));
+        let outcomes = facts.requirements.iter().flat_map(|requirement| {
+            LOOPS.into_iter().flat_map(|side| requirement_columns(side, &requirement.column_id()))
+        });
         let metrics = facts.requirements.iter();
         let mut metrics: Vec<String> = metrics
             .flat_map(|requirement| LOOPS.into_iter().filter_map(|side| metric_column(side, requirement)))
@@ -345,16 +346,11 @@ pub(crate) fn metric_column(side: &str, requirement: &Requirement) -> Option<Str
     has_metric(side, &requirement.metric.name).then(|| format!("{side}_{column}"))
 }
 
-/// Names of a requirement's margin and pass columns.
-pub(crate) fn outcome_columns(side: &str, id: &str) -> [String; 2] {
-    [format!("{side}_margin_{id}"), format!("{side}_pass_{id}")]
-}
-
 impl<'a> Batch<'a> {
     fn of(table: &'a Table, facts: &CampaignFacts) -> Result<Self, String> {
         let lacking = |name: &str| format!("no column `{name}` of the expected type");
         let outcome = |side: &str, requirement: &Requirement| {
-            let [margin, pass] = outcome_columns(side, &requirement.column_id());
+            let [margin, pass] = requirement_columns(side, &requirement.column_id());
             let margins = table.f64s(&margin).ok_or_else(|| lacking(&margin))?;
             let passes = table.bools(&pass).ok_or_else(|| lacking(&pass))?;
             let column = metric_column(side, requirement);

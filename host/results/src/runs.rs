@@ -2,7 +2,9 @@
 
 use softdock_kernels::metrics::Metrics;
 
-pub use crate::schema::{CustomMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields};
+pub use crate::schema::{
+    CustomMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields, requirement_columns,
+};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

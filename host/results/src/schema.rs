@@ -227,7 +227,7 @@ impl RunsSchema {
     fn read_results(&self, table: &Table, side: Loop) -> Result<Vec<Vec<RequirementResult>>, String> {
         let mut rows = vec![Vec::with_capacity(self.requirements.len()); table.rows()];
         for requirement in &self.requirements {
-            let (margin, pass) = result_names(side, &requirement.id);
+            let [margin, pass] = requirement_columns(side.prefix(), &requirement.id);
             let margins = table.f64s(&margin).ok_or_else(|| format!("no column `{margin}`"))?;
             let passes = table.bools(&pass).ok_or_else(|| format!("no column `{pass}`"))?;
             for (row, (margin, pass)) in rows.iter_mut().zip(margins.iter().zip(passes)) {
@@ -341,21 +341,21 @@ fn read_metrics(table: &Table, side: Loop) -> Result<Vec<Metrics<f64>>, String> 
     Ok(rows.iter().map(|scalars| from_slice(scalars)).collect())
 }
 
-/// Names of a requirement's margin and pass columns.
-fn result_names(side: Loop, id: &str) -> (String, String) {
-    (format!("{}_margin_{id}", side.prefix()), format!("{}_pass_{id}", side.prefix()))
+/// Names of a requirement's margin and pass columns in a loop, "space" or "hil"; `id` as in column names.
+pub fn requirement_columns(side: &str, id: &str) -> [String; 2] {
+    [format!("{side}_margin_{id}"), format!("{side}_pass_{id}")]
 }
 
 fn margin_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
     let values = Values::F64(rows.iter().map(|row| side.of(row).requirements[at].margin).collect());
     let meaning = format!("distance to the requirement's limit, positive inside, {}", side.place());
-    let (name, _) = result_names(side, &requirement.id);
+    let [name, _] = requirement_columns(side.prefix(), &requirement.id);
     column(name, &requirement.unit, &meaning, "requirement", Kind::Margin, values)
 }
 
 fn pass_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
     let values = Values::Bool(rows.iter().map(|row| side.of(row).requirements[at].pass).collect());
     let meaning = format!("whether the requirement holds, {}", side.place());
-    let (_, name) = result_names(side, &requirement.id);
+    let [_, name] = requirement_columns(side.prefix(), &requirement.id);
     column(name, "1", &meaning, "requirement", Kind::Verdict, values)
 }

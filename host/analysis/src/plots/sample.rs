@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use softdock_results::Table;
-use softdock_results::runs::{Agreement, Outcome, input_fields};
+use softdock_results::runs::{Agreement, Outcome, input_fields, requirement_columns};
 use softdock_results::shards::{read_columns, run_columns};
 
 use crate::facts::CampaignFacts;
 use crate::moments::Moments;
-use crate::tally::{LOOPS, outcome_columns};
+use crate::tally::LOOPS;
 use crate::{Error, Result};
 
 /// Runs whose values are kept; of a larger campaign every second, third ... run is kept, which is a random sample
@@ -110,7 +110,7 @@ impl Sample {
         }
         for (requirement, margins) in facts.requirements.iter().zip(&mut self.margins) {
             for (side, margins) in LOOPS.into_iter().zip(margins) {
-                let [name, _] = outcome_columns(side, &requirement.column_id());
+                let [name, _] = requirement_columns(side, &requirement.column_id());
                 let values = numbers(&name)?;
                 margins.extend(kept.iter().map(|row| values[*row]));
             }
@@ -138,7 +138,7 @@ fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
     let fixed = ["run", "agreement", "space_outcome", "hil_outcome", "in_loop_delay_s", "hil_injected_energy_j"];
     let mut names: Vec<String> = fixed.into_iter().chain(CONSERVED).chain(TRACKING).map(str::to_owned).collect();
     for requirement in facts.requirements {
-        names.extend(LOOPS.map(|side| outcome_columns(side, &requirement.column_id())[0].clone()));
+        names.extend(LOOPS.map(|side| requirement_columns(side, &requirement.column_id())[0].clone()));
     }
     names.extend(inputs.iter().cloned());
     names
