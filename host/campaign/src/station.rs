@@ -96,13 +96,32 @@ pub struct StationSensor {
     pub touch_force: f64,
 }
 
+/// What a robot's tool may be from its command, the more the faster it is commanded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tracking {
+    /// At rest \[m\].
+    pub distance: f64,
+    /// At rest \[rad\].
+    pub angle: f64,
+    /// For each unit of commanded speed or angular speed: how late the robot may be \[s\].
+    pub time: f64,
+}
+
 /// What a session tolerates of its links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkRules {
-    /// Lost cycles in a row over which the last command is held.
+    /// Cycles in a row, lost or with an answer that the robot has not taken, over which the last command is held.
     pub hold_cycles: u32,
     /// Lost cycles in a row after which the link counts as dead.
     pub stop_cycles: u32,
+    /// The span in which such cycles are counted \[s\].
+    pub window: f64,
+    /// Most of them in a window.
+    pub window_cycles: u32,
+    /// Longest time for which a robot is led back to its commands after such cycles \[s\].
+    pub catch_up: f64,
+    /// What a robot's tool may be from its command: at rest \[m\], \[rad\], and for each unit of commanded speed \[s\].
+    pub tracking: Tracking,
     /// Greatest age of a sensor sample \[s\].
     pub sensor_age: f64,
 }
@@ -284,7 +303,20 @@ fn links(c: &mut Checker, table: &SafetyTable) -> LinkRules {
         c.refuse(&written.span, message, "write stop_cycles greater than hold_cycles");
     }
     let sensor_age = c.number_or(&table.sensor_age, 5e-3, "s", Range::above(0.0, 1.0));
-    LinkRules { hold_cycles: hold as u32, stop_cycles: stop as u32, sensor_age }
+    let window_cycles = table.window_cycles.as_ref().map_or(10, |cycles| c.count(cycles, 1, 10_000));
+    LinkRules {
+        hold_cycles: hold as u32,
+        stop_cycles: stop as u32,
+        window: c.number_or(&table.window, 1.0, "s", Range::within(0.01, 10.0)),
+        window_cycles: window_cycles as u32,
+        catch_up: c.number_or(&table.catch_up, 0.1, "s", Range::above(0.0, 10.0)),
+        tracking: Tracking {
+            distance: c.number_or(&table.tracking, 3e-3, "m", Range::above(0.0, LENGTH)),
+            angle: c.number_or(&table.tracking_rotation, 0.5_f64.to_radians(), "rad", Range::above(0.0, ANGLE / 4.0)),
+            time: c.number_or(&table.tracking_time, 0.1, "s", Range::above(0.0, 10.0)),
+        },
+        sensor_age,
+    }
 }
 
 /// The rules that farm and robots step alike. None has a default: each can decide what a session answers.

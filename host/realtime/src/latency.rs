@@ -112,7 +112,14 @@ pub fn measure(
 /// A facility that puts up with a machine that is late.
 fn patient(station: &Station) -> Station {
     let mut station = station.clone();
-    station.links = LinkRules { hold_cycles: 1_000, stop_cycles: 2_000, sensor_age: 1.0 };
+    station.links = LinkRules {
+        hold_cycles: 1_000,
+        stop_cycles: 2_000,
+        window_cycles: 10_000,
+        catch_up: 10.0,
+        sensor_age: 1.0,
+        ..station.links
+    };
     station
 }
 

@@ -78,6 +78,11 @@ impl Limiter {
         self.sent.map(|sent| sent.position)
     }
 
+    /// Where the axes were sent last is where they stand: the robot has held that set-point.
+    pub fn rest(&mut self) {
+        self.sent = self.sent.map(|sent| Sent { speed: 0.0, acceleration: 0.0, ..sent });
+    }
+
     /// Whether the last commands stand still.
     pub fn at_rest(&self) -> bool {
         self.sent.iter().all(Sent::at_rest)

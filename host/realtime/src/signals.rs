@@ -99,6 +99,8 @@ pub struct LinkCounters {
     pub malformed: u64,
     /// Datagrams of somebody else.
     pub foreign: u64,
+    /// Reports that a newer one had overtaken before anybody looked at them: not answered.
+    pub overtaken: u64,
     /// Answers not sent, because their cycle was over.
     pub unsent: u64,
 }

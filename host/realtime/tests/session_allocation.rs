@@ -36,7 +36,14 @@ fn docking() -> (Task, World) {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
     let mut station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
     // A busy machine is late; that may end a drive, but not this test.
-    station.links = LinkRules { hold_cycles: 1_000, stop_cycles: 2_000, sensor_age: 1.0 };
+    station.links = LinkRules {
+        hold_cycles: 1_000,
+        stop_cycles: 2_000,
+        window_cycles: 10_000,
+        catch_up: 10.0,
+        sensor_age: 1.0,
+        ..station.links
+    };
     let rules = &mut station.rules;
     (rules.injected_energy, rules.force_rate, rules.following_error) = (1e3, 1e9, 1.0);
     rules.clamp_time = 10.0;

@@ -116,10 +116,22 @@ pub(crate) struct SensorTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SafetyTable {
-    /// Lost cycles in a row over which the last command is held; default 3.
+    /// Cycles in a row, lost or with an answer that the robot has not taken, over which the last command is held; default 3.
     pub(crate) hold_cycles: Option<At<u64>>,
     /// Lost cycles in a row after which the link counts as dead; default 10.
     pub(crate) stop_cycles: Option<At<u64>>,
+    /// Span in which such cycles are counted; default 1 s.
+    pub(crate) window: Option<Quantity>,
+    /// Most of them in a window; default 10.
+    pub(crate) window_cycles: Option<At<u64>>,
+    /// Longest time for which a robot is led back to its commands after such cycles; default 0.1 s.
+    pub(crate) catch_up: Option<Quantity>,
+    /// Greatest distance of a robot's tool from its command at rest; default 3 mm.
+    pub(crate) tracking: Option<Quantity>,
+    /// Greatest angle between a robot's tool and its command at rest; default 0.5 deg.
+    pub(crate) tracking_rotation: Option<Quantity>,
+    /// How late a robot may be: what both may grow by for each unit of commanded speed; default 0.1 s.
+    pub(crate) tracking_time: Option<Quantity>,
     /// Greatest age of a sensor sample; default 5 ms.
     pub(crate) sensor_age: Option<Quantity>,
     /// Whether a session ends with a controlled stop when the latch closes.

@@ -8,6 +8,7 @@ mod starting;
 use super::guard::{Alarm, Guard, Seen};
 use super::motion::{JointMove, RunIn};
 use super::start::{Refusal, StartUp};
+use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
 use crate::log::codes::{StopCause, cycle_flags};
@@ -32,6 +33,8 @@ use std::sync::Arc;
 const RUN_IN_TIME: f64 = 2.0;
 /// Cycles over which the protocol's end is sent.
 const END_CYCLES: u32 = 5;
+/// After this time a stop ends whatever the robots tell \[s\].
+const LONGEST_STOP: f64 = 10.0;
 
 /// What is driven.
 #[derive(Clone)]
@@ -61,6 +64,8 @@ pub struct Arrived {
     pub links: [LinkCounters; 3],
     /// Links that cannot go on: robots 1 and 2 and the sensor.
     pub broken: [bool; 3],
+    /// How robots 1 and 2 stand to what they have been sent.
+    pub wires: [WireState; 2],
 }
 
 /// All that a cycle decides from.
@@ -81,6 +86,8 @@ pub struct Inputs {
 pub struct Orders {
     /// Robots 1 and 2; nothing goes to a dead link.
     pub moved: [Option<Order>; 2],
+    /// The session is being stopped: a robot away from its commands comes to rest where it is.
+    pub stopping: bool,
     /// The session is over.
     pub over: bool,
 }
@@ -145,6 +152,12 @@ pub struct Core {
     guard: Option<Guard>,
     /// Measured axes of the last two reports, newest first.
     axes: [[[f64; AXES]; 2]; 2],
+    /// The robots' own set-points by their last reports, or the measured axes of a robot that does not tell them.
+    set_points: [[f64; AXES]; 2],
+    /// How the robots stand to what they have been sent.
+    wires: [WireState; 2],
+    /// Cycles of the stop so far.
+    stopping: u32,
     /// What the parts were commanded to do by the end of the last cycle.
     commanded: Parts<f64>,
     state: State,
@@ -186,6 +199,9 @@ impl Core {
             limiters: None,
             guard: None,
             axes: [[[0.0; AXES]; 2]; 2],
+            set_points: [[0.0; AXES]; 2],
+            wires: [WireState::default(); 2],
+            stopping: 0,
             commanded,
             state: State::StartUp(StartUp::default()),
             dead: [false; 2],
@@ -288,6 +304,13 @@ impl Core {
             r.emulated_2.take(moved.robots[1].as_ref(), Nanos(0));
             r.emulated_ft.take(moved.sample.as_ref(), Nanos(0));
         }
+        self.wires = inputs.moved.wires;
+        for (record, wire) in self.moved_records().into_iter().zip(inputs.moved.wires) {
+            record.wire = wire;
+        }
+        for (set_point, report) in self.set_points.iter_mut().zip(&inputs.moved.robots) {
+            *set_point = report.map_or(*set_point, |report| report.asked.unwrap_or(report.position));
+        }
         self.axes[1] = self.axes[0];
         for (axes, report) in self.axes[0].iter_mut().zip(&inputs.moved.robots) {
             *axes = report.map_or(*axes, |report| report.position);
@@ -327,6 +350,8 @@ impl Core {
         let seen = Seen {
             now: inputs.now,
             robots: &inputs.moved.robots,
+            wires: &inputs.moved.wires,
+            lost: std::array::from_fn(|r| inputs.moved.links[r].lost),
             sample: inputs.moved.sample.as_ref(),
             // Once it ramps down, no rule changes anything any more.
             measured: net.as_ref().filter(|_| !stopping),
@@ -355,7 +380,7 @@ impl Core {
 
     /// The phase's own business.
     fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
-        let hold = Orders { moved: [Some(Order::Hold); 2], over: false };
+        let hold = Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
         match self.state {
             State::StartUp(checks) => self.start_up(checks, inputs.now, hold),
             State::Enabling { begun } => self.enable(begun, inputs.now),
@@ -375,7 +400,7 @@ impl Core {
             State::Running => self.run(net),
             State::Stopping => self.ramp_down(),
             State::Ending { cycles } => self.end(cycles),
-            State::Over => Orders { moved: [None; 2], over: true },
+            State::Over => Orders { moved: [None; 2], stopping: true, over: true },
         }
     }
 
@@ -411,7 +436,7 @@ impl Core {
     /// The last word of the limiters on wanted axes.
     fn limited(&mut self, wanted: &[[f64; AXES]; 2], reachable: bool) -> Orders {
         let (Some(limiters), Some(guard)) = (&mut self.limiters, &mut self.guard) else {
-            return Orders { moved: [Some(Order::Hold); 2], over: false };
+            return Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
         };
         let mut cuts = [Cut::default(); 2];
         let mut sent = [[0.0; AXES]; 2];
@@ -446,7 +471,7 @@ impl Core {
                 let at = limiters.each_ref().map(Limiter::position);
                 self.limited(&at, true)
             }
-            None => Orders { moved: [Some(Order::Hold); 2], over: false },
+            None => Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false },
         }
     }
 
@@ -456,7 +481,11 @@ impl Core {
             return self.end(0);
         };
         let sent = limiters.each_mut().map(Limiter::stop);
-        if limiters.iter().all(Limiter::at_rest) {
+        self.stopping += 1;
+        // A dead link does not come to rest by anything that we send.
+        let still = (0..2).all(|r| limiters[r].at_rest() && (self.wires[r].moving == 0 || self.dead[r]));
+        let late = f64::from(self.stopping) * self.capabilities[0].cycle.seconds() > LONGEST_STOP;
+        if still || late {
             self.state = State::Ending { cycles: 0 };
         }
         self.orders(sent)
@@ -467,11 +496,16 @@ impl Core {
         self.state = if cycles + 1 >= END_CYCLES { State::Over } else { State::Ending { cycles: cycles + 1 } };
         let at = self.limiters.as_ref().map_or(self.axes[0], |limiters| limiters.each_ref().map(Limiter::position));
         let moved = std::array::from_fn(|r| (!self.dead[r]).then_some(Order::End(at[r])));
-        Orders { moved, over: false }
+        Orders { moved, stopping: true, over: false }
     }
 
     fn orders(&self, sent: [[f64; AXES]; 2]) -> Orders {
-        Orders { moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))), over: false }
+        let stopping = matches!(self.state, State::Stopping | State::Ending { .. });
+        Orders {
+            moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))),
+            stopping,
+            over: false,
+        }
     }
 }
 

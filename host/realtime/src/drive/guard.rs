@@ -1,5 +1,6 @@
 //! What stops a session, evaluated once a cycle: links and samples here, all else by the rules that the farm steps too.
 
+use super::wire::WireState;
 use crate::limiter::Cut;
 use crate::log::codes::StopCause;
 use crate::signals::{ForceSample, RobotState};
@@ -19,6 +20,10 @@ pub struct Seen<'a> {
     pub now: Nanos,
     /// Robots' reports that came in it.
     pub robots: &'a [Option<RobotState>; 2],
+    /// How the robots stand to what they have been sent.
+    pub wires: &'a [WireState; 2],
+    /// Reports of the robots that were lost so far.
+    pub lost: [u64; 2],
     /// The sensor's sample that came in it.
     pub sample: Option<&'a ForceSample>,
     /// Parts and wrench as measured, once the sensor is tared.
@@ -51,13 +56,51 @@ pub struct Guard {
     stop: Option<Stop>,
     /// The last command was cut to the limits of an axis.
     cut: bool,
+    budgets: [Budget; 2],
+}
+
+/// A window is counted in so many slots at most.
+const SLOTS: usize = 64;
+
+/// Lost cycles of a robot within the window, a slot of some cycles at a time: the window is never shorter than asked for.
+#[derive(Clone, Copy, Debug)]
+struct Budget {
+    slots: [u64; SLOTS],
+    used: usize,
+    at: usize,
+    cycles_per_slot: u32,
+    cycles: u32,
+    /// Lost cycles so far; none before the first cycle.
+    before: Option<u64>,
+}
+
+impl Budget {
+    /// A window of so many cycles.
+    fn new(cycles: u32) -> Self {
+        let cycles_per_slot = cycles.div_ceil(SLOTS as u32 - 1).max(1);
+        let used = (cycles.div_ceil(cycles_per_slot) as usize + 1).min(SLOTS);
+        Self { slots: [0; SLOTS], used, at: 0, cycles_per_slot, cycles: 0, before: None }
+    }
+
+    /// Takes in the lost cycles so far; gives those within the window.
+    fn take(&mut self, so_far: u64) -> u64 {
+        if self.cycles == self.cycles_per_slot {
+            (self.at, self.cycles) = ((self.at + 1) % self.used, 0);
+            self.slots[self.at] = 0;
+        }
+        self.cycles += 1;
+        self.slots[self.at] += so_far.saturating_sub(self.before.unwrap_or(so_far));
+        self.before = Some(so_far);
+        self.slots[..self.used].iter().sum()
+    }
 }
 
 impl Guard {
     /// A guard that has just seen everything, at `now`; the plant holds the session's rules.
     pub fn new(plant: Arc<Plant>, links: LinkRules, cycles: [Nanos; 2], now: Nanos) -> Self {
         let session = new_session();
-        Self { plant, links, cycles, last_report: [now; 2], last_sample: now, session, stop: None, cut: false }
+        let budgets = [Budget::new((links.window / cycles[0].seconds()).ceil() as u32); 2];
+        Self { plant, links, cycles, last_report: [now; 2], last_sample: now, session, stop: None, cut: false, budgets }
     }
 
     /// The run begins: energies count from here.
@@ -82,8 +125,9 @@ impl Guard {
 
     /// Cycles that robot 1 or 2 (0 or 1 here) has been silent.
     pub fn lost(&self, robot: usize, now: Nanos) -> u32 {
-        let silent = (now - self.last_report[robot]).0 - self.cycles[robot].0 / 2;
-        (silent.max(0) / self.cycles[robot].0) as u32
+        let cycles = (now - self.last_report[robot]).0 as f64 / self.cycles[robot].0 as f64;
+        // A report counts as lost when the next one could almost be there.
+        (cycles - 0.4).max(0.0) as u32
     }
 
     /// The first reason to stop, if there is one. Before the tare only links and samples are supervised.
@@ -101,6 +145,13 @@ impl Guard {
                 return alarm(StopCause::LostPackets);
             }
             if let Some(cause) = report.as_ref().and_then(of_robot) {
+                return alarm(cause);
+            }
+            if seen.wires[r].off_course > 0 {
+                // What it is asked for means something else to it: it is asked for nothing any more.
+                return Some(Alarm { cause: StopCause::SetPoint, dead: Some(r) });
+            }
+            if let Some(cause) = self.of_wire(r, &seen.wires[r], seen.lost[r]) {
                 return alarm(cause);
             }
         }
@@ -132,6 +183,19 @@ impl Guard {
         };
         self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
         Stop::of([0.0, 0.0, self.session.rule, self.session.value])
+    }
+
+    /// Whether a robot does not take enough of what it is sent.
+    fn of_wire(&mut self, robot: usize, wire: &WireState, lost: u64) -> Option<StopCause> {
+        let in_window = self.budgets[robot].take(lost + wire.untaken);
+        if wire.untaken_in_row > self.links.hold_cycles {
+            return Some(StopCause::UntakenAnswers);
+        }
+        if in_window > u64::from(self.links.window_cycles) {
+            return Some(StopCause::LossBudget);
+        }
+        let led_back = f64::from(wire.led_back) * self.cycles[robot].seconds();
+        (led_back > self.links.catch_up).then_some(StopCause::CatchUp)
     }
 
     fn of_sensor(&mut self, seen: &Seen) -> Option<StopCause> {
@@ -181,5 +245,34 @@ pub fn cause_of(rule: Rule) -> StopCause {
         Rule::ToolReach | Rule::ToolRotation => StopCause::ToolLimit,
         Rule::JointRange | Rule::ClampTime => StopCause::AxisLimit,
         Rule::Divergence => StopCause::NonFinite,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lost_cycles_are_counted_within_the_window_and_no_longer() {
+        for window in [1, 3, 63, 64, 250, 10_000] {
+            let mut budget = Budget::new(window);
+            assert_eq!(budget.take(100), 0, "what was lost before counts for nothing");
+            let mut lost = 100;
+            for cycle in 0..3 * window {
+                lost += u64::from(cycle % 2 == 0);
+                let (found, most) = (budget.take(lost), u64::from(window));
+                // Half of the cycles, over the window and at most two slots of it more.
+                let slot = u64::from(budget.cycles_per_slot);
+                let least = u64::from(cycle.min(window)) / 2;
+                assert!(
+                    (least..=(most + 2 * slot) / 2 + 1).contains(&found),
+                    "window {window}, cycle {cycle}: {found}"
+                );
+            }
+            (0..2 * window + 2 * budget.cycles_per_slot).for_each(|_| {
+                budget.take(lost);
+            });
+            assert_eq!(budget.take(lost), 0, "window {window}");
+        }
     }
 }

@@ -12,3 +12,4 @@ pub mod replay;
 pub mod runner;
 pub mod session;
 pub mod start;
+pub mod wire;

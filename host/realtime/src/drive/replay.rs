@@ -96,9 +96,14 @@ pub fn inputs(record: &CycleRecord) -> Inputs {
         sample: record.ft.sample(Nanos(0)),
         links: [record.robot_1.link, record.robot_2.link, record.ft.link],
         broken: [false; 3],
+        wires: [record.robot_1.wire, record.robot_2.wire],
     };
-    let emulated =
-        Arrived { robots: robots(moved(record)), sample: record.emulated_ft.sample(Nanos(0)), ..Arrived::default() };
+    let emulated = Arrived {
+        robots: robots(moved(record)),
+        sample: record.emulated_ft.sample(Nanos(0)),
+        wires: moved(record).map(|robot| robot.wire),
+        ..Arrived::default()
+    };
     let request = (record.request != StopCause::None).then_some(record.request);
     let moved = Arrived { broken, ..if dry { emulated } else { real } };
     Inputs { now: record.time, moved, exercised: dry.then_some(real), request }

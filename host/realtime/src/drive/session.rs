@@ -4,13 +4,13 @@
 //! own cycle from the last command. Nothing here allocates, prints or locks once the session runs.
 
 use super::core::{Arrived, Core, Inputs, Orders, Task, Unprepared};
+use super::wire::Wire;
 use crate::clock::Clock;
 use crate::limiter::Limiter;
 use crate::log::codes::{OrderKind, Phase, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
-use crate::signals::{AXES, ForceSensor, LinkFault, Order, Robot};
+use crate::signals::{ForceSensor, LinkFault, Order, Robot};
 use crate::time::Nanos;
-use softdock_campaign::station::AxisLimits;
 use std::rc::Rc;
 
 /// A wait for robot 1 looks after robot 2 this often.
@@ -48,8 +48,7 @@ pub struct Session {
     /// What has gone to the robots since the last beat.
     wire: [Option<Order>; 2],
     /// The last word on what goes onto the wire, in each robot's own cycle.
-    outgoing: [Option<Limiter>; 2],
-    limits: [AxisLimits; AXES],
+    wires: [Wire; 2],
     overruns: u64,
     /// The first fault of robots 1 and 2 and of the sensor.
     faults: [Option<LinkFault>; 3],
@@ -64,8 +63,8 @@ impl Session {
         let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
         let core = Core::new(task, capabilities)?;
         let (start, cycle) = (clock.now(), capabilities[0].cycle);
-        let last = Orders { moved: [Some(Order::Hold); 2], over: false };
-        let limits = core.limits();
+        let last = Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
+        let wires = capabilities.map(|robot| Wire::new(core.limits(), robot.cycle, cycle));
         Ok(Self {
             core,
             moved,
@@ -77,8 +76,7 @@ impl Session {
             last,
             pending: false,
             wire: [None; 2],
-            outgoing: [None, None],
-            limits,
+            wires,
             overruns: 0,
             faults: [None; 3],
         })
@@ -103,6 +101,7 @@ impl Session {
         self.due = beat.max(self.due - self.cycle) + self.cycle;
         let dry = self.exercised.is_some();
         let mut moved = if dry { self.shadows(begun) } else { real };
+        moved.wires = self.wires.each_ref().map(Wire::state);
         localise(&mut real, self.start);
         localise(&mut moved, self.start);
         let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request };
@@ -116,12 +115,18 @@ impl Session {
     fn wait(&mut self) -> Arrived {
         let deadline = self.due + Nanos(self.cycle.0 / 2);
         let mut arrived = Arrived::default();
-        let order = if self.exercised.is_some() { Some(Order::Hold) } else { self.last.moved[1] };
+        let (dry, stopping) = (self.exercised.is_some(), self.last.stopping);
+        let order = if dry { Some(Order::Hold) } else { self.last.moved[1] };
         let links = self.exercised.as_mut().unwrap_or(&mut self.moved);
         loop {
             let until = (self.clock.now() + SLICE).min(deadline);
             match links.robots[0].receive(until) {
-                Ok(report) => arrived.robots[0] = report,
+                Ok(report) => {
+                    arrived.robots[0] = report;
+                    if let (Some(report), false) = (&report, dry) {
+                        self.wires[0].reported(report, &links.robots[0].counters());
+                    }
+                }
                 Err(fault) => {
                     self.faults[0].get_or_insert(fault);
                     self.clock.sleep_until(until);
@@ -131,6 +136,9 @@ impl Session {
                 Ok(report) => {
                     arrived.robots[1] = report.or(arrived.robots[1]);
                     self.pending = report.is_some();
+                    if let (Some(report), false) = (&report, dry) {
+                        self.wires[1].reported(report, &links.robots[1].counters());
+                    }
                 }
                 Err(fault) => {
                     self.faults[1].get_or_insert(fault);
@@ -142,11 +150,11 @@ impl Session {
             }
             // Robot 2 does not wait for robot 1: it gets the last command.
             if let (true, Some(order)) = (self.pending, order) {
-                let order = outgoing(&mut self.outgoing[1], &self.limits, self.cycle, order);
-                if let Err(fault) = links.robots[1].send(&order) {
+                let order = if dry { Some(order) } else { self.wires[1].answer(&order, stopping) };
+                if let Some(Err(fault)) = order.map(|order| links.robots[1].send(&order)) {
                     self.faults[1].get_or_insert(fault);
                 }
-                self.wire[1] = Some(order);
+                self.wire[1] = order;
             }
         }
         match links.sensor.latest() {
@@ -163,10 +171,11 @@ impl Session {
     /// The emulated robots of a dry run make one cycle in virtual time.
     fn shadows(&mut self, now: Nanos) -> Arrived {
         let mut arrived = Arrived::default();
-        for (robot, report) in self.moved.robots.iter_mut().zip(&mut arrived.robots) {
+        for ((robot, report), wire) in self.moved.robots.iter_mut().zip(&mut arrived.robots).zip(&mut self.wires) {
             *report = robot.receive(NEVER).ok().flatten();
             if let Some(report) = report {
                 report.received = now;
+                wire.reported(report, &robot.counters());
             }
         }
         arrived.sample = self.moved.sensor.latest().ok().flatten();
@@ -187,9 +196,10 @@ impl Session {
             }
         }
         for (r, order) in self.last.moved.into_iter().enumerate() {
+            self.wires[r].command(&order.unwrap_or(Order::Hold));
             let answers = inputs.moved.robots[r].is_some() && (r == 0 || self.pending || self.exercised.is_some());
             let sent = order.filter(|_| answers).and_then(|order| {
-                let order = outgoing(&mut self.outgoing[r], &self.limits, self.cycle, order);
+                let order = self.wires[r].answer(&order, self.last.stopping)?;
                 match self.moved.robots[r].send(&order) {
                     Ok(()) => Some(order),
                     Err(fault) => {
@@ -224,11 +234,12 @@ impl Session {
     pub fn end_at_once(&mut self, cause: StopCause) {
         let links = &mut self.moved;
         for _ in 0..END_CYCLES {
-            for (robot, limiter) in links.robots.iter_mut().zip(&self.outgoing) {
+            for (robot, wire) in links.robots.iter_mut().zip(&self.wires) {
                 let reported = robot.receive(self.clock.now() + self.cycle);
                 if let Ok(Some(report)) = reported {
+                    let set_point = report.asked.unwrap_or(report.position);
                     // A link that fails now cannot be helped.
-                    let _ = robot.send(&Order::End(limiter.as_ref().map_or(report.position, Limiter::position)));
+                    let _ = robot.send(&Order::End(wire.limiter().map_or(set_point, Limiter::position)));
                 }
             }
         }
@@ -241,11 +252,11 @@ impl Session {
         let record = self.core.record_mut();
         (record.cause, record.phase) = (StopCause::Panic, Phase::Stopping);
         let deadline = self.clock.now() + BLIND_TIME;
-        while self.clock.now() < deadline && !self.outgoing.iter().flatten().all(Limiter::at_rest) {
-            for (robot, limiter) in self.moved.robots.iter_mut().zip(&mut self.outgoing) {
+        while self.clock.now() < deadline && self.wires.iter().any(|wire| wire.state().moving != 0) {
+            for (robot, wire) in self.moved.robots.iter_mut().zip(&mut self.wires) {
                 let reported = robot.receive(self.clock.now() + self.cycle);
-                if let (Ok(Some(_)), Some(limiter)) = (reported, limiter.as_mut()) {
-                    let _ = robot.send(&Order::Move(limiter.stop()));
+                if let (Ok(Some(_)), Some(axes)) = (reported, wire.stop()) {
+                    let _ = robot.send(&Order::Move(axes));
                 }
             }
         }
@@ -268,17 +279,5 @@ fn localise(arrived: &mut Arrived, start: Nanos) {
     arrived.robots.iter_mut().flatten().for_each(|report| report.received = report.received - start);
     if let Some(sample) = &mut arrived.sample {
         sample.received = sample.received - start;
-    }
-}
-
-/// An order as it may go onto the wire now: after lost cycles the robot is led back, not thrown.
-fn outgoing(limiter: &mut Option<Limiter>, limits: &[AxisLimits; AXES], cycle: Nanos, order: Order) -> Order {
-    let limited = |limiter: &mut Option<Limiter>, axes: [f64; AXES]| {
-        limiter.get_or_insert_with(|| Limiter::new(*limits, cycle.seconds(), axes)).approach(&axes).0
-    };
-    match order {
-        Order::Hold => order,
-        Order::Move(axes) => Order::Move(limited(limiter, axes)),
-        Order::End(axes) => Order::End(limited(limiter, axes)),
     }
 }

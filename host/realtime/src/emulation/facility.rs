@@ -2,7 +2,7 @@
 
 use super::world::World;
 use crate::protocol::{Controller, SensorBox};
-use crate::signals::{ForceSample, RobotState};
+use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use crate::wire::relay::Endpoint;
 use std::net::SocketAddr;
@@ -38,6 +38,19 @@ pub struct Facility {
     sequence: u32,
     last: Option<ForceSample>,
     ailment: Ailment,
+    /// Set-points of both robots at the begin of each of their cycles, if somebody wants to see them.
+    set_points: Option<[Vec<SetPoint>; 2]>,
+}
+
+/// Where an emulated robot's own controller wants it at the begin of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetPoint {
+    /// When.
+    pub at: Nanos,
+    /// Joints \[rad\], rail \[m\].
+    pub axes: [f64; AXES],
+    /// Answers that were late or missing by then.
+    pub late_answers: u32,
 }
 
 impl Facility {
@@ -62,6 +75,7 @@ impl Facility {
             sequence: 0,
             last: None,
             ailment: Ailment::None,
+            set_points: None,
         }
     }
 
@@ -120,6 +134,10 @@ impl Facility {
         self.begun[robot] = true;
         let controller = &mut self.controllers[robot];
         controller.report(at, &state, &mut |to, datagram| out(endpoint, to, datagram));
+        if let Some(seen) = &mut self.set_points {
+            let (axes, late_answers) = (controller.target(at), controller.late_answers());
+            seen[robot].push(SetPoint { at, axes, late_answers });
+        }
         self.due[1 + robot] = at + controller.cycle();
     }
 
@@ -150,6 +168,16 @@ impl Facility {
             Endpoint::Robot2 => self.controllers[1].take(now, from, datagram, &mut out),
             Endpoint::Sensor => self.sensor.take(now, from, datagram, &mut out),
         }
+    }
+
+    /// Keeps the robots' set-points from now on.
+    pub fn keep_set_points(&mut self) {
+        self.set_points = Some([Vec::new(), Vec::new()]);
+    }
+
+    /// Set-points of robot 1 or 2 (0 or 1 here), cycle by cycle, as far as they were kept.
+    pub fn set_points(&self, robot: usize) -> &[SetPoint] {
+        self.set_points.as_ref().map_or(&[], |both| &both[robot])
     }
 
     /// Makes the sensor ill, or well again.

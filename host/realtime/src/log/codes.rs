@@ -84,6 +84,10 @@ codes! {
         Tracking "tracking" "a robot is too far from its command";
         NonFinite "non_finite" "a number that is not finite";
         Overrun "overrun" "the cycle's work took too long";
+        UntakenAnswers "untaken_answers" "a robot has not taken our answers for as many cycles as allowed";
+        LossBudget "loss_budget" "too many lost reports and answers of a robot within the window";
+        SetPoint "set_point" "a robot follows set-points that nobody here has sent";
+        CatchUp "catch_up" "a robot that has missed commands does not come back to them in time";
     }
 }
 

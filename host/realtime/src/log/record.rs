@@ -6,6 +6,7 @@
 
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::table::{Column, Logged, Type, Value, scalar};
+use crate::drive::wire::WireState;
 use crate::signals::{AXES, ForceSample, LinkCounters, Order, RobotState};
 use crate::time::Nanos;
 use softdock_kernels::space::{Motion, Wrench};
@@ -75,6 +76,7 @@ record! {
         round_trip: Nanos, "ns", "from the arrival of its report until our answer was sent";
         late_answers: u32, "1", "answers of ours that the robot counts as late or missing";
         link: LinkCounters, "1", "link";
+        wire: WireState, "1", "wire";
         limits: LimitFlags, "bits", "limits that the command has met";
         limit_used: [f64; AXES], "1", "share of the axis' nearest limit in use, 1 at the limit";
     }

@@ -3,6 +3,7 @@
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::record::{CycleRecord, ForceRecord, RobotRecord};
 use super::table::{Logged, Type, Value, columns, load};
+use crate::drive::wire::WireState;
 use crate::signals::{AXES, LinkCounters};
 use crate::time::Nanos;
 use softdock_kernels::space::{Motion, Wrench};
@@ -64,6 +65,7 @@ fn robot(n: u64, number: f64, real: bool) -> RobotRecord {
         round_trip: Nanos(250_000 + (n * 104_729 % 41_000) as i64),
         late_answers: 0,
         link: LinkCounters { received: n, lost: n / 5_000, ..LinkCounters::default() },
+        wire: WireState { moving: 1, ..WireState::default() },
         limits: super::record::LimitFlags(0),
         limit_used: axes.map(f64::abs),
     }

@@ -1,5 +1,6 @@
 //! The table behind the log: what a record holds is declared once, and seen as columns of named values.
 
+use crate::drive::wire::WireState;
 use crate::signals::{AXES, LinkCounters, RAIL};
 use crate::time::Nanos;
 use softdock_kernels::fields::{self, Field, join, unit_suffix};
@@ -281,11 +282,20 @@ logged!(Pose<f64> {
     attitude: Quat<f64>, "1", "rotation from its axes";
 });
 
+logged!(WireState {
+    untaken: u64, "1", "answers that the robot has not taken";
+    untaken_in_row: u32, "1", "answers in a row that the robot has not taken";
+    off_course: u32, "1", "cycles in a row with a set-point that nobody here has sent";
+    led_back: u32, "1", "cycles in a row in which the robot is away from its commands and led back within its limits";
+    moving: u32, "1", "1 while what the robot is sent moves";
+});
+
 logged!(LinkCounters {
     received: u64, "1", "datagrams taken";
     lost: u64, "1", "datagrams that never came, by the sender's own count";
     stale: u64, "1", "datagrams that came after a newer one, or twice";
     malformed: u64, "1", "datagrams that could not be read";
     foreign: u64, "1", "datagrams of somebody else";
+    overtaken: u64, "1", "reports that a newer one had overtaken before anybody looked at them";
     unsent: u64, "1", "answers not sent, because their cycle was over";
 });

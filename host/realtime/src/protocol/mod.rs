@@ -35,6 +35,11 @@ pub trait Controller: Send {
     /// Begins its next cycle: reports the measured state, and counts an answer that has not come.
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox);
 
+    /// Answers that were late or missing, if it counts them.
+    fn late_answers(&self) -> u32 {
+        0
+    }
+
     /// Why it has stopped following, if it has.
     fn fault(&self) -> Option<&'static str>;
 }

@@ -1,5 +1,6 @@
 //! An emulated facility behind RSI and Net F/T in virtual time, and a drive on it.
 
+use softdock_campaign::station::AxisLimits;
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::model::SessionRules;
@@ -10,10 +11,10 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
 use softdock_kernels::with_joints;
-use softdock_realtime::clock::Virtual;
+use softdock_realtime::clock::{Clock, Virtual};
 use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::session::{Links, Session};
-use softdock_realtime::emulation::facility::Facility;
+use softdock_realtime::emulation::facility::{Facility, SetPoint};
 use softdock_realtime::emulation::in_process::{Bench, links};
 use softdock_realtime::emulation::network::{Network, NetworkPort, address_of, our_address};
 use softdock_realtime::emulation::world::World;
@@ -24,6 +25,7 @@ use softdock_realtime::protocol::netft::sensor_box::NetBox;
 use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
 use softdock_realtime::protocol::rsi::tags::TagMap;
+use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Relay};
 use std::cell::RefCell;
@@ -31,6 +33,8 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
+/// Corrections travel with six decimals of a degree; a millimetre's are finer.
+const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
 /// Cycle of both robots.
 pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
 /// Robot 2's cycles begin so long after robot 1's.
@@ -129,6 +133,7 @@ pub(crate) struct Rig {
     pub(crate) session: Session,
     pub(crate) network: Rc<RefCell<Network>>,
     pub(crate) records: Vec<CycleRecord>,
+    clock: Virtual,
 }
 
 impl Rig {
@@ -148,6 +153,7 @@ impl Rig {
             [krc(Endpoint::Robot1), krc(Endpoint::Robot2)];
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
+        network.borrow_mut().facility().keep_set_points();
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
             Box::new(RsiRobot::new(port, tags(endpoint), Some(address_of(endpoint).ip())).expect("a tag map"))
@@ -158,6 +164,7 @@ impl Rig {
             robots: [robot(Endpoint::Robot1), robot(Endpoint::Robot2)],
             sensor: Box::new(NetFt::start(port, settings).expect("a stream")),
         };
+        let time = clock.clone();
         let clock = Rc::new(clock);
         let session = if setting.armed {
             Session::new(setting.task(), real, None, clock)
@@ -165,7 +172,19 @@ impl Rig {
             let bench = Bench::new(setting.world(), Rc::new(Virtual::default()), CYCLE);
             Session::new(setting.task(), links(&bench), Some(real), clock)
         };
-        Self { session: session.expect("a drive"), network, records: Vec::new() }
+        Self { session: session.expect("a drive"), network, records: Vec::new(), clock: time }
+    }
+
+    /// Greatest share of a limit that the steps of both robots' set-points have used.
+    pub(crate) fn greatest_share(&self, limits: &[AxisLimits; AXES]) -> f64 {
+        let mut network = self.network.borrow_mut();
+        let shares = [0, 1].map(|robot| greatest_share(network.facility().set_points(robot), limits));
+        shares[0].max(shares[1])
+    }
+
+    /// The program stands still for a time.
+    pub(crate) fn stall(&mut self, time: Nanos) {
+        self.clock.sleep_until(self.clock.now() + time);
     }
 
     /// One cycle; whether the session is over.
@@ -196,4 +215,36 @@ impl Rig {
             );
         }
     }
+}
+
+/// Greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
+///
+/// A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
+fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
+    let h = CYCLE.seconds();
+    let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
+    for three in seen.array_windows::<3>() {
+        let held = three[1].late_answers > three[0].late_answers;
+        for (i, limit) in limits.iter().enumerate() {
+            let step = three[2].axes[i] - three[1].axes[i];
+            if held {
+                assert!(step.abs() < 1e-9, "a controller without an answer holds: axis {i} makes {step}");
+                (speed[i], acceleration[i]) = (0.0, 0.0);
+                continue;
+            }
+            let faster = step / h - speed[i];
+            let jerk = faster / h - acceleration[i];
+            // What rounding on the wire may add.
+            let beyond =
+                |value: f64, order: i32| (value.abs() - 4.0_f64.powi(order) * QUANTUM / h.powi(order)).max(0.0);
+            let shares = [
+                beyond(step / h, 1) / limit.speed,
+                beyond(faster / h, 2) / limit.acceleration,
+                beyond(jerk / h, 3) / limit.jerk,
+            ];
+            most = shares.into_iter().fold(most, f64::max);
+            (speed[i], acceleration[i]) = (step / h, faster / h);
+        }
+    }
+    most
 }

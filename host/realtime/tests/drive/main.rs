@@ -1,6 +1,7 @@
 //! Whole drives in virtual time: in process, over the protocols, and with everything that can go wrong on the way.
 
 mod delay;
+mod faults;
 mod fixture;
 mod in_process;
 mod loopback;

@@ -77,8 +77,7 @@ fn a_dry_run_replays_bit_for_bit() {
 #[test]
 fn lost_packets_and_a_silent_sensor_replay_bit_for_bit() {
     let mut setting = Setting::docking();
-    // A lost packet makes a command jump, and the limiter cuts it.
-    setting.with_rules(|rules| rules.clamp_time = 1.0);
+    setting.station.links.window_cycles = 1000;
     let (from, until) = (Nanos::from_millis(2_000), Nanos::from_millis(600_000));
     let lossy = |endpoint, way, every| Rule { endpoint, way, from, until, every, fault: Fault::Lose };
     let relay = Relay::new([lossy(Endpoint::Robot1, Way::Report, 37), lossy(Endpoint::Robot2, Way::Answer, 23)]);

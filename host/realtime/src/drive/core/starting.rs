@@ -38,7 +38,9 @@ impl Core {
 
     /// From rest where the robots are: limits and guard are set, and the way to the start is found.
     pub(super) fn begin(&mut self, now: Nanos) -> Orders {
-        let at = self.axes[0];
+        // From where the robots' controllers hold them, not from where they are measured: the first command asks for
+        // nothing, whatever the servo error.
+        let at = self.set_points;
         self.begun_at = at;
         let cycle = self.capabilities[0].cycle;
         self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));

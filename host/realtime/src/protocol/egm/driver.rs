@@ -131,6 +131,7 @@ impl<P: Port> Robot for EgmRobot<P> {
             Some(state)
         })?;
         if let Some(state) = &state {
+            self.counters.overtaken += taken - 1;
             self.counters.unsent += taken - 1 + u64::from(self.session.pending.is_some());
             self.session.pending = Some(state.received + self.cycle);
         }

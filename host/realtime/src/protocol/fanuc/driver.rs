@@ -201,6 +201,7 @@ impl<P: Port> Robot for FanucRobot<P> {
             return Ok(None);
         };
         let waits = self.session.last.filter(Status::waits_for_commands);
+        self.counters.overtaken += taken - 1;
         self.counters.unsent += if waits.is_some() { taken - 1 } else { 0 } + u64::from(self.session.pending.is_some());
         self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
         if waits.is_none() {

@@ -99,11 +99,6 @@ impl Krc {
         self.total
     }
 
-    /// Answers that were late or missing.
-    pub fn late_answers(&self) -> u32 {
-        self.late
-    }
-
     /// Closes the cycle that is over: counts a missing answer, and lets the interpolator move to the new correction.
     fn close_cycle(&mut self, now: Nanos) {
         self.count_answer();
@@ -199,6 +194,10 @@ impl Controller for Krc {
         if rob.write(&self.settings.tags, &mut self.message).is_ok() {
             out(self.settings.client, self.message.as_bytes());
         }
+    }
+
+    fn late_answers(&self) -> u32 {
+        self.late
     }
 
     fn fault(&self) -> Option<&'static str> {

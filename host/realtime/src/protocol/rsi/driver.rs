@@ -242,6 +242,7 @@ impl<P: Port> Robot for RsiRobot<P> {
             return Ok(None);
         };
         // Reports that a newer one has overtaken, and one that nobody answered, go without an answer.
+        counters.overtaken += taken - 1;
         counters.unsent += taken - 1 + u64::from(self.pending.is_some());
         self.pending = Some(Pending { ipoc, over: state.received + tags.cycle });
         state.ready = !*ended;

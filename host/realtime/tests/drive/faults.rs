@@ -1,0 +1,103 @@
+//! What the robots see of a drive whose links fail: no step beyond their limits, whatever is lost, late or exchanged.
+
+use crate::fixture::{CYCLE, Rig, Setting};
+use softdock_kernels::philox::uniform;
+use softdock_realtime::log::codes::StopCause;
+use softdock_realtime::time::Nanos;
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+
+/// Virtual time of a fault script \[s\].
+const SCRIPT: f64 = 20.0;
+
+#[test]
+fn a_path_that_heals_never_throws_a_robot() {
+    let setting = Setting::docking();
+    for (lost, endpoint) in [(13, Endpoint::Robot1), (88, Endpoint::Robot1), (88, Endpoint::Robot2)] {
+        let mut rig = Rig::new(&setting, Relay::default());
+        rig.run_for(0.5);
+        let from = rig.session.record().time;
+        let rule = Rule { endpoint, way: Way::Answer, from, until: from + CYCLE * lost, every: 1, fault: Fault::Lose };
+        rig.network.borrow_mut().relay.add(rule);
+        let cause = rig.finish().cause;
+        assert_eq!(cause, StopCause::UntakenAnswers, "{lost} answers lost");
+        let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
+        let cycles = (stop.time - from).seconds() / CYCLE.seconds();
+        assert!(cycles <= 5.0, "stopped after {cycles} cycles");
+        let share = rig.greatest_share(&setting.station.limits);
+        assert!(share <= 1.05, "{lost} answers lost: {share} of a limit");
+    }
+}
+
+/// Draws for one script.
+struct Dice(u64, u32);
+
+impl Dice {
+    /// From 0 to 1.
+    fn unit(&mut self) -> f64 {
+        self.1 += 1;
+        uniform(46, "faults", self.0, self.1)
+    }
+
+    /// One of a list.
+    fn one<T: Copy>(&mut self, of: &[T]) -> T {
+        of[((self.unit() * of.len() as f64) as usize).min(of.len() - 1)]
+    }
+}
+
+fn random_rule(dice: &mut Dice) -> Rule {
+    let late = Nanos::from_micros((200.0 + 12_000.0 * dice.unit()) as i64);
+    let fault = dice.one(&[Fault::Lose, Fault::Lose, Fault::Delay(late), Fault::Duplicate(late), Fault::Exchange]);
+    let from = Nanos::from_micros((7e6 * dice.unit()) as i64);
+    // Most faults are short, some last.
+    let lasts = Nanos::from_micros((4e3 * 500.0_f64.powf(dice.unit())) as i64);
+    Rule {
+        endpoint: dice.one(&[Endpoint::Robot1, Endpoint::Robot2]),
+        way: dice.one(&[Way::Report, Way::Answer]),
+        from,
+        until: from + lasts,
+        every: dice.one(&[1, 1, 2, 3, 10]),
+        fault,
+    }
+}
+
+/// Drives under random faults until so much time is over; how they ended, and the greatest share of a limit.
+fn script(number: u64) -> (Vec<StopCause>, f64) {
+    let (mut dice, mut time, mut share, mut causes) = (Dice(number, 0), 0.0, 0.0_f64, Vec::new());
+    let setting = Setting::docking();
+    while time < SCRIPT {
+        let rules = (0..1 + (3.0 * dice.unit()) as usize).map(|_| random_rule(&mut dice)).collect::<Vec<_>>();
+        let stall = (dice.unit() < 0.3).then(|| (6.0 * dice.unit(), Nanos::from_micros((2e5 * dice.unit()) as i64)));
+        let mut rig = Rig::new(&setting, Relay::new(rules.clone()));
+        let mut stalled = false;
+        for _ in 0..40_000 {
+            if rig.cycle() {
+                break;
+            }
+            let now = rig.session.record().time;
+            if let Some((_, lasts)) = stall.filter(|(at, _)| !stalled && now.seconds() > *at) {
+                rig.stall(lasts);
+                stalled = true;
+            }
+        }
+        let last = rig.session.record();
+        causes.push(last.cause);
+        time += last.time.seconds();
+        let found = rig.greatest_share(&setting.station.limits);
+        assert!(found <= 1.05, "script {number}: {found} of a limit under {rules:?}, stall {stall:?}");
+        share = share.max(found);
+    }
+    (causes, share)
+}
+
+#[test]
+fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
+    let scripts = if std::env::var_os("SOFTDOCK_FULL").is_some() { 1000 } else { 24 };
+    let (mut stopped, mut share) = (0, 0.0_f64);
+    for number in 0..scripts {
+        let (causes, found) = script(number);
+        share = share.max(found);
+        stopped += causes.iter().filter(|cause| **cause != StopCause::Completed).count();
+    }
+    println!("{scripts} scripts: {stopped} sessions stopped, at most {share:.3} of a limit as the robots see it");
+    assert!(stopped > scripts as usize / 2, "faults that stop nothing: {stopped}");
+}
