@@ -92,6 +92,8 @@ pub struct StationSensor {
     pub tool_mass: f64,
     /// Centre of that mass in the sensor's frame \[m\].
     pub tool_centre: Vec3<f64>,
+    /// Greatest force and moment that it may read at rest beside the tool's weight \[N\], \[N m\].
+    pub bias: [f64; 2],
     /// Measured force above which the parts count as touching \[N\].
     pub touch_force: f64,
 }
@@ -291,6 +293,10 @@ fn sensor(c: &mut Checker, table: &SensorTable) -> StationSensor {
         frame: c.pose(&table.position, &table.rotation),
         tool_mass: c.number(&table.tool_mass, "kg", Range::within(0.0, MASS)),
         tool_centre: c.vector(&table.tool_centre, "m", Range::size(LENGTH)),
+        bias: [
+            c.number_or(&table.bias, 100.0, "N", Range::above(0.0, FORCE)),
+            c.number_or(&table.bias_moment, 10.0, "N m", Range::above(0.0, FORCE)),
+        ],
         touch_force: c.number_or(&table.touch_force, 5.0, "N", Range::above(0.0, FORCE)),
     }
 }

@@ -14,7 +14,7 @@ use crate::process::{Realtime, Warning};
 use crate::signals::LinkFault;
 use crate::time::Nanos;
 use softdock_campaign::Station;
-use softdock_campaign::station::LinkRules;
+use softdock_campaign::station::{LinkRules, Tracking};
 use softdock_kernels::space::Wrench;
 use std::fmt;
 use std::io;
@@ -117,6 +117,7 @@ fn patient(station: &Station) -> Station {
         stop_cycles: 2_000,
         window_cycles: 10_000,
         catch_up: 10.0,
+        tracking: Tracking { distance: 1.0, angle: 1.0, time: 1.0 },
         sensor_age: 1.0,
         ..station.links
     };

@@ -80,6 +80,8 @@ pub struct ForceSample {
     pub sequence: u32,
     /// Force \[N\] and moment \[N m\] in the sensor's axes, about its origin, as measured.
     pub wrench: Wrench<f64>,
+    /// Of all samples since the last look, the one whose force is farthest from the one before them.
+    pub peak: Wrench<f64>,
     /// The sensor says that this is beyond its range.
     pub saturated: bool,
     /// The sensor says that this may not be used (any other error).

@@ -1,7 +1,7 @@
 //! A whole docking takes no memory from the heap in its cycles, in process and over real sockets; nor does the facility.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use softdock_campaign::station::LinkRules;
+use softdock_campaign::station::{LinkRules, Tracking};
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::frame::single::{Reading, emulated_facility, simulation_computer};
 use softdock_kernels::philox;
@@ -41,6 +41,7 @@ fn docking() -> (Task, World) {
         stop_cycles: 2_000,
         window_cycles: 10_000,
         catch_up: 10.0,
+        tracking: Tracking { distance: 1.0, angle: 1.0, time: 1.0 },
         sensor_age: 1.0,
         ..station.links
     };

@@ -108,6 +108,10 @@ pub(crate) struct SensorTable {
     pub(crate) tool_mass: Quantity,
     /// Its centre of mass in the sensor's frame.
     pub(crate) tool_centre: Quantities,
+    /// Greatest force that the sensor may read at rest beside the tool's weight; default 100 N.
+    pub(crate) bias: Option<Quantity>,
+    /// Greatest moment that it may read at rest beside the tool's weight; default 10 N m.
+    pub(crate) bias_moment: Option<Quantity>,
     /// Measured force above which the parts count as touching; default 5 N.
     pub(crate) touch_force: Option<Quantity>,
 }

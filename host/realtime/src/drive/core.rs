@@ -5,9 +5,9 @@
 mod noting;
 mod starting;
 
-use super::guard::{Alarm, Guard, Seen};
+use super::guard::{Alarm, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
-use super::start::{Refusal, StartUp};
+use super::start::{Refusal, StartUp, apart};
 use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
@@ -158,12 +158,18 @@ pub struct Core {
     wires: [WireState; 2],
     /// Cycles of the stop so far.
     stopping: u32,
+    /// Axes that were sent by the last two cycles, newest first.
+    sent: [[[f64; AXES]; 2]; 2],
+    /// Wrenches on part A in this cycle: of the newest sample, and of the one farthest from those before.
+    wrenches: [Wrench<f64>; 2],
     /// What the parts were commanded to do by the end of the last cycle.
     commanded: Parts<f64>,
     state: State,
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
     refusal: Option<Refusal>,
+    /// When the session was stopped, and why.
+    stopped: Option<(Nanos, Alarm)>,
     record: CycleRecord,
 }
 
@@ -202,11 +208,14 @@ impl Core {
             set_points: [[0.0; AXES]; 2],
             wires: [WireState::default(); 2],
             stopping: 0,
+            sent: [[[0.0; AXES]; 2]; 2],
+            wrenches: [Wrench::zero(); 2],
             commanded,
             state: State::StartUp(StartUp::default()),
             dead: [false; 2],
             begun_at: [[0.0; AXES]; 2],
             refusal: None,
+            stopped: None,
             record,
             task,
         })
@@ -240,6 +249,16 @@ impl Core {
     /// Why the drive did not begin, if it did not.
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
+    }
+
+    /// When the session was stopped, since its start, and why.
+    pub fn stopped(&self) -> Option<(Nanos, Alarm)> {
+        self.stopped
+    }
+
+    /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
+    pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
+        self.guard.as_ref().map_or([[0.0; 2]; 2], Guard::worst_tracking)
     }
 
     /// The session's rule that was met, and by what.
@@ -329,6 +348,7 @@ impl Core {
         ft.age = inputs.now - ft.received;
         let wrench = self.sensing.on_part(ft.raw, &parts.a);
         ft.compensated = wrench;
+        self.wrenches = [wrench, self.sensing.on_part(ft.peak, &parts.a)];
         let tared = matches!(self.state, State::RunIn { .. } | State::Running | State::Stopping);
         let saturated = inputs.moved.sample.is_some_and(|sample| sample.saturated);
         tared.then_some(Measured { parts, wrench, saturated })
@@ -340,15 +360,18 @@ impl Core {
             return None;
         }
         if let Some(cause) = inputs.request {
-            return Some(Alarm { cause, dead: None });
+            return Some(Alarm::of(cause));
         }
         let started = !matches!(self.state, State::StartUp(_));
         if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken && started) {
-            return Some(Alarm { cause: StopCause::LinkFault, dead: (link < 2).then_some(link) });
+            return Some(Alarm { dead: (link < 2).then_some(link), ..Alarm::of(StopCause::LinkFault) });
         }
         let (running, stopping) = (matches!(self.state, State::Running), matches!(self.state, State::Stopping));
+        let tools = self.tool_errors();
         let seen = Seen {
             now: inputs.now,
+            wrenches: self.wrenches,
+            tools,
             robots: &inputs.moved.robots,
             wires: &inputs.moved.wires,
             lost: std::array::from_fn(|r| inputs.moved.links[r].lost),
@@ -363,6 +386,20 @@ impl Core {
         (!stopping || alarm.dead.is_some()).then_some(alarm)
     }
 
+    /// How far the robots' tools are from what was sent to them by now.
+    fn tool_errors(&self) -> [ToolError; 2] {
+        if self.limiters.is_none() {
+            return [ToolError::default(); 2];
+        }
+        let cycle = self.capabilities[0].cycle.seconds();
+        std::array::from_fn(|r| {
+            let part = |axes: &[f64; AXES]| pose(&self.arms.part_on(r, axes, &[0.0; AXES]));
+            let (measured, now, before) = (part(&self.axes[0][r]), part(&self.sent[0][r]), part(&self.sent[1][r]));
+            let ((distance, angle), (way, turn)) = (apart(&measured, &now), apart(&now, &before));
+            ToolError { distance, angle, speed: way / cycle, turn_rate: turn / cycle }
+        })
+    }
+
     /// Begins a controlled stop; the first cause stands.
     fn stop(&mut self, alarm: Alarm) {
         if let Some(robot) = alarm.dead {
@@ -370,6 +407,7 @@ impl Core {
         }
         if self.record.cause == StopCause::None {
             self.record.cause = alarm.cause;
+            self.stopped = Some((self.record.time, alarm));
         }
         self.state = match (&self.state, &self.limiters) {
             (_, None) => State::Ending { cycles: 0 },
@@ -420,7 +458,7 @@ impl Core {
             return self.hold_position();
         }
         if progress.over {
-            self.stop(Alarm { cause: StopCause::Completed, dead: None });
+            self.stop(Alarm::of(StopCause::Completed));
             return self.ramp_down();
         }
         self.command(&told)
@@ -451,7 +489,7 @@ impl Core {
         }
         if let Some(cause) = stop.or(beyond) {
             // The command just limited is a good one: the ramp goes on from it in the next cycle.
-            self.stop(Alarm { cause, dead: None });
+            self.stop(Alarm::of(cause));
         }
         self.orders(sent)
     }
@@ -499,7 +537,8 @@ impl Core {
         Orders { moved, stopping: true, over: false }
     }
 
-    fn orders(&self, sent: [[f64; AXES]; 2]) -> Orders {
+    fn orders(&mut self, sent: [[f64; AXES]; 2]) -> Orders {
+        self.sent = [sent, self.sent[0]];
         let stopping = matches!(self.state, State::Stopping | State::Ending { .. });
         Orders {
             moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))),

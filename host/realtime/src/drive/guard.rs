@@ -5,12 +5,13 @@ use crate::limiter::Cut;
 use crate::log::codes::StopCause;
 use crate::signals::{ForceSample, RobotState};
 use crate::time::Nanos;
+use softdock_campaign::Station;
 use softdock_campaign::station::LinkRules;
 use softdock_kernels::frame::single::{Measured, Progress};
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::session::{Observed, Rule, Session, axes_asked, new_session, range_used, supervise};
-use softdock_kernels::space::Parts;
+use softdock_kernels::space::{Parts, Wrench};
 use std::sync::Arc;
 
 /// What a cycle has seen.
@@ -26,6 +27,10 @@ pub struct Seen<'a> {
     pub lost: [u64; 2],
     /// The sensor's sample that came in it.
     pub sample: Option<&'a ForceSample>,
+    /// Wrenches on part A of the newest sample and of the sample farthest from those before, with what tare there is.
+    pub wrenches: [Wrench<f64>; 2],
+    /// How far the robots' tools are from what was sent, and how fast they were sent.
+    pub tools: [ToolError; 2],
     /// Parts and wrench as measured, once the sensor is tared.
     pub measured: Option<&'a Measured>,
     /// What the parts were commanded to do by now.
@@ -34,13 +39,60 @@ pub struct Seen<'a> {
     pub progress: Option<Progress>,
 }
 
+/// How far a robot's tool is from its command, and how fast that is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToolError {
+    /// Distance \[m\].
+    pub distance: f64,
+    /// Angle \[rad\].
+    pub angle: f64,
+    /// Commanded speed \[m/s\].
+    pub speed: f64,
+    /// Commanded angular speed \[rad/s\].
+    pub turn_rate: f64,
+}
+
 /// A reason to stop; a dead link is told nothing more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alarm {
     /// Why.
     pub cause: StopCause,
     /// The robot whose link is dead, 0 or 1.
     pub dead: Option<usize>,
+    /// What was found beyond its limit, where that can be said.
+    pub found: Option<Found>,
+}
+
+/// A value beyond its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The robot, 0 or 1, if it is about one.
+    pub robot: Option<usize>,
+    /// The value.
+    pub value: f64,
+    /// What is allowed.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+impl Alarm {
+    /// A cause without a value.
+    pub fn of(cause: StopCause) -> Self {
+        Self { cause, dead: None, found: None }
+    }
+
+    /// A value of a robot beyond its limit.
+    fn beyond(cause: StopCause, robot: usize, value: f64, limit: f64, unit: &'static str) -> Self {
+        Self { found: Some(Found { robot: Some(robot), value, limit, unit }), ..Self::of(cause) }
+    }
+
+    /// A rule of the session that was met.
+    fn of_rule(plant: &Plant, stop: Stop) -> Self {
+        let row = stop.rule.row();
+        let found = Found { robot: None, value: stop.value, limit: (row.limit)(&plant.facility), unit: row.unit };
+        Self { found: Some(found), ..Self::of(cause_of(stop.rule)) }
+    }
 }
 
 /// Supervises a session.
@@ -48,6 +100,8 @@ pub struct Alarm {
 pub struct Guard {
     plant: Arc<Plant>,
     links: LinkRules,
+    /// What the sensor may read at rest beside its tool's weight \[N\], \[N m\].
+    bias: [f64; 2],
     /// Periods of the robots' reports.
     cycles: [Nanos; 2],
     last_report: [Nanos; 2],
@@ -57,7 +111,13 @@ pub struct Guard {
     /// The last command was cut to the limits of an axis.
     cut: bool,
     budgets: [Budget; 2],
+    /// Commanded speed and angular speed of each robot's tool, fading after they were there: a robot comes in late.
+    paces: [[f64; 2]; 2],
+    worst: [[f64; 2]; 2],
 }
+
+/// Time in which a commanded speed fades for the tracking limits \[s\].
+const FADES: f64 = 0.1;
 
 /// A window is counted in so many slots at most.
 const SLOTS: usize = 64;
@@ -97,10 +157,24 @@ impl Budget {
 
 impl Guard {
     /// A guard that has just seen everything, at `now`; the plant holds the session's rules.
-    pub fn new(plant: Arc<Plant>, links: LinkRules, cycles: [Nanos; 2], now: Nanos) -> Self {
+    pub fn new(plant: Arc<Plant>, station: &Station, cycles: [Nanos; 2], now: Nanos) -> Self {
+        let (links, bias) = (station.links, station.sensor.bias);
         let session = new_session();
         let budgets = [Budget::new((links.window / cycles[0].seconds()).ceil() as u32); 2];
-        Self { plant, links, cycles, last_report: [now; 2], last_sample: now, session, stop: None, cut: false, budgets }
+        Self {
+            plant,
+            links,
+            bias,
+            cycles,
+            last_report: [now; 2],
+            last_sample: now,
+            session,
+            stop: None,
+            cut: false,
+            budgets,
+            paces: [[0.0; 2]; 2],
+            worst: [[0.0; 2]; 2],
+        }
     }
 
     /// The run begins: energies count from here.
@@ -130,37 +204,69 @@ impl Guard {
         (cycles - 0.4).max(0.0) as u32
     }
 
-    /// The first reason to stop, if there is one. Before the tare only links and samples are supervised.
+    /// The first reason to stop, if there is one. Before the tare the rules but those of force and moment are silent.
     pub fn check(&mut self, seen: &Seen) -> Option<Alarm> {
-        let alarm = |cause| Some(Alarm { cause, dead: None });
         for (r, report) in seen.robots.iter().enumerate() {
             if report.is_some() {
                 self.last_report[r] = seen.now;
             }
-            let lost = self.lost(r, seen.now);
-            if lost >= self.links.stop_cycles {
-                return Some(Alarm { cause: StopCause::LinkSilent, dead: Some(r) });
-            }
-            if lost > self.links.hold_cycles {
-                return alarm(StopCause::LostPackets);
-            }
-            if let Some(cause) = report.as_ref().and_then(of_robot) {
-                return alarm(cause);
-            }
-            if seen.wires[r].off_course > 0 {
-                // What it is asked for means something else to it: it is asked for nothing any more.
-                return Some(Alarm { cause: StopCause::SetPoint, dead: Some(r) });
-            }
-            if let Some(cause) = self.of_wire(r, &seen.wires[r], seen.lost[r]) {
-                return alarm(cause);
+            if let Some(alarm) = self.of_link(r, seen) {
+                return Some(alarm);
             }
         }
         if let Some(cause) = self.of_sensor(seen) {
-            return alarm(cause);
+            return Some(Alarm::of(cause));
         }
-        let stop = self.of_rules(seen)?;
+        if let Some(alarm) = (0..2).find_map(|r| self.of_tool(r, &seen.tools[r])) {
+            return Some(alarm);
+        }
+        // Before the tare the bias that the sensor may have is in the readings.
+        let bias = if seen.measured.is_some() { [0.0; 2] } else { self.bias };
+        let stop = match self.of_force(&seen.wrenches, bias) {
+            Some(stop) => stop,
+            None => self.of_rules(seen)?,
+        };
         self.stop = Some(stop);
-        alarm(cause_of(stop.rule))
+        Some(Alarm::of_rule(&self.plant, stop))
+    }
+
+    /// What a robot's link and the robot itself give reason for.
+    fn of_link(&mut self, robot: usize, seen: &Seen) -> Option<Alarm> {
+        let (links, wire) = (self.links, &seen.wires[robot]);
+        let beyond = |cause, value: f64, limit: f64, unit| Some(Alarm::beyond(cause, robot, value, limit, unit));
+        let lost = self.lost(robot, seen.now);
+        if lost >= links.stop_cycles {
+            let silent = beyond(StopCause::LinkSilent, f64::from(lost), f64::from(links.stop_cycles), "cycles");
+            return silent.map(|alarm| Alarm { dead: Some(robot), ..alarm });
+        }
+        if lost > links.hold_cycles {
+            return beyond(StopCause::LostPackets, f64::from(lost), f64::from(links.hold_cycles), "cycles");
+        }
+        if let Some(report) = &seen.robots[robot] {
+            if !report.ready {
+                return Some(Alarm { found: None, ..Alarm::beyond(StopCause::RobotFault, robot, 0.0, 0.0, "1") });
+            }
+            if report.position.iter().any(|at| !at.is_finite()) {
+                return Some(Alarm::of(StopCause::NonFinite));
+            }
+        }
+        if wire.off_course > 0 {
+            // What it is asked for means something else to it: it is asked for nothing any more.
+            return Some(Alarm { dead: Some(robot), ..Alarm::of(StopCause::SetPoint) });
+        }
+        let in_window = self.budgets[robot].take(seen.lost[robot] + wire.untaken);
+        if wire.untaken_in_row > links.hold_cycles {
+            let untaken = f64::from(wire.untaken_in_row);
+            return beyond(StopCause::UntakenAnswers, untaken, f64::from(links.hold_cycles), "cycles");
+        }
+        if in_window > u64::from(links.window_cycles) {
+            return beyond(StopCause::LossBudget, in_window as f64, f64::from(links.window_cycles), "cycles");
+        }
+        let led_back = f64::from(wire.led_back) * self.cycles[robot].seconds();
+        if led_back > links.catch_up {
+            return beyond(StopCause::CatchUp, led_back, links.catch_up, "s");
+        }
+        None
     }
 
     /// The rule of the session that is met in this cycle.
@@ -185,17 +291,35 @@ impl Guard {
         Stop::of([0.0, 0.0, self.session.rule, self.session.value])
     }
 
-    /// Whether a robot does not take enough of what it is sent.
-    fn of_wire(&mut self, robot: usize, wire: &WireState, lost: u64) -> Option<StopCause> {
-        let in_window = self.budgets[robot].take(lost + wire.untaken);
-        if wire.untaken_in_row > self.links.hold_cycles {
-            return Some(StopCause::UntakenAnswers);
+    /// A robot's tool farther from its command than its speed explains.
+    fn of_tool(&mut self, robot: usize, tool: &ToolError) -> Option<Alarm> {
+        let kept = (-self.cycles[0].seconds() / FADES).exp();
+        let [speed, turn_rate] = &mut self.paces[robot];
+        *speed = tool.speed.max(*speed * kept);
+        *turn_rate = tool.turn_rate.max(*turn_rate * kept);
+        let limits = &self.links.tracking;
+        let (distance, angle) = (limits.distance + limits.time * *speed, limits.angle + limits.time * *turn_rate);
+        self.worst[robot] = [self.worst[robot][0].max(tool.distance), self.worst[robot][1].max(tool.angle)];
+        if is_beyond(tool.distance, distance) {
+            return Some(Alarm::beyond(StopCause::Tracking, robot, tool.distance, distance, "m"));
         }
-        if in_window > u64::from(self.links.window_cycles) {
-            return Some(StopCause::LossBudget);
+        is_beyond(tool.angle, angle).then(|| Alarm::beyond(StopCause::Tracking, robot, tool.angle, angle, "rad"))
+    }
+
+    /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command so far.
+    pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
+        self.worst
+    }
+
+    /// A force or moment beyond its limit in any sample of the cycle, from the first motion on.
+    fn of_force(&self, wrenches: &[Wrench<f64>; 2], bias: [f64; 2]) -> Option<Stop> {
+        let rules = &self.plant.facility.rules;
+        let most = |size: fn(&Wrench<f64>) -> f64| size(&wrenches[0]).max(size(&wrenches[1]));
+        let (force, moment) = (most(|w| w.force.norm()), most(|w| w.moment.norm()));
+        if is_beyond(force, rules.force + bias[0]) {
+            return Some(Stop { rule: Rule::Force, value: force });
         }
-        let led_back = f64::from(wire.led_back) * self.cycles[robot].seconds();
-        (led_back > self.links.catch_up).then_some(StopCause::CatchUp)
+        is_beyond(moment, rules.moment + bias[1]).then_some(Stop { rule: Rule::Moment, value: moment })
     }
 
     fn of_sensor(&mut self, seen: &Seen) -> Option<StopCause> {
@@ -227,11 +351,9 @@ impl Guard {
     }
 }
 
-fn of_robot(report: &RobotState) -> Option<StopCause> {
-    if !report.ready {
-        return Some(StopCause::RobotFault);
-    }
-    report.position.iter().any(|at| !at.is_finite()).then_some(StopCause::NonFinite)
+/// Whether a value is beyond its limit; a NaN is.
+fn is_beyond(value: f64, limit: f64) -> bool {
+    value.is_nan() || value > limit
 }
 
 /// The cause in the log of a rule that was met.

@@ -44,6 +44,31 @@ pub enum Refusal {
     BadSensor,
     /// At rest without contact the sensor's force spreads more than this \[N\].
     Restless(f64),
+    /// At rest the sensor reads more beside the tool's weight than it may \[N\], \[N m\], and what it may.
+    Bias([f64; 2], [f64; 2]),
+    /// The link of robot 1 or 2, or of the sensor (3), cannot go on.
+    Link(usize),
+    /// A robot's set-point has moved while it was told to stay: robot, axis, by how much.
+    Moved(usize, usize, f64),
+    /// A robot stands away from its own set-point: robot, axis, by how much.
+    Servo(usize, usize, f64),
+    /// Somebody else sends to the port of robot 1 or 2: how many datagrams.
+    Stranger(usize, u64),
+}
+
+/// A robot whose set-point moves by so much while it is told to stay is moved by somebody else \[rad\], \[m\].
+const STAYS: [f64; 2] = [1e-3, 1e-3];
+/// A robot at rest is so near to its own set-point \[rad\], \[m\].
+const SERVO_ERROR: [f64; 2] = [0.01, 5e-3];
+
+/// An axis as users call it.
+fn axis_name(axis: usize) -> String {
+    if axis == AXES - 1 { "the rail".to_owned() } else { format!("axis {}", axis + 1) }
+}
+
+/// A way of an axis in the unit that users read.
+fn way(axis: usize, by: f64) -> String {
+    if axis == AXES - 1 { format!("{:.2} mm", by * 1e3) } else { format!("{:.3} deg", by.to_degrees()) }
 }
 
 impl fmt::Display for Refusal {
@@ -73,7 +98,7 @@ impl fmt::Display for Refusal {
                 deg(a)
             ),
             Self::Outside(r, axis, at) => {
-                let name = if *axis == AXES - 1 { "rail".to_owned() } else { format!("axis {}", axis + 1) };
+                let name = axis_name(*axis);
                 write!(f, "{name} of robot {r} stands at {at:.4}, outside its limits: move it by hand")
             }
             Self::NotAtStart(r, d, a) => write!(
@@ -88,6 +113,30 @@ impl fmt::Display for Refusal {
                 "robot {r} cannot reach the start of this run within its limits: move its base, or take another run"
             ),
             Self::BadSensor => write!(f, "the sensor's samples are invalid or saturated: see its status"),
+            Self::Bias([force, moment], [most_force, most_moment]) => write!(
+                f,
+                "at rest the sensor reads {force:.1} N and {moment:.2} N m beside the weight of its tool ({most_force} N and \
+                 {most_moment} N m are allowed): check tool_mass, tool_centre and the axes of [sensor] in the facility file, \
+                 what lies against the tool, and the sensor's own bias"
+            ),
+            Self::Link(3) => write!(f, "the link of the sensor cannot go on"),
+            Self::Link(r) => write!(f, "the link of robot {r} cannot go on"),
+            Self::Moved(r, axis, by) => write!(
+                f,
+                "{} of robot {r} was moved by {} while it was told to stay: somebody else moves it, or its controller has \
+                 begun a new session; begin again",
+                axis_name(*axis),
+                way(*axis, *by)
+            ),
+            Self::Servo(r, axis, by) => write!(
+                f,
+                "{} of robot {r} stands {} from its own set-point: brakes closed, drives off, or something holds it",
+                axis_name(*axis),
+                way(*axis, *by)
+            ),
+            Self::Stranger(r, count) => {
+                write!(f, "{count} datagrams of somebody else have come for robot {r}: find out who, and begin again")
+            }
             Self::Restless(n) => {
                 write!(f, "at rest the measured force spreads by {n:.1} N: something touches or vibrates")
             }
@@ -107,6 +156,8 @@ struct Seen {
     good: u32,
     first: Option<(u64, i64)>,
     last: (u64, i64),
+    /// Set-point of its first report.
+    set_point: [f64; AXES],
 }
 
 /// The checks at start-up, cycle by cycle.
@@ -130,10 +181,16 @@ impl StartUp {
         for (seen, robot) in self.robots.iter_mut().zip(moved(record)) {
             let fresh = robot.flags & robot_flags::FRESH != 0;
             if fresh {
+                if seen.first.is_none() {
+                    seen.set_point = set_point(robot);
+                }
                 seen.first.get_or_insert((self.cycles, robot.received.0));
                 seen.last = (self.cycles, robot.received.0);
             }
             seen.good = if fresh { seen.good + 1 } else { 0 };
+        }
+        if let Some(refusal) = self.disturbed(record) {
+            return Some(Err(refusal));
         }
         self.samples += u32::from(moved_sensor(record).flags & crate::log::codes::force_flags::FRESH != 0);
         let slower = robots.map(|robot| robot.cycle.0 as f64 / robots[0].cycle.0 as f64);
@@ -144,6 +201,24 @@ impl StartUp {
             return Some(self.verdict(record, arms, limits, robots));
         }
         (self.cycles >= LAST_CYCLE).then(|| Err(self.missing()))
+    }
+
+    /// What ends the start-up at once: a link that cannot go on, a robot that somebody else moves or writes to.
+    fn disturbed(&self, record: &CycleRecord) -> Option<Refusal> {
+        if let Some(link) = (0..3).find(|link| record.broken & (1 << link) != 0) {
+            return Some(if link == 2 && self.samples == 0 { Refusal::NoSensor } else { Refusal::Link(link + 1) });
+        }
+        for (r, robot) in moved(record).into_iter().enumerate().filter(|(r, _)| self.robots[*r].first.is_some()) {
+            let (now, first) = (set_point(robot), self.robots[r].set_point);
+            if let Some(i) = (0..AXES).find(|i| (now[*i] - first[*i]).abs() > STAYS[usize::from(*i == AXES - 1)]) {
+                return Some(Refusal::Moved(r + 1, i, (now[i] - first[i]).abs()));
+            }
+            let strangers = [&record.robot_1, &record.robot_2][r].link.foreign;
+            if strangers > 0 {
+                return Some(Refusal::Stranger(r + 1, strangers));
+            }
+        }
+        None
     }
 
     fn missing(&self) -> Refusal {
@@ -172,6 +247,10 @@ impl StartUp {
             if robot.flags & robot_flags::READY == 0 {
                 return Err(Refusal::NotReady(r + 1));
             }
+            let error = |i: usize| (robot.position[i] - set_point(robot)[i]).abs();
+            if let Some(i) = (0..AXES).find(|i| error(*i) > SERVO_ERROR[usize::from(*i == AXES - 1)]) {
+                return Err(Refusal::Servo(r + 1, i, error(i)));
+            }
             let axes = (0..AXES).find(|i| {
                 let at = robot.position[*i];
                 !(limits[*i].lower - 1e-9..=limits[*i].upper + 1e-9).contains(&at) && (*i < AXES - 1 || r == 0)
@@ -192,6 +271,11 @@ impl StartUp {
         }
         Ok(())
     }
+}
+
+/// Where a robot's controller holds it, or where it stands if it does not tell.
+fn set_point(robot: &crate::log::record::RobotRecord) -> [f64; AXES] {
+    if robot.flags & robot_flags::ASKED != 0 { robot.asked } else { robot.position }
 }
 
 /// The robots that take the commands: the emulated ones of a dry run, else the real ones.

@@ -38,6 +38,10 @@ pub struct Facility {
     sequence: u32,
     last: Option<ForceSample>,
     ailment: Ailment,
+    /// Axes that something holds, and where.
+    held: [Option<(usize, f64)>; 2],
+    /// What the next sample reads more \[N\].
+    knock: f64,
     /// Set-points of both robots at the begin of each of their cycles, if somebody wants to see them.
     set_points: Option<[Vec<SetPoint>; 2]>,
 }
@@ -75,6 +79,8 @@ impl Facility {
             sequence: 0,
             last: None,
             ailment: Ailment::None,
+            held: [None; 2],
+            knock: 0.0,
             set_points: None,
         }
     }
@@ -112,6 +118,13 @@ impl Facility {
             true => self.controllers[robot].target(at),
             false => self.world.robot(robot).position,
         });
+        let targets: [[f64; AXES]; 2] = std::array::from_fn(|robot| {
+            let mut target: [f64; AXES] = targets[robot];
+            if let Some((axis, at)) = self.held[robot] {
+                target[axis] = at;
+            }
+            target
+        });
         self.world.tick(&targets);
         self.due[0] = at + self.tick;
     }
@@ -144,10 +157,13 @@ impl Facility {
     fn sample(&mut self, at: Nanos, out: Wires) {
         self.due[3] = at + self.sensor.period();
         self.sequence = self.sequence.wrapping_add(1);
+        let mut wrench = self.world.reading();
+        wrench.force.z += std::mem::take(&mut self.knock);
         let fresh = ForceSample {
             received: at,
             sequence: self.sequence,
-            wrench: self.world.reading(),
+            wrench,
+            peak: wrench,
             saturated: self.ailment == Ailment::Saturated || self.world.saturated(),
             invalid: self.ailment == Ailment::Invalid,
         };
@@ -178,6 +194,26 @@ impl Facility {
     /// Set-points of robot 1 or 2 (0 or 1 here), cycle by cycle, as far as they were kept.
     pub fn set_points(&self, robot: usize) -> &[SetPoint] {
         self.set_points.as_ref().map_or(&[], |both| &both[robot])
+    }
+
+    /// The controller of a robot (0 or 1) ends; its axis is jogged, and after a time another one begins.
+    pub fn begin_again(&mut self, robot: usize, other: Box<dyn Controller>, axis: usize, by: f64, after: Nanos) {
+        self.controllers[robot] = other;
+        self.begun[robot] = false;
+        self.due[1 + robot] += after;
+        let mut axes = [0, 1].map(|robot| self.world.robot(robot).position);
+        axes[robot][axis] += by;
+        self.world.stand(&axes);
+    }
+
+    /// Holds an axis of a robot (0 or 1) where it is, whatever its controller asks for, or lets it go.
+    pub fn hold_axis(&mut self, robot: usize, axis: Option<usize>) {
+        self.held[robot] = axis.map(|axis| (axis, self.world.robot(robot).position[axis]));
+    }
+
+    /// The next sample reads so much more along the sensor's z axis \[N\].
+    pub fn knock(&mut self, force: f64) {
+        self.knock = force;
     }
 
     /// Makes the sensor ill, or well again.

@@ -21,6 +21,9 @@ pub struct Bench {
     courses: [Line; 2],
     ended: [bool; 2],
     sequence: u32,
+    /// What the sensor read at the last look, and farthest from it since.
+    looked: Wrench<f64>,
+    peak: Wrench<f64>,
 }
 
 impl Bench {
@@ -29,7 +32,8 @@ impl Bench {
         let time = clock.now();
         let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Line { from: at, to: at, since: time });
         let tick = Nanos::from_seconds(world.tick_seconds());
-        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended: [false; 2], sequence: 0 }))
+        let (ended, sequence, looked) = ([false; 2], 0, world.reading());
+        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended, sequence, looked, peak: looked }))
     }
 
     /// The facility itself.
@@ -49,6 +53,10 @@ impl Bench {
             let targets = self.courses.map(|course| course.at(self.time, self.cycle));
             self.world.tick(&targets);
             self.sequence = self.sequence.wrapping_add(1);
+            let (read, away) = (self.world.reading(), |w: Wrench<f64>| (w.force - self.looked.force).norm());
+            if away(read) >= away(self.peak) {
+                self.peak = read;
+            }
         }
     }
 }
@@ -151,8 +159,9 @@ impl ForceSensor for EmulatedSensor {
         }
         self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
         self.seen = bench.sequence;
-        let (wrench, saturated) = (bench.world.reading(), bench.world.saturated());
-        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, saturated, invalid: false }))
+        let (wrench, peak, saturated) = (bench.world.reading(), bench.peak, bench.world.saturated());
+        (bench.looked, bench.peak) = (wrench, wrench);
+        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, peak, saturated, invalid: false }))
     }
 
     fn counters(&self) -> LinkCounters {

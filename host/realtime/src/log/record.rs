@@ -90,6 +90,7 @@ record! {
         received: Nanos, "ns", "arrival of the newest sample since the start";
         age: Nanos, "ns", "age of the sample when the loop used it";
         raw: Wrench<f64>, "1", "as measured, the sensor's axes and origin";
+        peak: Wrench<f64>, "1", "of all samples of the cycle, the one farthest from those of the last cycle, as measured";
         compensated: Wrench<f64>, "1", "bias, weight and inertia of the tool taken off, part A's axes and origin";
         link: LinkCounters, "1", "link";
     }
@@ -197,7 +198,7 @@ impl ForceRecord {
             | bit(sample.invalid, force_flags::INVALID);
         self.sequence = sample.sequence;
         self.received = sample.received - start;
-        self.raw = sample.wrench;
+        (self.raw, self.peak) = (sample.wrench, sample.peak);
     }
 
     /// The sample that came in this cycle, as it was; for a replay.
@@ -207,6 +208,7 @@ impl ForceRecord {
             received: self.received + start,
             sequence: self.sequence,
             wrench: self.raw,
+            peak: self.peak,
             saturated: told(force_flags::SATURATED),
             invalid: told(force_flags::INVALID),
         })

@@ -78,6 +78,7 @@ fn sensor(n: u64, wrench: Wrench<f64>) -> ForceRecord {
         received: Nanos(n as i64 * 1_000_000 - 300_000),
         age: Nanos(300_000),
         raw: Wrench { force: vec3(wrench.force.x, wrench.force.y, wrench.force.z - 98.1), moment: wrench.moment },
+        peak: wrench,
         compensated: wrench,
         link: LinkCounters { received: n * 7, ..LinkCounters::default() },
     }

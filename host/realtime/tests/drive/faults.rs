@@ -2,7 +2,9 @@
 
 use crate::fixture::{CYCLE, Rig, Setting};
 use softdock_kernels::philox::uniform;
-use softdock_realtime::log::codes::StopCause;
+use softdock_kernels::vector::{Quat, vec3};
+use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
 
@@ -100,4 +102,76 @@ fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
     }
     println!("{scripts} scripts: {stopped} sessions stopped, at most {share:.3} of a limit as the robots see it");
     assert!(stopped > scripts as usize / 2, "faults that stop nothing: {stopped}");
+}
+
+/// What a drive is refused for.
+fn refused(mut rig: Rig) -> Refusal {
+    assert_eq!(rig.finish().cause, StopCause::StartRefused);
+    rig.session.core().refusal().expect("a reason")
+}
+
+#[test]
+fn a_sensor_with_a_bias_a_wrong_tool_or_its_weight_on_another_axis_is_refused() {
+    let refusal = |change: fn(&mut Setting)| {
+        let (mut there, setting) = (Setting::docking(), Setting::docking());
+        change(&mut there);
+        refused(Rig::with(&there, &setting, Relay::default()))
+    };
+    let heavy = refusal(|there| there.station.sensor.tool_mass = 60.0);
+    assert!(matches!(heavy, Refusal::Bias([force, _], _) if force > 400.0), "{heavy:?}");
+    let biased = refusal(|there| there.bias.force.x += 1500.0);
+    assert!(matches!(biased, Refusal::Bias([force, _], _) if force > 1400.0), "{biased:?}");
+    let reversed = refusal(|there| turn_sensor(there, Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) }));
+    assert!(matches!(reversed, Refusal::Bias([force, _], _) if force > 150.0), "{reversed:?}");
+    let permuted = refusal(|there| turn_sensor(there, Quat { w: 0.5, v: vec3(0.5, 0.5, 0.5) }));
+    assert!(matches!(permuted, Refusal::Bias([force, _], _) if force > 120.0), "{permuted:?}");
+}
+
+/// The sensor stands otherwise than the file says.
+fn turn_sensor(there: &mut Setting, by: Quat<f64>) {
+    let frame = &mut there.station.sensor.frame;
+    frame.attitude = frame.attitude.compose(by);
+}
+
+#[test]
+fn a_robot_that_is_moved_while_it_shall_stay_ends_the_start_up() {
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    for _ in 0..40 {
+        assert!(!rig.cycle());
+    }
+    // RSI ends, axis 2 is jogged by 3 degrees, RSI begins again from the same address.
+    rig.jog(0, 1, 3.0_f64.to_radians(), 30);
+    let refusal = refused(rig);
+    assert!(matches!(refusal, Refusal::Moved(1, 1, by) if (by.to_degrees() - 3.0).abs() < 0.1), "{refusal:?}");
+}
+
+#[test]
+fn a_robot_that_does_not_move_is_noticed_by_its_tool() {
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    rig.run_for(0.2);
+    rig.network.borrow_mut().facility().hold_axis(0, Some(1));
+    let cause = rig.finish().cause;
+    assert_eq!(cause, StopCause::Tracking);
+    let (_, alarm) = rig.session.core().stopped().expect("a stop");
+    let found = alarm.found.expect("what was found");
+    assert_eq!((found.robot, found.unit), (Some(0), "m"));
+    assert!(found.value < 0.02, "stopped {} m away", found.value);
+}
+
+#[test]
+fn a_peak_between_two_cycles_stops_the_session() {
+    for before_the_tare in [false, true] {
+        let mut rig = Rig::new(&Setting::docking(), Relay::default());
+        if before_the_tare {
+            while rig.session.record().phase == Phase::StartUp {
+                assert!(!rig.cycle());
+            }
+        } else {
+            rig.run_for(0.2);
+        }
+        rig.network.borrow_mut().facility().knock(3000.0);
+        rig.cycle();
+        assert_eq!(rig.session.record().cause, StopCause::ForceLimit, "before the tare: {before_the_tare}");
+        rig.finish();
+    }
 }

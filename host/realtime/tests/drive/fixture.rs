@@ -67,6 +67,8 @@ pub(crate) struct Setting {
     pub(crate) params: Params<f64>,
     pub(crate) armed: bool,
     pub(crate) to_start: bool,
+    /// What the sensor reads without weight and contact.
+    pub(crate) bias: Wrench<f64>,
 }
 
 impl Setting {
@@ -79,7 +81,7 @@ impl Setting {
     pub(crate) fn draw(campaign: &Campaign, run: u64) -> Self {
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let (seed, params) = (campaign.seed, campaign.draw(run).params);
-        Self { seed, plant, station: station(), run, params, armed: true, to_start: true }
+        Self { seed, plant, station: station(), run, params, armed: true, to_start: true, bias: bias() }
     }
 
     /// With other rules, of the scenario and of the facility.
@@ -92,7 +94,7 @@ impl Setting {
 
     pub(crate) fn world(&self) -> World {
         let key = philox::key(self.seed);
-        World::new(&self.plant, &self.station, key, self.run, &self.params, bias()).expect("in reach")
+        World::new(&self.plant, &self.station, key, self.run, &self.params, self.bias).expect("in reach")
     }
 
     pub(crate) fn task(&self) -> Task {
@@ -180,6 +182,15 @@ impl Rig {
         let mut network = self.network.borrow_mut();
         let shares = [0, 1].map(|robot| greatest_share(network.facility().set_points(robot), limits));
         shares[0].max(shares[1])
+    }
+
+    /// The controller of a robot (0 or 1) ends its session, the axis is jogged, and after some cycles it begins another.
+    pub(crate) fn jog(&mut self, robot: usize, axis: usize, by: f64, cycles: u64) {
+        let endpoint = [Endpoint::Robot1, Endpoint::Robot2][robot];
+        let settings = KrcSettings::new(tags(endpoint), our_address(endpoint));
+        let first_ipoc = settings.first_ipoc + self.session.record().time.0 as u64 / 1_000_000 + 4 * cycles;
+        let krc = Box::new(Krc::new(KrcSettings { first_ipoc, ..settings }));
+        self.network.borrow_mut().facility().begin_again(robot, krc, axis, by, CYCLE * cycles as i64);
     }
 
     /// The program stands still for a time.

@@ -5,6 +5,7 @@
 
 use crate::fixture::{Setting, campaign, farm_run};
 use softdock_campaign::criteria::first_breach;
+use softdock_campaign::station::Tracking;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::plant::Plant;
@@ -115,6 +116,7 @@ fn sessions_over_rsi_on_loopback_end_as_the_farms_runs_of_the_same_draws() {
             // A busy machine loses cycles by the dozen; what counts here is how the run ends.
             let links = &mut setting.station.links;
             (links.hold_cycles, links.stop_cycles, links.window_cycles, links.catch_up) = (100, 200, 10_000, 10.0);
+            links.tracking = Tracking { distance: 1.0, angle: 1.0, time: 1.0 };
             setting
         })
         .collect();

@@ -3,7 +3,7 @@
 use super::{Core, Inputs, Orders, State, pose};
 use crate::drive::guard::Guard;
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, apart};
+use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, apart, moved_sensor};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::signals::AXES;
@@ -42,10 +42,16 @@ impl Core {
         // nothing, whatever the servo error.
         let at = self.set_points;
         self.begun_at = at;
+        self.sent = [at; 2];
+        // Before anything moves: a wrong tool, reversed axes or a load against the tool show in a single reading.
+        let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
+        if let Some(refusal) = self.biased(moved_sensor(&self.record).raw - self.sensing.weight(&a)) {
+            return self.refuse(refusal);
+        }
         let cycle = self.capabilities[0].cycle;
         self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
         let (plant, cycles) = (Arc::clone(&self.task.plant), self.capabilities.map(|c| c.cycle));
-        self.guard = Some(Guard::new(plant, self.task.station.links, cycles, now));
+        self.guard = Some(Guard::new(plant, &self.task.station, cycles, now));
         if !self.start_axes().1 {
             let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
             return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
@@ -64,6 +70,13 @@ impl Core {
             self.state = if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) };
         }
         self.hold_position()
+    }
+
+    /// A sensor that reads more at rest, beside the weight of its tool, than it may.
+    fn biased(&self, net: Wrench<f64>) -> Option<Refusal> {
+        let (found, most) = ([net.force.norm(), net.moment.norm()], self.task.station.sensor.bias);
+        // Not "greater than": a NaN is refused too.
+        (!(found[0] <= most[0] && found[1] <= most[1])).then_some(Refusal::Bias(found, most))
     }
 
     /// The robot that holds its part too far from the start of the run.
@@ -111,6 +124,9 @@ impl Core {
             let spread = most - least;
             if spread > RESTLESS * self.task.station.sensor.touch_force {
                 return self.refuse(Refusal::Restless(spread));
+            }
+            if let Some(refusal) = self.biased(sum.scale_add(1.0 / f64::from(samples), Wrench::zero())) {
+                return self.refuse(refusal);
             }
             self.sensing.tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
             self.state = State::RunIn { cycles: 0 };

@@ -101,7 +101,7 @@ fn a_report_comes_back_as_it_was() {
 fn a_sample_comes_back_as_it_was() {
     let start = Nanos(1);
     let wrench = Wrench { force: vec3(1.0, 2.0, 3.0), moment: vec3(4.0, 5.0, 6.0) };
-    let sample = ForceSample { received: Nanos(2), sequence: 9, wrench, saturated: true, invalid: false };
+    let sample = ForceSample { received: Nanos(2), sequence: 9, wrench, peak: wrench, saturated: true, invalid: false };
     let mut record = ForceRecord::BLANK;
     record.take(Some(&sample), start);
     assert_eq!(record.sample(start), Some(sample));

@@ -6,6 +6,8 @@ use crate::protocol::link::{self, Peer, progress};
 use crate::signals::{ForceSample, ForceSensor, LinkCounters, LinkFault};
 use crate::time::Nanos;
 use crate::wire::Port;
+use softdock_kernels::space::Wrench;
+use softdock_kernels::vector::Vec3;
 use std::net::SocketAddr;
 
 /// Largest gap in the count of records that is believed: 14 s at 7 kHz, longer than any run waits.
@@ -62,6 +64,8 @@ pub struct NetFt<P: Port> {
 #[derive(Clone, Copy)]
 struct Stream {
     last: Option<Record>,
+    /// Force of the newest sample at the last look.
+    force: Option<Vec3<f64>>,
     requested: Nanos,
     /// No record has come since our request.
     fresh: bool,
@@ -74,7 +78,7 @@ impl<P: Port> NetFt<P> {
     /// If the network interface fails.
     pub fn start(port: P, settings: NetFtSettings) -> Result<Self, LinkFault> {
         let now = port.now();
-        let stream = Stream { last: None, requested: now, fresh: true };
+        let stream = Stream { last: None, force: None, requested: now, fresh: true };
         let peer = Peer::at(settings.sensor);
         let counters = LinkCounters::default();
         let mut driver = Self { port, settings, peer, counters, stream, heard: now, begun: false };
@@ -153,6 +157,7 @@ fn take(
         received: now,
         sequence: record.ft_sequence,
         wrench,
+        peak: wrench,
         saturated: record.is_saturated(),
         invalid: record.is_invalid() || stalled,
     }))
@@ -168,6 +173,8 @@ impl<P: Port> ForceSensor for NetFt<P> {
         let mut fault = None;
         // A load that was beyond range or an error between two looks must not go unseen because a later record is good.
         let (mut saturated, mut invalid) = (false, false);
+        let mut peak: Option<Wrench<f64>> = None;
+        let before = stream.force;
         let (sample, _) = link::newest(port, link::AT_ONCE, |datagram, from, now| {
             if !peer.admits(from) {
                 counters.foreign += 1;
@@ -180,6 +187,10 @@ impl<P: Port> ForceSensor for NetFt<P> {
             })?;
             saturated |= sample.saturated;
             invalid |= sample.invalid;
+            let away = |wrench: &Wrench<f64>| (wrench.force - before.unwrap_or(wrench.force)).norm();
+            if peak.is_none_or(|peak| away(&sample.wrench) >= away(&peak)) {
+                peak = Some(sample.wrench);
+            }
             Some(sample)
         })?;
         if let Some(restart) = fault {
@@ -190,7 +201,8 @@ impl<P: Port> ForceSensor for NetFt<P> {
             return Ok(None);
         };
         (self.heard, self.begun) = (sample.received, true);
-        Ok(Some(ForceSample { saturated, invalid, ..sample }))
+        self.stream.force = Some(sample.wrench.force);
+        Ok(Some(ForceSample { saturated, invalid, peak: peak.unwrap_or(sample.wrench), ..sample }))
     }
 
     fn counters(&self) -> LinkCounters {
