@@ -58,12 +58,34 @@ fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
 }
 
 #[test]
-fn a_session_that_a_rule_stops_ends_with_one() {
+fn a_session_that_a_rule_stops_ends_with_three_and_says_what_was_found() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
     let words = "drive campaigns/probe_drogue.toml --run 2 --virtual --no-band";
-    let said = expect(1, &format!("{words} --out {}", out.display()));
+    let said = expect(3, &format!("{words} --out {}", out.display()));
     assert!(said.contains("stopped by energy_budget") && said.contains("more than 0.5 J of energy injected"), "{said}");
+    let answer: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON");
+    assert_eq!((&answer["outcome"], &answer["success"]), (&"not_completed".into(), &false.into()));
+    let stop = &answer["stop"];
+    assert!(stop["value"].as_f64() > stop["limit"].as_f64() && stop["unit"] == "J", "{stop}");
+    assert!(answer["began_unix_s"].as_f64() > Some(1.7e9), "{answer}");
+    // The same, compared with what the model expects.
+    let out = folder.path().join("compared");
+    expect(3, &format!("drive campaigns/probe_drogue.toml --run 2 --virtual --band-runs 20 --out {}", out.display()));
+}
+
+#[test]
+fn a_dry_run_with_nobody_there_is_no_pass() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("drive");
+    let links = format!("--robot1 rsi://127.0.0.1:{} --robot2 rsi://127.0.0.1:{}", free_port(), free_port());
+    let words = format!("{DRIVE} {links} --no-band --out {}", out.display());
+    let said = outcome(3, command(&words).env("TMPDIR", folder.path()));
+    assert!(said.contains("robot 1 sends nothing"), "{said}");
+    let answer = fs::read_to_string(out.join("drive.json")).expect("an answer");
+    let answer: serde_json::Value = serde_json::from_str(&answer).expect("JSON");
+    assert_eq!((&answer["outcome"], &answer["cause"]), (&"refused".into(), &"start_refused".into()));
 }
 
 #[test]
@@ -171,8 +193,8 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
     let links = format!(
         "--robot1 rsi://127.0.0.1:{one} --robot2 rsi://127.0.0.1:{two} --ft netft://127.0.0.1:{rdt}?http={http}"
     );
-    // The drive starts after one second and takes three.
-    let seconds = sized(8, 20);
+    // The drive starts after one second and takes eight; a link that falls silent before its end is noticed.
+    let seconds = sized(12, 20);
     let words = format!(
         "emulate campaigns/probe_drogue.toml --run 1244 {links} --seconds {seconds} --truth {}",
         truth.display()

@@ -8,6 +8,7 @@ use crate::realtime::{apply, own};
 use crate::secret::with_secret;
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
+use serde_json::{Value, json};
 use softdock_analysis::number::{percent, with_unit};
 use softdock_campaign::criteria::succeeds;
 use softdock_campaign::rules;
@@ -19,6 +20,7 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
 use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::guard::Alarm;
 use softdock_realtime::drive::runner::{Alarms, Keeping, run};
 use softdock_realtime::drive::session::Session;
 use softdock_realtime::drive::start::Refusal;
@@ -67,8 +69,12 @@ struct Ended {
     metrics: softdock_kernels::metrics::Metrics<f64>,
     /// The session's rule that was met.
     stop: Option<Stop>,
-    evidence: Evidence,
-    log: Option<LogWriter>,
+    /// When the session was stopped, since its start, and why.
+    stopped: Option<(Nanos, Alarm)>,
+    /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
+    worst_tracking: [[f64; 2]; 2],
+    /// Records that the log has kept and lost.
+    kept: [u64; 2],
 }
 
 /// Drives a run.
@@ -86,7 +92,7 @@ pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
         let _ = fs::remove_file(plan.out.join("log.mcap"));
         let _ = fs::remove_dir(&plan.out);
     })?;
-    leave_traces(&plan, ended, args)
+    leave_traces(&plan, &ended, args)
 }
 
 /// The files that tell KUKA controllers where to send what.
@@ -266,7 +272,7 @@ fn limits_in_words(task: &Task) -> String {
 fn cycle_to_the_end(plan: &Plan) -> miette::Result<Ended> {
     let controls = Arc::new(Controls::default());
     let alarms = Arc::new(Alarms { signals: AtomicU32::new(0), panicked: AtomicBool::new(false) });
-    listen(&alarms);
+    listen(&alarms, &controls);
     let (samples_in, samples) = feed();
     // The log's thread first: it must not inherit the cycle's priority.
     let log = LogWriter::create(&plan.out.join("log.mcap"), &setup(plan)?).into_diagnostic()?;
@@ -286,11 +292,12 @@ fn cycle_to_the_end(plan: &Plan) -> miette::Result<Ended> {
 }
 
 /// SIGINT, SIGTERM and panics of any thread end in a controlled stop.
-fn listen(alarms: &Arc<Alarms>) {
-    let for_signals = Arc::clone(alarms);
+fn listen(alarms: &Arc<Alarms>, controls: &Arc<Controls>) {
+    let (for_signals, view) = (Arc::clone(alarms), Arc::clone(controls));
     // Without a handler the signal ends the process, and the controllers' own time-outs stop the robots.
     let _ = ctrlc::set_handler(move || {
         for_signals.signals.fetch_add(1, Ordering::Relaxed);
+        view.leave();
     });
     let (for_panics, before) = (Arc::clone(alarms), std::panic::take_hook());
     std::panic::set_hook(Box::new(move |info| {
@@ -321,18 +328,31 @@ fn cycle_thread(
     let cycle = moved.robots[0].capabilities().cycle;
     let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
     let mut session = Session::new(task.clone(), moved, exercised, clock).into_diagnostic()?;
+    session.begun_at(since_epoch()?);
     let mut keeping = Keeping { log: Some(log), evidence, feed: Some(samples) };
     run(&mut session, &mut keeping, controls, alarms);
     let Keeping { log, evidence, .. } = keeping;
-    Ok(Ended {
+    let totals = log.expect("the log was handed in").finish().into_diagnostic()?;
+    let core = session.core();
+    let ended = Ended {
         last: *session.record(),
-        refusal: session.core().refusal(),
+        refusal: core.refusal(),
         faults: session.faults(),
-        metrics: session.core().metrics(),
-        stop: session.core().rule_met(),
-        evidence,
-        log,
-    })
+        metrics: core.metrics(),
+        stop: core.rule_met(),
+        stopped: core.stopped(),
+        worst_tracking: core.worst_tracking(),
+        kept: [totals.written.records, totals.dropped],
+    };
+    // At once: whoever looks at the view still, or is killed there, has them.
+    write_evidence(plan, &ended, evidence)?;
+    write_answer(plan, &answer(plan, &ended))?;
+    Ok(ended)
+}
+
+/// The wall clock \[ns since the Unix epoch\].
+fn since_epoch() -> miette::Result<Nanos> {
+    Ok(Nanos(SystemTime::now().duration_since(UNIX_EPOCH).into_diagnostic()?.as_nanos() as i64))
 }
 
 fn budgets(plan: &Plan) -> Budgets {
@@ -341,8 +361,8 @@ fn budgets(plan: &Plan) -> Budgets {
 }
 
 fn setup(plan: &Plan) -> miette::Result<Setup> {
-    let started = SystemTime::now().duration_since(UNIX_EPOCH).into_diagnostic()?;
-    let draw = serde_json::json!({
+    let started = since_epoch()?;
+    let draw = json!({
         "run": plan.task.run,
         "seed": plan.campaign.seed,
         "parameters": band::parameters(&plan.task.params),
@@ -368,7 +388,7 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
     provenance.insert("facility".to_owned(), plan.facility_file.display().to_string());
     provenance.extend(plan.model_file.iter().map(|model| ("model".to_owned(), model.display().to_string())));
     Ok(Setup {
-        started: Nanos(started.as_nanos() as i64),
+        started,
         attachments: vec![
             file("scenario.toml", plan.campaign.scenario.text().as_bytes().to_vec()),
             file("facility.toml", plan.task.station.text().as_bytes().to_vec()),
@@ -383,40 +403,100 @@ fn clock_in_words(plan: &Plan) -> &'static str {
     if plan.in_virtual_time { "virtual" } else { "CLOCK_MONOTONIC" }
 }
 
-/// Log, evidence, metrics beside their prediction.
-fn leave_traces(plan: &Plan, mut ended: Ended, args: &DriveArgs) -> miette::Result<Exit> {
+/// The last seconds of all signals.
+fn write_evidence(plan: &Plan, ended: &Ended, evidence: Evidence) -> miette::Result<()> {
+    let remarks = ended.refusal.map(|refusal| refusal.to_string()).or_else(|| stop_in_words(plan, ended));
     let circumstances = Circumstances {
         limits: limits_in_words(&plan.task),
         clock: clock_in_words(plan).to_owned(),
-        remarks: ended.refusal.map(|refusal| refusal.to_string()).unwrap_or_default(),
+        remarks: remarks.unwrap_or_default(),
     };
-    let evidence = plan.out.join("evidence.csv");
-    let mut file = std::io::BufWriter::new(fs::File::create(&evidence).into_diagnostic()?);
-    ended.evidence.write(&mut file, &circumstances).into_diagnostic()?;
-    let totals = ended.log.take().expect("the log was handed in").finish().into_diagnostic()?;
+    let mut file = std::io::BufWriter::new(fs::File::create(plan.out.join("evidence.csv")).into_diagnostic()?);
+    evidence.write(&mut file, &circumstances).into_diagnostic()
+}
+
+fn write_answer(plan: &Plan, answer: &Value) -> miette::Result<()> {
+    fs::write(plan.out.join("drive.json"), crate::words::json(answer)).into_diagnostic()
+}
+
+/// What a session was stopped for: robot, value and limit, where they can be said.
+fn stop_in_words(plan: &Plan, ended: &Ended) -> Option<String> {
+    if let Some(stop) = ended.stop {
+        return Some(rule_in_words(plan, stop));
+    }
+    let (time, alarm) = ended.stopped?;
+    let found = alarm.found?;
+    let robot = found.robot.map_or_else(String::new, |robot| format!("robot {}: ", robot + 1));
+    let [value, limit] = [found.value, found.limit].map(|value| with_unit(value, found.unit));
+    Some(format!("{robot}{value}, {limit} is allowed, at {:.3} s of the session", time.seconds()))
+}
+
+/// The answer of a session, before it is compared with what the model expects.
+fn answer(plan: &Plan, ended: &Ended) -> Value {
+    let rule = ended.stop.map(|stop| {
+        let row = stop.rule.row();
+        json!({
+            "id": row.id, "value": stop.value, "limit": (row.limit)(&plan.task.plant.facility), "unit": row.unit,
+        })
+    });
+    let stop = ended.stopped.map(|(time, alarm)| {
+        let found = alarm.found;
+        json!({
+            "cause": alarm.cause.word(), "time_s": time.seconds(),
+            "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
+            "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
+            "unit": found.map(|found| found.unit),
+        })
+    });
+    let last = &ended.last;
+    let robot = |r: usize| {
+        let record = softdock_realtime::drive::start::moved(last)[r];
+        let real = [&last.robot_1, &last.robot_2][r];
+        json!({
+            "lost_reports": real.link.lost + real.link.overtaken, "late_answers": real.late_answers,
+            "untaken_answers": record.wire.untaken, "unsent_answers": real.link.unsent,
+            "foreign_datagrams": real.link.foreign, "malformed_datagrams": real.link.malformed,
+            "worst_tracking_m": ended.worst_tracking[r][0], "worst_tracking_rad": ended.worst_tracking[r][1],
+        })
+    };
+    json!({
+        "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed,
+        "began_unix_s": last.wall_offset.seconds(), "cause": last.cause.word(), "outcome": outcome(plan, ended).word(),
+        "rule": rule, "stop": stop, "refusal": ended.refusal.map(|refusal| refusal.to_string()),
+        "success": outcome(plan, ended) == Outcome::Pass,
+        "validity": {
+            "robot_1": robot(0), "robot_2": robot(1), "lost_samples": last.ft.link.lost, "overruns": last.overruns,
+            "log_records_lost": ended.kept[1],
+        },
+    })
+}
+
+/// Log, metrics beside their prediction.
+fn leave_traces(plan: &Plan, ended: &Ended, args: &DriveArgs) -> miette::Result<Exit> {
     let log = plan.out.join("log.mcap");
     band::export(&log, &plan.out.join("log.parquet"))?;
     let cause = ended.last.cause;
     say(format!("stopped by {}: {}", cause.word(), cause.meaning()));
-    if let Some(stop) = ended.stop {
-        say(format!("           {}", rule_in_words(plan, stop)));
+    if let Some(words) = stop_in_words(plan, ended) {
+        say(format!("           {words}"));
     }
     for (link, fault) in ["robot 1", "robot 2", "the sensor"].iter().zip(ended.faults) {
         if let Some(fault) = fault {
             say(format!("           {link}: {fault}"));
         }
     }
-    say(format!("log        {}  {} cycles, {} dropped", log.display(), totals.written.records, totals.dropped));
-    say(format!("evidence   {}", evidence.display()));
+    say(format!("log        {}  {} cycles, {} dropped", log.display(), ended.kept[0], ended.kept[1]));
+    say(format!("evidence   {}", plan.out.join("evidence.csv").display()));
     if let Some(refusal) = ended.refusal {
-        return Err(refuse("the drive did not begin", refusal));
+        warn(format!("{:?}", refuse("the drive did not begin", refusal)));
+        return Ok(Exit::Incomplete);
     }
     if args.no_band {
-        return Ok(exit_of(passes(plan, &ended)));
+        return Ok(outcome(plan, ended).exit());
     }
     let cycle = plan.addresses.cycle()?;
     let expected = band::compare(&plan.campaign, &plan.task, cycle, &ended.metrics, args.band_runs)?;
-    report(plan, &ended, &expected, args)
+    report(plan, ended, &expected, args)
 }
 
 /// A rule that was met, with its limit and the value that met it.
@@ -426,38 +506,62 @@ fn rule_in_words(plan: &Plan, stop: Stop) -> String {
     format!("{}: {}; the value was {}", row.id, rules::sentence(row, Some(limit)), with_unit(stop.value, row.unit))
 }
 
-/// Whether the run was completed and meets every criterion of the task.
-fn passes(plan: &Plan, ended: &Ended) -> bool {
-    ended.last.cause == StopCause::Completed && succeeds(&plan.task.plant.task, &ended.metrics)
+/// How a session has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Completed, and every criterion of the task is met.
+    Pass,
+    /// Completed, and some criterion is not met.
+    Fail,
+    /// Stopped before its end: no verdict.
+    NotCompleted,
+    /// Not begun.
+    Refused,
 }
 
-fn exit_of(passes: bool) -> Exit {
-    if passes { Exit::Done } else { Exit::NotVerified }
+impl Outcome {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::NotCompleted => "not_completed",
+            Self::Refused => "refused",
+        }
+    }
+
+    /// The exit code, whatever the options.
+    fn exit(self) -> Exit {
+        match self {
+            Self::Pass => Exit::Done,
+            Self::Fail => Exit::NotVerified,
+            Self::NotCompleted | Self::Refused => Exit::Incomplete,
+        }
+    }
+}
+
+fn outcome(plan: &Plan, ended: &Ended) -> Outcome {
+    match ended.last.cause {
+        _ if ended.refusal.is_some() => Outcome::Refused,
+        StopCause::Completed if succeeds(&plan.task.plant.task, &ended.metrics) => Outcome::Pass,
+        StopCause::Completed => Outcome::Fail,
+        _ => Outcome::NotCompleted,
+    }
 }
 
 fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> miette::Result<Exit> {
-    let cause = ended.last.cause;
-    let success = passes(plan, ended);
-    let rule = ended.stop.map(|stop| {
-        let row = stop.rule.row();
-        serde_json::json!({
-            "id": row.id, "value": stop.value, "limit": (row.limit)(&plan.task.plant.facility), "unit": row.unit,
-        })
-    });
     let inside = band.lines.iter().filter(|line| line.inside()).count();
-    let json = serde_json::json!({
-        "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed, "cause": cause.word(),
-        "rule": rule, "success": success, "predicted_success": band.success, "predictions": band.runs,
-        "metrics": band.lines.iter().map(Line::json).collect::<Vec<_>>(),
-    });
-    fs::write(plan.out.join("drive.json"), crate::words::json(&json)).into_diagnostic()?;
+    let mut json = answer(plan, ended);
+    json["predicted_success"] = json!(band.success);
+    json["predictions"] = json!(band.runs);
+    json["metrics"] = band.lines.iter().map(Line::json).collect();
+    write_answer(plan, &json)?;
     if args.json {
         say(crate::words::json(&json));
     } else {
-        let verdict = match (cause, success) {
-            (StopCause::Completed, true) => "PASS",
-            (StopCause::Completed, false) => "FAIL",
-            _ => "NOT COMPLETED, no verdict",
+        let verdict = match outcome(plan, ended) {
+            Outcome::Pass => "PASS",
+            Outcome::Fail => "FAIL",
+            Outcome::NotCompleted | Outcome::Refused => "NOT COMPLETED, no verdict",
         };
         say(format!(
             "\nthe run    {verdict}; the model passes {} of {} drives of this draw",
@@ -478,5 +582,5 @@ fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> mi
         }
         say(format!("{inside} of {} metrics inside what the model expects", band.lines.len()));
     }
-    Ok(exit_of(success))
+    Ok(outcome(plan, ended).exit())
 }

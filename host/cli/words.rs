@@ -16,7 +16,7 @@ pub(crate) enum Exit {
     NotVerified = 1,
     /// The input is at fault.
     BadInput = 2,
-    /// The campaign is incomplete.
+    /// The campaign is incomplete; a session on robots was stopped, or not begun.
     Incomplete = 3,
 }
 

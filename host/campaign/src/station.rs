@@ -319,7 +319,7 @@ fn links(c: &mut Checker, table: &SafetyTable) -> LinkRules {
         tracking: Tracking {
             distance: c.number_or(&table.tracking, 3e-3, "m", Range::above(0.0, LENGTH)),
             angle: c.number_or(&table.tracking_rotation, 0.5_f64.to_radians(), "rad", Range::above(0.0, ANGLE / 4.0)),
-            time: c.number_or(&table.tracking_time, 0.1, "s", Range::above(0.0, 10.0)),
+            time: c.number_or(&table.tracking_time, 0.25, "s", Range::above(0.0, 10.0)),
         },
         sensor_age,
     }

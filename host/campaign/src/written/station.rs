@@ -134,7 +134,7 @@ pub(crate) struct SafetyTable {
     pub(crate) tracking: Option<Quantity>,
     /// Greatest angle between a robot's tool and its command at rest; default 0.5 deg.
     pub(crate) tracking_rotation: Option<Quantity>,
-    /// How late a robot may be: what both may grow by for each unit of commanded speed; default 0.1 s.
+    /// How late a robot may be: what both may grow by for each unit of commanded speed; default 0.25 s.
     pub(crate) tracking_time: Option<Quantity>,
     /// Greatest age of a sensor sample; default 5 ms.
     pub(crate) sensor_age: Option<Quantity>,

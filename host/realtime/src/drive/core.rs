@@ -5,7 +5,7 @@
 mod noting;
 mod starting;
 
-use super::guard::{Alarm, Guard, Seen, ToolError};
+use super::guard::{Alarm, Found, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
 use super::start::{Refusal, StartUp, apart};
 use super::wire::WireState;
@@ -127,7 +127,7 @@ impl From<(usize, Misplaced)> for Unprepared {
 /// Where a drive is, with what that phase needs.
 #[derive(Clone, Copy, Debug)]
 enum State {
-    StartUp(StartUp),
+    StartUp,
     Enabling { begun: Nanos },
     ToStart { way: JointMove, begun: Nanos },
     Taring { begun: Nanos, sum: Wrench<f64>, least: f64, most: f64, samples: u32 },
@@ -156,6 +156,8 @@ pub struct Core {
     set_points: [[f64; AXES]; 2],
     /// How the robots stand to what they have been sent.
     wires: [WireState; 2],
+    /// Cycles for which the real links of a dry run have brought nothing: robots 1 and 2 and the sensor.
+    silent: [u32; 3],
     /// Cycles of the stop so far.
     stopping: u32,
     /// Axes that were sent by the last two cycles, newest first.
@@ -165,6 +167,8 @@ pub struct Core {
     /// What the parts were commanded to do by the end of the last cycle.
     commanded: Parts<f64>,
     state: State,
+    /// The checks of those who take the commands, and of the real links of a dry run.
+    checks: [StartUp; 2],
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
     refusal: Option<Refusal>,
@@ -207,11 +211,13 @@ impl Core {
             axes: [[[0.0; AXES]; 2]; 2],
             set_points: [[0.0; AXES]; 2],
             wires: [WireState::default(); 2],
+            silent: [0; 3],
             stopping: 0,
             sent: [[[0.0; AXES]; 2]; 2],
             wrenches: [Wrench::zero(); 2],
             commanded,
-            state: State::StartUp(StartUp::default()),
+            state: State::StartUp,
+            checks: [StartUp::default(); 2],
             dead: [false; 2],
             begun_at: [[0.0; AXES]; 2],
             refusal: None,
@@ -362,9 +368,12 @@ impl Core {
         if let Some(cause) = inputs.request {
             return Some(Alarm::of(cause));
         }
-        let started = !matches!(self.state, State::StartUp(_));
+        let started = !matches!(self.state, State::StartUp);
         if let Some(link) = inputs.moved.broken.iter().position(|broken| *broken && started) {
             return Some(Alarm { dead: (link < 2).then_some(link), ..Alarm::of(StopCause::LinkFault) });
+        }
+        if let Some(alarm) = self.of_exercised(inputs).filter(|_| started) {
+            return Some(alarm);
         }
         let (running, stopping) = (matches!(self.state, State::Running), matches!(self.state, State::Stopping));
         let tools = self.tool_errors();
@@ -376,8 +385,8 @@ impl Core {
             wires: &inputs.moved.wires,
             lost: std::array::from_fn(|r| inputs.moved.links[r].lost),
             sample: inputs.moved.sample.as_ref(),
-            // Once it ramps down, no rule changes anything any more.
-            measured: net.as_ref().filter(|_| !stopping),
+            stopping,
+            measured: net.as_ref(),
             commanded: &self.commanded,
             progress: running.then(|| self.computer.progress()),
         };
@@ -400,6 +409,26 @@ impl Core {
         })
     }
 
+    /// A real link of a dry run that has fallen silent: what the run shows is not shown on these links.
+    fn of_exercised(&mut self, inputs: &Inputs) -> Option<Alarm> {
+        let real = inputs.exercised.as_ref()?;
+        let there = [real.robots[0].is_some(), real.robots[1].is_some(), real.sample.is_some()];
+        // A robot slower than the master is not there in every cycle of it.
+        let ratio = self.capabilities[1].cycle.seconds() / self.capabilities[0].cycle.seconds();
+        for (link, there) in there.into_iter().enumerate() {
+            self.silent[link] = if there { 0 } else { self.silent[link] + 1 };
+            let slower = if link == 1 { ratio.ceil().max(1.0) } else { 1.0 };
+            let most = self.task.station.links.stop_cycles * slower as u32;
+            if self.silent[link] > most || real.broken[link] {
+                let robot = (link < 2).then_some(link);
+                let (value, limit) = (f64::from(self.silent[link]), f64::from(most));
+                let found = Some(Found { robot, value, limit, unit: "cycles" });
+                return Some(Alarm { found, ..Alarm::of(StopCause::LinkSilent) });
+            }
+        }
+        None
+    }
+
     /// Begins a controlled stop; the first cause stands.
     fn stop(&mut self, alarm: Alarm) {
         if let Some(robot) = alarm.dead {
@@ -420,7 +449,7 @@ impl Core {
     fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
         let hold = Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
         match self.state {
-            State::StartUp(checks) => self.start_up(checks, inputs.now, hold),
+            State::StartUp => self.start_up(inputs, hold),
             State::Enabling { begun } => self.enable(begun, inputs.now),
             State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
             State::Taring { .. } => self.tare(inputs),

@@ -31,6 +31,8 @@ pub struct Seen<'a> {
     pub wrenches: [Wrench<f64>; 2],
     /// How far the robots' tools are from what was sent, and how fast they were sent.
     pub tools: [ToolError; 2],
+    /// The session is being stopped already: no rule changes anything any more.
+    pub stopping: bool,
     /// Parts and wrench as measured, once the sensor is tared.
     pub measured: Option<&'a Measured>,
     /// What the parts were commanded to do by now.
@@ -222,6 +224,9 @@ impl Guard {
         }
         // Before the tare the bias that the sensor may have is in the readings.
         let bias = if seen.measured.is_some() { [0.0; 2] } else { self.bias };
+        if seen.stopping {
+            return None;
+        }
         let stop = match self.of_force(&seen.wrenches, bias) {
             Some(stop) => stop,
             None => self.of_rules(seen)?,

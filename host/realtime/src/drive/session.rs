@@ -82,6 +82,11 @@ impl Session {
         })
     }
 
+    /// Notes what the wall clock said when the drive began \[ns since the Unix epoch\].
+    pub fn begun_at(&mut self, wall: Nanos) {
+        self.core.record_mut().wall_offset = wall;
+    }
+
     /// The decisions so far.
     pub fn core(&self) -> &Core {
         &self.core

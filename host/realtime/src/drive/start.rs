@@ -2,7 +2,7 @@
 
 use crate::arms::Arms;
 use crate::log::codes::robot_flags;
-use crate::log::record::CycleRecord;
+use crate::log::record::{CycleRecord, ForceRecord, RobotRecord};
 use crate::signals::{AXES, Capabilities};
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::vector::Pose;
@@ -160,6 +160,30 @@ struct Seen {
     set_point: [f64; AXES],
 }
 
+/// The links that a start-up checks, as a cycle has left them.
+#[derive(Clone, Copy, Debug)]
+pub struct Watched<'a> {
+    /// Robots 1 and 2.
+    pub robots: [&'a RobotRecord; 2],
+    /// The sensor.
+    pub sensor: &'a ForceRecord,
+    /// Which of these links cannot go on.
+    pub broken: [bool; 3],
+}
+
+impl<'a> Watched<'a> {
+    /// Those who take the commands.
+    pub fn moved(record: &'a CycleRecord) -> Self {
+        let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
+        Self { robots: moved(record), sensor: moved_sensor(record), broken }
+    }
+
+    /// The real ones of a dry run.
+    pub fn exercised(record: &'a CycleRecord, broken: [bool; 3]) -> Self {
+        Self { robots: [&record.robot_1, &record.robot_2], sensor: &record.ft, broken }
+    }
+}
+
 /// The checks at start-up, cycle by cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartUp {
@@ -172,13 +196,13 @@ impl StartUp {
     /// One more cycle; an answer once all checks have passed, or one has failed.
     pub fn check(
         &mut self,
-        record: &CycleRecord,
+        links: &Watched,
         arms: &Arms,
         limits: &[AxisLimits; AXES],
         robots: &[Capabilities; 2],
     ) -> Option<Result<(), Refusal>> {
         self.cycles += 1;
-        for (seen, robot) in self.robots.iter_mut().zip(moved(record)) {
+        for (seen, robot) in self.robots.iter_mut().zip(links.robots) {
             let fresh = robot.flags & robot_flags::FRESH != 0;
             if fresh {
                 if seen.first.is_none() {
@@ -189,33 +213,32 @@ impl StartUp {
             }
             seen.good = if fresh { seen.good + 1 } else { 0 };
         }
-        if let Some(refusal) = self.disturbed(record) {
+        if let Some(refusal) = self.disturbed(links) {
             return Some(Err(refusal));
         }
-        self.samples += u32::from(moved_sensor(record).flags & crate::log::codes::force_flags::FRESH != 0);
+        self.samples += u32::from(links.sensor.flags & crate::log::codes::force_flags::FRESH != 0);
         let slower = robots.map(|robot| robot.cycle.0 as f64 / robots[0].cycle.0 as f64);
         // A robot slower than the master is not fresh in every cycle of it.
         let whole =
             (0..2).all(|r| self.robots[r].good >= GOOD_CYCLES || slower[r] > 1.01 && self.robots[r].first.is_some());
         if whole && self.samples > 0 && self.cycles >= u64::from(GOOD_CYCLES) {
-            return Some(self.verdict(record, arms, limits, robots));
+            return Some(self.verdict(links, arms, limits, robots));
         }
         (self.cycles >= LAST_CYCLE).then(|| Err(self.missing()))
     }
 
     /// What ends the start-up at once: a link that cannot go on, a robot that somebody else moves or writes to.
-    fn disturbed(&self, record: &CycleRecord) -> Option<Refusal> {
-        if let Some(link) = (0..3).find(|link| record.broken & (1 << link) != 0) {
+    fn disturbed(&self, links: &Watched) -> Option<Refusal> {
+        if let Some(link) = links.broken.iter().position(|broken| *broken) {
             return Some(if link == 2 && self.samples == 0 { Refusal::NoSensor } else { Refusal::Link(link + 1) });
         }
-        for (r, robot) in moved(record).into_iter().enumerate().filter(|(r, _)| self.robots[*r].first.is_some()) {
+        for (r, robot) in links.robots.into_iter().enumerate().filter(|(r, _)| self.robots[*r].first.is_some()) {
             let (now, first) = (set_point(robot), self.robots[r].set_point);
             if let Some(i) = (0..AXES).find(|i| (now[*i] - first[*i]).abs() > STAYS[usize::from(*i == AXES - 1)]) {
                 return Some(Refusal::Moved(r + 1, i, (now[i] - first[i]).abs()));
             }
-            let strangers = [&record.robot_1, &record.robot_2][r].link.foreign;
-            if strangers > 0 {
-                return Some(Refusal::Stranger(r + 1, strangers));
+            if robot.link.foreign > 0 {
+                return Some(Refusal::Stranger(r + 1, robot.link.foreign));
             }
         }
         None
@@ -231,12 +254,12 @@ impl StartUp {
 
     fn verdict(
         &self,
-        record: &CycleRecord,
+        links: &Watched,
         arms: &Arms,
         limits: &[AxisLimits; AXES],
         capabilities: &[Capabilities; 2],
     ) -> Result<(), Refusal> {
-        for (r, robot) in moved(record).into_iter().enumerate() {
+        for (r, robot) in links.robots.into_iter().enumerate() {
             let (seen, wanted) = (&self.robots[r], capabilities[r].cycle.seconds());
             let (first, last) = (seen.first.unwrap_or_default(), seen.last);
             let measured = (last.1 - first.1) as f64 * 1e-9 / (last.0.max(first.0 + 1) - first.0) as f64;
@@ -266,7 +289,7 @@ impl StartUp {
             }
         }
         let bad = crate::log::codes::force_flags::SATURATED | crate::log::codes::force_flags::INVALID;
-        if moved_sensor(record).flags & bad != 0 {
+        if links.sensor.flags & bad != 0 {
             return Err(Refusal::BadSensor);
         }
         Ok(())
@@ -274,12 +297,12 @@ impl StartUp {
 }
 
 /// Where a robot's controller holds it, or where it stands if it does not tell.
-fn set_point(robot: &crate::log::record::RobotRecord) -> [f64; AXES] {
+fn set_point(robot: &RobotRecord) -> [f64; AXES] {
     if robot.flags & robot_flags::ASKED != 0 { robot.asked } else { robot.position }
 }
 
 /// The robots that take the commands: the emulated ones of a dry run, else the real ones.
-pub fn moved(record: &CycleRecord) -> [&crate::log::record::RobotRecord; 2] {
+pub fn moved(record: &CycleRecord) -> [&RobotRecord; 2] {
     if record.emulated_1.present() {
         [&record.emulated_1, &record.emulated_2]
     } else {
@@ -288,6 +311,6 @@ pub fn moved(record: &CycleRecord) -> [&crate::log::record::RobotRecord; 2] {
 }
 
 /// The sensor beside the robots that take the commands.
-pub fn moved_sensor(record: &CycleRecord) -> &crate::log::record::ForceRecord {
+pub fn moved_sensor(record: &CycleRecord) -> &ForceRecord {
     if record.emulated_ft.flags != 0 { &record.emulated_ft } else { &record.ft }
 }

@@ -28,6 +28,7 @@ const RING_SAMPLES: usize = 4096;
 pub struct Controls {
     stops: AtomicU32,
     ended: AtomicBool,
+    leaves: AtomicBool,
 }
 
 impl Controls {
@@ -44,6 +45,11 @@ impl Controls {
     /// The drive is over: nothing moves any more.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
+    }
+
+    /// A signal wants the view gone, once the drive is over.
+    pub fn leave(&self) {
+        self.leaves.store(true, Ordering::SeqCst);
     }
 
     /// Whether the drive is over.
@@ -93,6 +99,9 @@ fn show_screen(view: &mut View, samples: &mut Consumer<Sample>, controls: &Contr
     loop {
         let over = take(view, samples, controls);
         terminal.draw(|frame| screen::draw(frame, view))?;
+        if over && controls.leaves.load(Ordering::SeqCst) {
+            return Ok(());
+        }
         if !event::poll(PICTURE)? {
             continue;
         }

@@ -95,7 +95,7 @@ impl Core {
 
 fn phase(state: &State, progress: &Progress) -> Phase {
     match state {
-        State::StartUp(_) | State::Enabling { .. } => Phase::StartUp,
+        State::StartUp | State::Enabling { .. } => Phase::StartUp,
         State::ToStart { .. } => Phase::ToStart,
         State::Taring { .. } => Phase::Taring,
         State::RunIn { .. } => Phase::Approach,

@@ -3,7 +3,7 @@
 use super::{Core, Inputs, Orders, State, pose};
 use crate::drive::guard::Guard;
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, apart, moved_sensor};
+use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, Watched, apart, moved_sensor};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::signals::AXES;
@@ -19,13 +19,18 @@ const TARE_TIME: f64 = 0.5;
 const RESTLESS: f64 = 2.0;
 
 impl Core {
-    pub(super) fn start_up(&mut self, mut checks: StartUp, now: Nanos, hold: Orders) -> Orders {
-        let answer = checks.check(&self.record, &self.arms, &self.limits, &self.capabilities);
-        self.state = State::StartUp(checks);
-        match answer {
-            None => hold,
-            Some(Err(refusal)) => self.refuse(refusal),
-            Some(Ok(())) => self.begin(now),
+    pub(super) fn start_up(&mut self, inputs: &Inputs, hold: Orders) -> Orders {
+        let [moved, real] = &mut self.checks;
+        let check = |of: &mut StartUp, links: Watched| of.check(&links, &self.arms, &self.limits, &self.capabilities);
+        let moved = check(moved, Watched::moved(&self.record));
+        let real = match &inputs.exercised {
+            Some(arrived) => check(real, Watched::exercised(&self.record, arrived.broken)),
+            None => Some(Ok(())),
+        };
+        match (moved, real) {
+            (Some(Err(refusal)), _) | (_, Some(Err(refusal))) => self.refuse(refusal),
+            (Some(Ok(())), Some(Ok(()))) => self.begin(inputs.now),
+            _ => hold,
         }
     }
 
