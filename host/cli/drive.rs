@@ -85,7 +85,7 @@ pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     }
     tell(&plan);
     // One process drives a robot; the lock ends with this one, however that ends.
-    let _locks = if plan.addresses.any_real() { own(&plan.task.station)? } else { Vec::new() };
+    let _locks = if plan.addresses.any_real() { own(&plan.task.station, &plan.addresses)? } else { Vec::new() };
     fs::create_dir_all(&plan.out).into_diagnostic()?;
     let ended = cycle_to_the_end(&plan).inspect_err(|_| {
         // Nothing was driven: an empty log would only be in the way. What is there besides it stays.

@@ -4,7 +4,7 @@ use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
 use crate::drive::{facility_of, run_asked};
-use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map};
+use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map, towards};
 use crate::realtime::apply;
 use crate::secret::with_secret;
 use crate::words::{Exit, explain, json, refuse, say};
@@ -169,14 +169,15 @@ fn controller(
     match address.scheme.as_str() {
         "rsi" => {
             address.only(&["cycle_ms", "type", "mode"])?;
-            let settings = KrcSettings::new(tag_map(&address, rail)?, address.socket(RSI_PORT)?);
-            Ok((Box::new(Krc::new(settings)), bind(anywhere())?))
+            let client = address.socket(RSI_PORT)?;
+            let settings = KrcSettings::new(tag_map(&address, rail)?, client);
+            Ok((Box::new(Krc::new(settings)), bind(towards(client))?))
         }
         "egm" => {
             address.only(&["cycle_ms"])?;
-            let settings =
-                EgmSettings { cycle: address.cycle(4.0)?, rail, ..EgmSettings::new(address.socket(EGM_PORT)?) };
-            Ok((Box::new(EgmController::new(settings)), bind(anywhere())?))
+            let client = address.socket(EGM_PORT)?;
+            let settings = EgmSettings { cycle: address.cycle(4.0)?, rail, ..EgmSettings::new(client) };
+            Ok((Box::new(EgmController::new(settings)), bind(towards(client))?))
         }
         "fanuc" => {
             address.only(&["cycle_ms", "rmi"])?;

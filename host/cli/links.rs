@@ -52,6 +52,12 @@ impl Addresses {
         Ok(Self { all: [Address::parse(robot1)?, Address::parse(robot2)?, Address::parse(ft)?] })
     }
 
+    /// Names of the real links, by what they are reached at; for the locks.
+    pub(crate) fn real(&self) -> Vec<String> {
+        let real = self.all.iter().filter(|address| address.scheme != "emulated");
+        real.map(|Address { scheme, place, .. }| format!("{scheme}://{place}")).collect()
+    }
+
     /// Whether any of them is a real link.
     pub(crate) fn any_real(&self) -> bool {
         self.all.iter().any(|address| address.scheme != "emulated")
@@ -113,6 +119,11 @@ pub(crate) fn bind(address: SocketAddr) -> miette::Result<UdpPort> {
 /// Any free port of this machine.
 pub(crate) fn anywhere() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0))
+}
+
+/// Any free port from which an address can be reached; nobody from outside reaches the one towards this machine itself.
+pub(crate) fn towards(address: SocketAddr) -> SocketAddr {
+    if address.ip().is_loopback() { SocketAddr::new(address.ip(), 0) } else { anywhere() }
 }
 
 /// Opens the link to robot 1 or 2 (0 or 1 here).

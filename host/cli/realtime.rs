@@ -1,5 +1,6 @@
 //! Real-time rights and robots' locks, as commands ask for them.
 
+use crate::links::Addresses;
 use crate::words::{refuse, warn};
 use softdock_campaign::Station;
 use softdock_realtime::process::{Lock, Realtime, Warning, single_owner};
@@ -18,9 +19,11 @@ pub(crate) fn apply(priority: u8, core: Option<usize>) -> miette::Result<()> {
     Ok(())
 }
 
-/// Locks both robots of a facility, so that nobody else drives them.
-pub(crate) fn own(station: &Station) -> miette::Result<Vec<Lock>> {
+/// Locks both robots of a facility, by their names and by what they and the sensor are reached at: nobody else drives
+/// them, under whatever name, or takes the sensor's stream.
+pub(crate) fn own(station: &Station, addresses: &Addresses) -> miette::Result<Vec<Lock>> {
     let folder = std::env::temp_dir().join("softdock-robots");
-    let robots = station.robots.iter().map(|robot| single_owner(&folder, &robot.name));
-    robots.map(|lock| lock.map_err(|taken| refuse(taken, "one process drives a robot, no more"))).collect()
+    let names = station.robots.iter().map(|robot| robot.name.clone()).chain(addresses.real());
+    let locks = names.map(|name| single_owner(&folder, &name));
+    locks.map(|lock| lock.map_err(|taken| refuse(taken, "one process drives a robot, no more"))).collect()
 }

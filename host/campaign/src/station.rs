@@ -109,6 +109,17 @@ pub struct Tracking {
     pub time: f64,
 }
 
+/// What geometry and measured force may contradict each other by, as long as no latch holds the parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plausible {
+    /// Overlap of the parts up to which a sensor may feel nothing \[m\].
+    pub blind_overlap: f64,
+    /// Distance of the parts from which on no force is plausible \[m\].
+    pub free_distance: f64,
+    /// Force that is plausible there, of inertia and noise \[N\].
+    pub free_force: f64,
+}
+
 /// What a session tolerates of its links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkRules {
@@ -124,6 +135,8 @@ pub struct LinkRules {
     pub catch_up: f64,
     /// What a robot's tool may be from its command: at rest \[m\], \[rad\], and for each unit of commanded speed \[s\].
     pub tracking: Tracking,
+    /// What geometry and measured force may contradict each other by.
+    pub contact: Plausible,
     /// Greatest age of a sensor sample \[s\].
     pub sensor_age: f64,
 }
@@ -320,6 +333,11 @@ fn links(c: &mut Checker, table: &SafetyTable) -> LinkRules {
             distance: c.number_or(&table.tracking, 3e-3, "m", Range::above(0.0, LENGTH)),
             angle: c.number_or(&table.tracking_rotation, 0.5_f64.to_radians(), "rad", Range::above(0.0, ANGLE / 4.0)),
             time: c.number_or(&table.tracking_time, 0.25, "s", Range::above(0.0, 10.0)),
+        },
+        contact: Plausible {
+            blind_overlap: c.number_or(&table.blind_overlap, 4e-3, "m", Range::above(0.0, LENGTH)),
+            free_distance: c.number_or(&table.free_distance, 20e-3, "m", Range::above(0.0, LENGTH)),
+            free_force: c.number_or(&table.free_force, 50.0, "N", Range::above(0.0, FORCE)),
         },
         sensor_age,
     }

@@ -136,6 +136,12 @@ pub(crate) struct SafetyTable {
     pub(crate) tracking_rotation: Option<Quantity>,
     /// How late a robot may be: what both may grow by for each unit of commanded speed; default 0.25 s.
     pub(crate) tracking_time: Option<Quantity>,
+    /// Greatest overlap of the parts, by the robots' own reports, without a touch force; default 4 mm.
+    pub(crate) blind_overlap: Option<Quantity>,
+    /// Distance of the parts from which on no more than `free_force` is plausible; default 20 mm.
+    pub(crate) free_distance: Option<Quantity>,
+    /// Greatest force that is plausible while the parts are apart; default 50 N.
+    pub(crate) free_force: Option<Quantity>,
     /// Greatest age of a sensor sample; default 5 ms.
     pub(crate) sensor_age: Option<Quantity>,
     /// Whether a session ends with a controlled stop when the latch closes.

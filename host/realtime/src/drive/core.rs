@@ -128,13 +128,32 @@ impl From<(usize, Misplaced)> for Unprepared {
 #[derive(Clone, Copy, Debug)]
 enum State {
     StartUp,
-    Enabling { begun: Nanos },
-    ToStart { way: JointMove, begun: Nanos },
-    Taring { begun: Nanos, sum: Wrench<f64>, least: f64, most: f64, samples: u32 },
-    RunIn { cycles: u32 },
+    Enabling {
+        begun: Nanos,
+    },
+    ToStart {
+        way: JointMove,
+        begun: Nanos,
+    },
+    Taring {
+        begun: Nanos,
+        sum: Wrench<f64>,
+        least: f64,
+        most: f64,
+        samples: u32,
+    },
+    RunIn {
+        cycles: u32,
+    },
     Running,
+    /// The run is over; energy that its last cycle has injected before its last tick is judged by one more report.
+    Closing {
+        port_energy: f64,
+    },
     Stopping,
-    Ending { cycles: u32 },
+    Ending {
+        cycles: u32,
+    },
     Over,
 }
 
@@ -355,7 +374,8 @@ impl Core {
         let wrench = self.sensing.on_part(ft.raw, &parts.a);
         ft.compensated = wrench;
         self.wrenches = [wrench, self.sensing.on_part(ft.peak, &parts.a)];
-        let tared = matches!(self.state, State::RunIn { .. } | State::Running | State::Stopping);
+        let tared =
+            matches!(self.state, State::RunIn { .. } | State::Running | State::Closing { .. } | State::Stopping);
         let saturated = inputs.moved.sample.is_some_and(|sample| sample.saturated);
         tared.then_some(Measured { parts, wrench, saturated })
     }
@@ -375,7 +395,8 @@ impl Core {
         if let Some(alarm) = self.of_exercised(inputs).filter(|_| started) {
             return Some(alarm);
         }
-        let (running, stopping) = (matches!(self.state, State::Running), matches!(self.state, State::Stopping));
+        let running = matches!(self.state, State::Running);
+        let stopping = matches!(self.state, State::Closing { .. } | State::Stopping);
         let tools = self.tool_errors();
         let seen = Seen {
             now: inputs.now,
@@ -465,6 +486,12 @@ impl Core {
                 self.command(&told)
             }
             State::Running => self.run(net),
+            State::Closing { port_energy } => {
+                let judged = |guard: &mut Guard| guard.injected(port_energy, &net?, &self.commanded);
+                let alarm = self.guard.as_mut().and_then(judged);
+                self.stop(alarm.unwrap_or(Alarm::of(StopCause::Completed)));
+                self.ramp_down()
+            }
             State::Stopping => self.ramp_down(),
             State::Ending { cycles } => self.end(cycles),
             State::Over => Orders { moved: [None; 2], stopping: true, over: true },
@@ -476,7 +503,13 @@ impl Core {
         let Some(measured) = net else {
             return self.hold_position();
         };
-        for _ in 0..self.ticks {
+        // The farm judges the energy of every tick but the last, at the begin of the next.
+        let mut port_energy = self.computer.progress().port_energy;
+        for tick in 0..self.ticks {
+            if tick > 0 {
+                let progress = self.computer.progress();
+                port_energy = if progress.over { port_energy } else { progress.port_energy };
+            }
             self.computer.tick(&measured);
         }
         self.record.tick += u64::from(self.ticks);
@@ -487,6 +520,10 @@ impl Core {
             return self.hold_position();
         }
         if progress.over {
+            if self.ticks > 1 {
+                self.state = State::Closing { port_energy };
+                return self.command(&told);
+            }
             self.stop(Alarm::of(StopCause::Completed));
             return self.ramp_down();
         }

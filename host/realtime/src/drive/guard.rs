@@ -7,6 +7,7 @@ use crate::signals::{ForceSample, RobotState};
 use crate::time::Nanos;
 use softdock_campaign::Station;
 use softdock_campaign::station::LinkRules;
+use softdock_kernels::contact::overlap::deepest_overlap;
 use softdock_kernels::frame::single::{Measured, Progress};
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::plant::Plant;
@@ -104,6 +105,8 @@ pub struct Guard {
     links: LinkRules,
     /// What the sensor may read at rest beside its tool's weight \[N\], \[N m\].
     bias: [f64; 2],
+    /// Measured force above which the parts count as touching \[N\].
+    touch_force: f64,
     /// Periods of the robots' reports.
     cycles: [Nanos; 2],
     last_report: [Nanos; 2],
@@ -117,9 +120,6 @@ pub struct Guard {
     paces: [[f64; 2]; 2],
     worst: [[f64; 2]; 2],
 }
-
-/// Time in which a commanded speed fades for the tracking limits \[s\].
-const FADES: f64 = 0.1;
 
 /// A window is counted in so many slots at most.
 const SLOTS: usize = 64;
@@ -167,6 +167,7 @@ impl Guard {
             plant,
             links,
             bias,
+            touch_force: station.sensor.touch_force,
             cycles,
             last_report: [now; 2],
             last_sample: now,
@@ -227,7 +228,11 @@ impl Guard {
         if seen.stopping {
             return None;
         }
-        let stop = match self.of_force(&seen.wrenches, bias) {
+        let force = self.of_force(&seen.wrenches, bias);
+        if let (None, Some(alarm)) = (force, self.of_contact(seen)) {
+            return Some(alarm);
+        }
+        let stop = match force {
             Some(stop) => stop,
             None => self.of_rules(seen)?,
         };
@@ -280,25 +285,48 @@ impl Guard {
         if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
             return Some(Stop { rule: Rule::Divergence, value: progress.speed });
         }
-        let asked = axes_asked(&self.plant, seen.commanded);
-        let observed = Observed {
+        // Before the run nothing goes through the port.
+        let port_energy = seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
+        self.session =
+            supervise(&self.plant, &self.session, &self.observed(measured, seen.commanded, port_energy), self.beat());
+        Stop::of([0.0, 0.0, self.session.rule, self.session.value])
+    }
+
+    /// Energy injected beyond its budget by a time of the run, now that a report has the motion until then.
+    pub fn injected(&mut self, port_energy: f64, measured: &Measured, commanded: &Parts<f64>) -> Option<Alarm> {
+        self.session =
+            supervise(&self.plant, &self.session, &self.observed(measured, commanded, port_energy), self.beat());
+        let value = port_energy - self.session.work;
+        let stop = Stop { rule: Rule::InjectedEnergy, value };
+        is_beyond(value, self.plant.facility.rules.injected_energy).then(|| {
+            self.stop = Some(stop);
+            Alarm::of_rule(&self.plant, stop)
+        })
+    }
+
+    /// Length of a cycle of the master \[s\].
+    fn beat(&self) -> f64 {
+        self.cycles[0].seconds()
+    }
+
+    /// What a cycle of the session's rules observes.
+    fn observed(&self, measured: &Measured, commanded: &Parts<f64>, port_energy: f64) -> Observed<f64> {
+        let asked = axes_asked(&self.plant, commanded);
+        Observed {
             parts: measured.parts,
-            commanded: *seen.commanded,
+            commanded: *commanded,
             wrench: measured.wrench,
             saturated: f64::from(u8::from(measured.saturated)),
             cut: f64::from(u8::from(self.cut)),
             asked,
-            range_used: range_used(&self.plant, &asked, seen.commanded),
-            // Before the run nothing goes through the port.
-            port_energy: seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy),
-        };
-        self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
-        Stop::of([0.0, 0.0, self.session.rule, self.session.value])
+            range_used: range_used(&self.plant, &asked, commanded),
+            port_energy,
+        }
     }
 
     /// A robot's tool farther from its command than its speed explains.
     fn of_tool(&mut self, robot: usize, tool: &ToolError) -> Option<Alarm> {
-        let kept = (-self.cycles[0].seconds() / FADES).exp();
+        let kept = (-self.cycles[0].seconds() / self.links.tracking.time).exp();
         let [speed, turn_rate] = &mut self.paces[robot];
         *speed = tool.speed.max(*speed * kept);
         *turn_rate = tool.turn_rate.max(*turn_rate * kept);
@@ -314,6 +342,23 @@ impl Guard {
     /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command so far.
     pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
         self.worst
+    }
+
+    /// Geometry and measured force that contradict each other, as long as no latch holds the parts.
+    fn of_contact(&self, seen: &Seen) -> Option<Alarm> {
+        let measured = seen.measured.filter(|_| !seen.progress.is_some_and(|progress| progress.captured))?;
+        let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
+        let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
+        let found = |value, limit, unit| Some(Found { robot: None, value, limit, unit });
+        if depth > limits.blind_overlap && force < self.touch_force {
+            let found = found(depth, limits.blind_overlap, "m");
+            return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });
+        }
+        let force = force.max(seen.wrenches[1].force.norm());
+        (depth < -limits.free_distance && force > limits.free_force).then(|| {
+            let found = found(force, limits.free_force, "N");
+            Alarm { found, ..Alarm::of(StopCause::FreeForce) }
+        })
     }
 
     /// A force or moment beyond its limit in any sample of the cycle, from the first motion on.

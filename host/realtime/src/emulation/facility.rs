@@ -19,6 +19,8 @@ pub enum Ailment {
     Saturated,
     /// It says that its samples may not be used.
     Invalid,
+    /// It feels no contact any more, only the weight of its tool.
+    Blind,
     /// It sends nothing.
     Silent,
     /// It sends the same sample again and again.
@@ -157,7 +159,10 @@ impl Facility {
     fn sample(&mut self, at: Nanos, out: Wires) {
         self.due[3] = at + self.sensor.period();
         self.sequence = self.sequence.wrapping_add(1);
-        let mut wrench = self.world.reading();
+        let mut wrench = match self.ailment {
+            Ailment::Blind => self.world.reading_without_contact(),
+            _ => self.world.reading(),
+        };
         wrench.force.z += std::mem::take(&mut self.knock);
         let fresh = ForceSample {
             received: at,

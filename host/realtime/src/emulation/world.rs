@@ -121,6 +121,11 @@ impl World {
         self.sensing.reading(self.measured.wrench, &self.measured.parts.a) + self.sensing.tare
     }
 
+    /// The same of a sensor that feels no contact.
+    pub fn reading_without_contact(&self) -> Wrench<f64> {
+        self.sensing.reading(Wrench::zero(), &self.measured.parts.a) + self.sensing.tare
+    }
+
     /// A channel of the sensor has saturated.
     pub fn saturated(&self) -> bool {
         self.measured.saturated

@@ -87,6 +87,8 @@ codes! {
         UntakenAnswers "untaken_answers" "a robot has not taken our answers for as many cycles as allowed";
         LossBudget "loss_budget" "too many lost reports and answers of a robot within the window";
         SetPoint "set_point" "a robot follows set-points that nobody here has sent";
+        BlindSensor "blind_sensor" "the parts overlap and the sensor feels nothing";
+        FreeForce "free_force" "the sensor feels a force and the parts are apart";
         CatchUp "catch_up" "a robot that has missed commands does not come back to them in time";
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// A robot is ours until this is dropped.
@@ -53,8 +54,16 @@ pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
 fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
     let open = || -> io::Result<File> {
         fs::create_dir_all(folder)?;
-        // Not truncated: it may be the owner's, who has left its name there.
-        OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
+        // Not truncated: it may be the owner's, who has left its name there. Not through a link: the folder is anybody's,
+        // and what a link points to is not ours to write.
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+        let file = options.open(path)?;
+        let found = file.metadata()?;
+        if !found.is_file() || found.nlink() != 1 {
+            return Err(io::Error::other("it is a link or no plain file"));
+        }
+        Ok(file)
     };
     let mut file = open().map_err(TryLockError::Error)?;
     file.try_lock()?;
@@ -97,6 +106,21 @@ mod tests {
         single_owner(folder.path(), "KR 300 R2500 ultra, no. 2").expect("another robot");
         drop(lock);
         single_owner(folder.path(), ROBOT).expect("free again");
+    }
+
+    #[test]
+    fn a_lock_writes_through_no_link() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let precious = folder.path().join("precious");
+        fs::write(&precious, "mine").expect("a file");
+        let lock = folder.path().join(format!("{}.lock", plain(ROBOT)));
+        std::os::unix::fs::symlink(&precious, &lock).expect("a link");
+        assert!(matches!(single_owner(folder.path(), ROBOT), Err(NotOwner::File { .. })));
+        fs::remove_file(&lock).expect("removed");
+        fs::hard_link(&precious, &lock).expect("a link");
+        let refused = single_owner(folder.path(), ROBOT).expect_err("a link").to_string();
+        assert!(refused.contains("it is a link"), "{refused}");
+        assert_eq!(fs::read_to_string(&precious).expect("a file"), "mine");
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! What the robots see of a drive whose links fail: no step beyond their limits, whatever is lost, late or exchanged.
 
-use crate::fixture::{CYCLE, Rig, Setting};
+use crate::fixture::{CYCLE, Rig, Setting, campaign};
 use softdock_kernels::philox::uniform;
 use softdock_kernels::vector::{Quat, vec3};
 use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
@@ -174,4 +175,31 @@ fn a_peak_between_two_cycles_stops_the_session() {
         assert_eq!(rig.session.record().cause, StopCause::ForceLimit, "before the tare: {before_the_tare}");
         rig.finish();
     }
+}
+
+#[test]
+fn a_sensor_that_goes_blind_is_noticed_before_the_parts_are_pushed_through_each_other() {
+    let campaign = campaign("probe_drogue.toml");
+    for run in [2, 6, 9] {
+        let setting = Setting::draw(&campaign, run);
+        let mut rig = Rig::new(&setting, Relay::default());
+        rig.run_for(0.1);
+        rig.network.borrow_mut().facility().ail(Ailment::Blind);
+        let cause = rig.finish().cause;
+        assert_eq!(cause, StopCause::BlindSensor, "run {run}");
+        let watch = rig.network.borrow_mut().facility().world().watch();
+        let (depth, force) = (watch.peak_depth, watch.contact_force.value());
+        assert!(depth < 20e-3 && force < 500.0, "run {run}: {depth} m, {force} N");
+    }
+}
+
+#[test]
+fn a_force_without_contact_stops_the_session() {
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    rig.run_for(0.1);
+    rig.network.borrow_mut().facility().knock(80.0);
+    while rig.session.record().cause == StopCause::None {
+        rig.cycle();
+    }
+    assert_eq!(rig.session.record().cause, StopCause::FreeForce);
 }

@@ -148,8 +148,8 @@ impl Controller for Krc {
         self.settings.tags.cycle
     }
 
-    fn take(&mut self, now: Nanos, _from: SocketAddr, datagram: &[u8], _out: Outbox) {
-        let running = self.fault.is_none() && self.start.is_some();
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], _out: Outbox) {
+        let running = self.fault.is_none() && self.start.is_some() && from.ip() == self.settings.client.ip();
         let Some(sen) = Sen::read(datagram, &self.settings.tags).ok().filter(|_| running) else {
             return;
         };
