@@ -94,6 +94,10 @@ fn wrong_words_are_refused_and_leave_nothing() {
     let out = folder.path().join("never");
     let cases = [
         ("--arm", "all links are emulated"),
+        (
+            "--arm --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 --ft netft://127.0.0.1",
+            "nobody can say GO here",
+        ),
         ("--robot1 rsi://127.0.0.1:1?spin=3", "has no option `spin`"),
         ("--robot1 modbus://127.0.0.1", "no robot's protocol"),
         ("--robot1 rsi://nowhere.invalid:59152", "is no host and port"),

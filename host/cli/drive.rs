@@ -34,6 +34,7 @@ use softdock_realtime::signals::LinkFault;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::view::{Controls, feed, model::Budgets, show};
 use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -57,6 +58,8 @@ struct Plan {
     addresses: Addresses,
     out: PathBuf,
     in_virtual_time: bool,
+    /// Armed robots move as soon as every check has passed.
+    go_after_check: bool,
     priority: u8,
     core: Option<usize>,
 }
@@ -82,6 +85,10 @@ pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     let plan = plan(args)?;
     if let Some(folder) = &args.rsi_config {
         return write_rsi_configurations(&plan, folder);
+    }
+    if args.arm && !args.go_after_check && !(std::io::stdin().is_terminal() && std::io::stdout().is_terminal()) {
+        let remedy = "run it in a terminal, where the key g lets the robots move, or add --go-after-check";
+        return Err(refuse("nobody can say GO here: this is no terminal", remedy));
     }
     tell(&plan);
     // One process drives a robot; the lock ends with this one, however that ends.
@@ -160,6 +167,7 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
         addresses,
         out,
         in_virtual_time: args.virtual_time,
+        go_after_check: args.go_after_check,
         priority: args.priority,
         core: args.core,
     })
@@ -329,6 +337,9 @@ fn cycle_thread(
     let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
     let mut session = Session::new(task.clone(), moved, exercised, clock).into_diagnostic()?;
     session.begun_at(since_epoch()?);
+    if plan.go_after_check {
+        session.go();
+    }
     let mut keeping = Keeping { log: Some(log), evidence, feed: Some(samples) };
     run(&mut session, &mut keeping, controls, alarms);
     let Keeping { log, evidence, .. } = keeping;

@@ -15,7 +15,8 @@ Addresses:
   netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
   emulated://[?cycle_ms=1]                in process
 
-Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. A stop key,
+Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. With it the
+robots wait for GO (the key g) once every check has passed. A stop key,
 Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
 
 Exit codes: 0 the run meets every criterion of the task, 1 it does not or was stopped, 2 bad input.
@@ -61,6 +62,9 @@ pub(crate) struct DriveArgs {
     /// Move the real robots.
     #[arg(long)]
     pub(crate) arm: bool,
+    /// Let armed robots move as soon as every check has passed, without anybody's GO; for tests.
+    #[arg(long, requires = "arm")]
+    pub(crate) go_after_check: bool,
     /// Move the robots to the start of the run first, at a tenth of their limits.
     #[arg(long)]
     pub(crate) to_start: bool,

@@ -167,6 +167,7 @@ fn serve(
 }
 
 fn cycles(mut session: Session, end: Nanos, latency: &mut Latency) -> Result<(), Unmeasured> {
+    session.go();
     for _ in 0..SETTLED {
         session.cycle(None);
     }

@@ -82,6 +82,7 @@ fn in_process() {
     let clock = Rc::new(Virtual::default());
     let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
     let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
+    session.go();
     let met = drive(&mut session);
     assert_docked(&session, &met);
 }
@@ -91,6 +92,7 @@ fn over_sockets() -> (Session, Vec<Phase>, bool) {
     let (task, world) = docking();
     let (mut facility, mut sockets, links) = loopback::rsi(world, Nanos::from_millis(4)).expect("sockets");
     let mut session = Session::new(task, links, None, Rc::new(Monotonic)).expect("prepared");
+    session.go();
     let stop = Arc::new(AtomicBool::new(false));
     let served = {
         let stop = Arc::clone(&stop);

@@ -79,6 +79,8 @@ pub struct Inputs {
     pub exercised: Option<Arrived>,
     /// Somebody wants the run stopped.
     pub request: Option<StopCause>,
+    /// The operator has let the robots move: armed ones do not before.
+    pub go: bool,
 }
 
 /// What the robots are told.
@@ -188,6 +190,8 @@ pub struct Core {
     state: State,
     /// The checks of those who take the commands, and of the real links of a dry run.
     checks: [StartUp; 2],
+    /// All of them have passed; the robots wait for GO.
+    ready: bool,
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
     refusal: Option<Refusal>,
@@ -237,6 +241,7 @@ impl Core {
             commanded,
             state: State::StartUp,
             checks: [StartUp::default(); 2],
+            ready: false,
             dead: [false; 2],
             begun_at: [[0.0; AXES]; 2],
             refusal: None,
@@ -337,6 +342,7 @@ impl Core {
         let r = &mut self.record;
         let bits = inputs.moved.broken.iter().enumerate().map(|(link, broken)| u32::from(*broken) << link);
         (r.broken, r.request) = (bits.sum(), inputs.request.unwrap_or(StopCause::None));
+        r.go = u32::from(inputs.go);
         let real = inputs.exercised.unwrap_or(inputs.moved);
         r.robot_1.take(real.robots[0].as_ref(), Nanos(0));
         r.robot_2.take(real.robots[1].as_ref(), Nanos(0));

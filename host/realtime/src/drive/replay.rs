@@ -106,7 +106,7 @@ pub fn inputs(record: &CycleRecord) -> Inputs {
     };
     let request = (record.request != StopCause::None).then_some(record.request);
     let moved = Arrived { broken, ..if dry { emulated } else { real } };
-    Inputs { now: record.time, moved, exercised: dry.then_some(real), request }
+    Inputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
 }
 
 /// A record without what the session and the log have added to it.

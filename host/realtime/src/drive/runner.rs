@@ -47,6 +47,9 @@ pub struct Alarms {
 /// A panic of the cycle itself is caught: what was sent last is ramped down by the limiters of the wire alone.
 pub fn run(session: &mut Session, keeping: &mut Keeping, controls: &Controls, alarms: &Alarms) {
     loop {
+        if controls.has_go() {
+            session.go();
+        }
         let (keys, signals) = (controls.stops(), alarms.signals.load(Ordering::Relaxed));
         if keys + signals > 1 {
             session.end_at_once(StopCause::Operator);

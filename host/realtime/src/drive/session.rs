@@ -50,6 +50,10 @@ pub struct Session {
     /// The last word on what goes onto the wire, in each robot's own cycle.
     wires: [Wire; 2],
     overruns: u64,
+    /// From the arrival of each robot's last report until its answer was sent.
+    round_trips: [Nanos; 2],
+    /// The operator has let the robots move.
+    go: bool,
     /// The first fault of robots 1 and 2 and of the sensor.
     faults: [Option<LinkFault>; 3],
 }
@@ -78,8 +82,15 @@ impl Session {
             wire: [None; 2],
             wires,
             overruns: 0,
+            round_trips: [Nanos(0); 2],
+            go: false,
             faults: [None; 3],
         })
+    }
+
+    /// Lets armed robots move once every check has passed.
+    pub fn go(&mut self) {
+        self.go = true;
     }
 
     /// Notes what the wall clock said when the drive began \[ns since the Unix epoch\].
@@ -109,7 +120,7 @@ impl Session {
         moved.wires = self.wires.each_ref().map(Wire::state);
         localise(&mut real, self.start);
         localise(&mut moved, self.start);
-        let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request };
+        let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request, go: self.go };
         self.last = self.core.step(&inputs);
         self.answer(&inputs);
         self.finish(&inputs, begun, lateness);
@@ -159,6 +170,9 @@ impl Session {
                 if let Some(Err(fault)) = order.map(|order| links.robots[1].send(&order)) {
                     self.faults[1].get_or_insert(fault);
                 }
+                if let Some(report) = &arrived.robots[1] {
+                    self.round_trips[1] = self.clock.now() - report.received;
+                }
                 self.wire[1] = order;
             }
         }
@@ -197,6 +211,9 @@ impl Session {
                 if reported.robots[r].is_some() && (r == 0 || self.pending) {
                     // In a dry run a dead link shows in its counters.
                     let _ = robot.send(&Order::Hold);
+                    if let Some(report) = &reported.robots[r] {
+                        self.round_trips[r] = self.clock.now() - self.start - report.received;
+                    }
                 }
             }
         }
@@ -206,7 +223,12 @@ impl Session {
             let sent = order.filter(|_| answers).and_then(|order| {
                 let order = self.wires[r].answer(&order, self.last.stopping)?;
                 match self.moved.robots[r].send(&order) {
-                    Ok(()) => Some(order),
+                    Ok(()) => {
+                        if let (Some(report), false) = (&inputs.moved.robots[r], self.exercised.is_some()) {
+                            self.round_trips[r] = self.clock.now() - self.start - report.received;
+                        }
+                        Some(order)
+                    }
                     Err(fault) => {
                         self.faults[r].get_or_insert(fault);
                         None
@@ -219,7 +241,7 @@ impl Session {
 
     /// What only the session knows of a cycle.
     fn finish(&mut self, inputs: &Inputs, begun: Nanos, lateness: Nanos) {
-        let (now, start) = (self.clock.now(), self.start);
+        let (now, round_trips) = (self.clock.now(), self.round_trips);
         let busy = now - begun;
         self.overruns += u64::from(busy > self.cycle);
         let overrun = if busy > self.cycle { cycle_flags::OVERRUN } else { 0 };
@@ -227,10 +249,11 @@ impl Session {
         (record.busy, record.overruns) = (busy, self.overruns);
         record.flags |= overrun;
         let reports = inputs.exercised.unwrap_or(inputs.moved).robots;
-        for (robot, report) in [&mut record.robot_1, &mut record.robot_2].into_iter().zip(reports) {
+        let robots = [&mut record.robot_1, &mut record.robot_2].into_iter().zip(reports).zip(round_trips);
+        for ((robot, report), round_trip) in robots {
             robot.lateness = lateness;
-            if let (Some(report), true) = (report, robot.order != OrderKind::None) {
-                robot.round_trip = now - start - report.received;
+            if report.is_some() && robot.order != OrderKind::None {
+                robot.round_trip = round_trip;
             }
         }
     }

@@ -4,6 +4,7 @@ use crate::arms::Arms;
 use crate::log::codes::robot_flags;
 use crate::log::record::{CycleRecord, ForceRecord, RobotRecord};
 use crate::signals::{AXES, Capabilities};
+use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::vector::Pose;
 use std::fmt;
@@ -154,8 +155,9 @@ pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
 #[derive(Clone, Copy, Debug, Default)]
 struct Seen {
     good: u32,
-    first: Option<(u64, i64)>,
-    last: (u64, i64),
+    /// Arrival of its first report and of its last one, and how many it had sent by then, as our link counts them.
+    first: Option<(Nanos, u64)>,
+    last: (Nanos, u64),
     /// Set-point of its first report.
     set_point: [f64; AXES],
 }
@@ -208,8 +210,8 @@ impl StartUp {
                 if seen.first.is_none() {
                     seen.set_point = set_point(robot);
                 }
-                seen.first.get_or_insert((self.cycles, robot.received.0));
-                seen.last = (self.cycles, robot.received.0);
+                seen.last = (robot.received, robot.link.received + robot.link.lost);
+                seen.first.get_or_insert(seen.last);
             }
             seen.good = if fresh { seen.good + 1 } else { 0 };
         }
@@ -222,9 +224,11 @@ impl StartUp {
         let whole =
             (0..2).all(|r| self.robots[r].good >= GOOD_CYCLES || slower[r] > 1.01 && self.robots[r].first.is_some());
         if whole && self.samples > 0 && self.cycles >= u64::from(GOOD_CYCLES) {
+            // Whoever waits for GO has all the time, and may lose a packet over it.
+            self.cycles = u64::from(GOOD_CYCLES);
             return Some(self.verdict(links, arms, limits, robots));
         }
-        (self.cycles >= LAST_CYCLE).then(|| Err(self.missing()))
+        (self.cycles >= LAST_CYCLE).then(|| Err(self.missing(robots)))
     }
 
     /// What ends the start-up at once: a link that cannot go on, a robot that somebody else moves or writes to.
@@ -244,12 +248,24 @@ impl StartUp {
         None
     }
 
-    fn missing(&self) -> Refusal {
+    fn missing(&self, robots: &[Capabilities; 2]) -> Refusal {
         match (0..2).find(|r| self.robots[*r].first.is_none()) {
             Some(r) => Refusal::NoRobot(r + 1),
             None if self.samples == 0 => Refusal::NoSensor,
-            None => Refusal::Lossy(if self.robots[0].good < GOOD_CYCLES { 1 } else { 2 }),
+            None => (0..2)
+                .find_map(|r| self.off_rate(r, robots))
+                .unwrap_or(Refusal::Lossy(if self.robots[0].good < GOOD_CYCLES { 1 } else { 2 })),
         }
+    }
+
+    /// A robot that sends at another rate than it is configured for, by its own count of what it sends.
+    fn off_rate(&self, robot: usize, robots: &[Capabilities; 2]) -> Option<Refusal> {
+        let Seen { first: Some(first), last, .. } = self.robots[robot] else { return None };
+        let (sent, wanted) = (last.1 - first.1, robots[robot].cycle.seconds());
+        // Links that count nothing, and a handful of reports, tell no rate.
+        let measured = (last.0 - first.0).seconds() / sent as f64;
+        let is_off = sent >= 50 && (measured - wanted).abs() > RATE_TOLERANCE * wanted;
+        is_off.then_some(Refusal::Rate(robot + 1, measured, wanted))
     }
 
     fn verdict(
@@ -260,12 +276,8 @@ impl StartUp {
         capabilities: &[Capabilities; 2],
     ) -> Result<(), Refusal> {
         for (r, robot) in links.robots.into_iter().enumerate() {
-            let (seen, wanted) = (&self.robots[r], capabilities[r].cycle.seconds());
-            let (first, last) = (seen.first.unwrap_or_default(), seen.last);
-            let measured = (last.1 - first.1) as f64 * 1e-9 / (last.0.max(first.0 + 1) - first.0) as f64;
-            let beat = capabilities[0].cycle.seconds().max(wanted);
-            if (measured - beat).abs() > RATE_TOLERANCE * beat && r == 0 {
-                return Err(Refusal::Rate(1, measured, wanted));
+            if let Some(refusal) = self.off_rate(r, capabilities) {
+                return Err(refusal);
             }
             if robot.flags & robot_flags::READY == 0 {
                 return Err(Refusal::NotReady(r + 1));

@@ -58,6 +58,7 @@ codes! {
         Captured "captured" "the loop runs, the latch has closed";
         Stopping "stopping" "the controlled stop: a jerk-limited ramp";
         Stopped "stopped" "at rest, holding; the session is over";
+        Ready "ready" "every check has passed; nothing moves before GO";
     }
 }
 

@@ -123,6 +123,7 @@ record! {
         contact_energy: f64, "J", "energy that the contact has created so far, as observed at the port";
         broken: u32, "bits", "bits: links of those who take the commands that cannot go on: 1 robot 1, 2 robot 2, 4 sensor";
         request: StopCause, "1", "what somebody wanted the run stopped for";
+        go: u32, "1", "1 once the operator has let the robots move";
     }
 }
 

@@ -43,6 +43,7 @@ pub(crate) fn cycle(n: u64) -> CycleRecord {
         contact_energy: 1e-3 * force,
         broken: 0,
         request: StopCause::None,
+        go: 0,
     }
 }
 

@@ -7,6 +7,7 @@ pub mod lines;
 pub mod model;
 pub mod screen;
 
+use crate::log::codes::Phase;
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use model::{Budgets, Feed, Sample, View};
 use ratatui::crossterm;
@@ -29,6 +30,7 @@ pub struct Controls {
     stops: AtomicU32,
     ended: AtomicBool,
     leaves: AtomicBool,
+    go: AtomicBool,
 }
 
 impl Controls {
@@ -45,6 +47,16 @@ impl Controls {
     /// The drive is over: nothing moves any more.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
+    }
+
+    /// The operator lets the robots move.
+    pub fn go(&self) {
+        self.go.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the operator has let the robots move.
+    pub fn has_go(&self) -> bool {
+        self.go.load(Ordering::SeqCst)
     }
 
     /// A signal wants the view gone, once the drive is over.
@@ -109,6 +121,8 @@ fn show_screen(view: &mut View, samples: &mut Consumer<Sample>, controls: &Contr
             match meaning(key, over) {
                 Some(Key::Stop) => controls.request_stop(),
                 Some(Key::Leave) => return Ok(()),
+                Some(Key::Go) if view.newest.phase == Phase::Ready => controls.go(),
+                Some(Key::Go) => {}
                 None => {}
             }
         }
@@ -118,11 +132,12 @@ fn show_screen(view: &mut View, samples: &mut Consumer<Sample>, controls: &Contr
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Key {
+    Go,
     Stop,
     Leave,
 }
 
-/// `s`, space and Ctrl+C stop; `q` and Ctrl+C leave once the drive is over, and never before.
+/// `g` lets the robots move; `s`, space and Ctrl+C stop; `q` and Ctrl+C leave once the drive is over, and never before.
 fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
     if key.kind != KeyEventKind::Press {
         return None;
@@ -130,6 +145,7 @@ fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
     let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
     match key.code {
         KeyCode::Char('q' | 'Q') if over => Some(Key::Leave),
+        KeyCode::Char('g' | 'G') if !over => Some(Key::Go),
         _ if control_c => Some(if over { Key::Leave } else { Key::Stop }),
         KeyCode::Char('s' | 'S' | ' ') if !over => Some(Key::Stop),
         _ => None,

@@ -166,6 +166,9 @@ fn draw_foot(frame: &mut Frame, area: Rect, view: &View) {
     };
     let keys = match (view.over, view.stops) {
         (true, _) => "q  leave",
+        (false, 0) if now.phase == Phase::Ready => {
+            "every check has passed.   g  GO: the robots move   s  stop (no emergency stop)"
+        }
         (false, 0) => "s or space  controlled stop (no emergency stop)",
         (false, _) => "s again  end the protocols at once (no emergency stop)",
     };

@@ -135,6 +135,8 @@ fn keys_stop_and_leave_only_when_they_may() {
     for stop in [plain('s'), plain(' '), plain('S'), control_c] {
         assert_eq!(meaning(stop, false), Some(Key::Stop));
     }
+    assert_eq!(meaning(plain('g'), false), Some(Key::Go));
+    assert_eq!(meaning(plain('g'), true), None);
     assert_eq!(meaning(plain('q'), false), None, "nobody leaves a drive that runs");
     assert_eq!(meaning(plain('q'), true), Some(Key::Leave));
     assert_eq!(meaning(control_c, true), Some(Key::Leave));

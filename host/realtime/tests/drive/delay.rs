@@ -32,6 +32,7 @@ fn in_process(setting: &Setting, cycle: Nanos) -> Vec<CycleRecord> {
     let clock = Rc::new(Virtual::default());
     let bench = Bench::new(setting.world(), clock.clone(), cycle);
     let mut session = Session::new(setting.task(), links(&bench), None, clock).expect("prepared");
+    session.go();
     let mut records = Vec::new();
     while !session.cycle(None) {
         records.push(*session.record());

@@ -203,3 +203,50 @@ fn a_force_without_contact_stops_the_session() {
     }
     assert_eq!(rig.session.record().cause, StopCause::FreeForce);
 }
+
+#[test]
+fn armed_robots_wait_for_go_and_for_every_check_until_then() {
+    let waiting = || {
+        let mut rig = Rig::waiting(&Setting::docking());
+        while rig.session.record().phase != Phase::Ready {
+            assert!(!rig.cycle());
+        }
+        rig
+    };
+    // A minute: nothing moves, and a lost packet is forgiven.
+    let mut rig = waiting();
+    let from = rig.session.record().time;
+    let rule = Rule { every: 1, ..random_rule(&mut Dice(1, 0)) };
+    let lost = Rule {
+        way: Way::Report,
+        endpoint: Endpoint::Robot1,
+        from,
+        until: from + CYCLE * 2,
+        fault: Fault::Lose,
+        ..rule
+    };
+    rig.network.borrow_mut().relay.add(lost);
+    for _ in 0..15_000 {
+        assert!(!rig.cycle());
+    }
+    assert_eq!(rig.session.record().phase, Phase::Ready);
+    assert_eq!(rig.greatest_share(&Setting::docking().station.limits), 0.0, "nothing has moved");
+    rig.session.go();
+    assert_eq!(rig.finish().cause, StopCause::Completed);
+    // What changes meanwhile ends the start-up.
+    let mut rig = waiting();
+    rig.jog(1, 3, 0.02, 20);
+    assert!(matches!(refused(rig), Refusal::Moved(2, 3, _)));
+}
+
+#[test]
+fn a_robot_with_another_cycle_is_named_by_its_number() {
+    for robot in [0, 1] {
+        let mut rig = Rig::waiting(&Setting::docking());
+        rig.with_cycle(robot, Nanos::from_millis(12));
+        let refusal = refused(rig);
+        let Refusal::Rate(number, measured, wanted) = refusal else { panic!("{refusal:?}") };
+        assert_eq!(number, robot + 1);
+        assert!((measured - 12e-3).abs() < 1e-4 && wanted == 4e-3, "{refusal:?}");
+    }
+}

@@ -146,6 +146,17 @@ impl Rig {
 
     /// The same with a facility other than the file says.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
+        let mut rig = Self::before_go(there, setting, relay);
+        rig.session.go();
+        rig
+    }
+
+    /// A drive whose robots wait for GO.
+    pub(crate) fn waiting(setting: &Setting) -> Self {
+        Self::before_go(setting, setting, Relay::default())
+    }
+
+    fn before_go(there: &Setting, setting: &Setting, relay: Relay) -> Self {
         let clock = Virtual::default();
         let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(endpoint), our_address(endpoint))));
         let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
@@ -191,6 +202,14 @@ impl Rig {
         let first_ipoc = settings.first_ipoc + self.session.record().time.0 as u64 / 1_000_000 + 4 * cycles;
         let krc = Box::new(Krc::new(KrcSettings { first_ipoc, ..settings }));
         self.network.borrow_mut().facility().begin_again(robot, krc, axis, by, CYCLE * cycles as i64);
+    }
+
+    /// The controller of a robot (0 or 1) has another cycle than the drive is configured for.
+    pub(crate) fn with_cycle(&mut self, robot: usize, cycle: Nanos) {
+        let endpoint = [Endpoint::Robot1, Endpoint::Robot2][robot];
+        let tags = TagMap { cycle, ..tags(endpoint) };
+        let krc = Box::new(Krc::new(KrcSettings::new(tags, our_address(endpoint))));
+        self.network.borrow_mut().facility().begin_again(robot, krc, 0, 0.0, Nanos(0));
     }
 
     /// The program stands still for a time.

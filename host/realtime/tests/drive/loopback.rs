@@ -59,6 +59,7 @@ fn drive(setting: &Setting) -> Driven {
     let mut driven = thread::scope(|scope| {
         scope.spawn(|| serve(&mut facility, &mut sockets, &stop, FOREVER, &mut lateness));
         let mut session = Session::new(setting.task(), links, None, Rc::new(Monotonic)).expect("prepared");
+        session.go();
         let mut late = 0;
         while !session.cycle(None) {
             let robot = &session.record().robot_1;

@@ -70,7 +70,7 @@ impl Core {
             r.robot_2.tell(Some(&Order::Hold));
             (r.robot_1.computed, r.robot_2.computed) = (r.emulated_1.computed, r.emulated_2.computed);
         }
-        r.phase = phase(&self.state, &progress);
+        r.phase = if self.ready { Phase::Ready } else { phase(&self.state, &progress) };
         r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
         (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
         r.fed_back = progress.fed_back;

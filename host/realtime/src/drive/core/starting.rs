@@ -27,9 +27,11 @@ impl Core {
             Some(arrived) => check(real, Watched::exercised(&self.record, arrived.broken)),
             None => Some(Ok(())),
         };
+        let passed = matches!((moved, real), (Some(Ok(())), Some(Ok(()))));
+        self.ready = passed && self.task.armed && !inputs.go;
         match (moved, real) {
             (Some(Err(refusal)), _) | (_, Some(Err(refusal))) => self.refuse(refusal),
-            (Some(Ok(())), Some(Ok(()))) => self.begin(inputs.now),
+            (Some(Ok(())), Some(Ok(()))) if !self.ready => self.begin(inputs.now),
             _ => hold,
         }
     }
