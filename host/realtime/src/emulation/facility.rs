@@ -209,6 +209,10 @@ impl Facility {
         let mut axes = [0, 1].map(|robot| self.world.robot(robot).position);
         axes[robot][axis] += by;
         self.world.stand(&axes);
+        // What comes is the new session's.
+        if let Some(seen) = &mut self.set_points {
+            seen[robot].clear();
+        }
     }
 
     /// Holds an axis of a robot (0 or 1) where it is, whatever its controller asks for, or lets it go.

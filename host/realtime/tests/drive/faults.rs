@@ -8,6 +8,7 @@ use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+use softdock_test_size::sized;
 
 /// Virtual time of a fault script \[s\].
 const SCRIPT: f64 = 20.0;
@@ -70,8 +71,13 @@ fn script(number: u64) -> (Vec<StopCause>, f64) {
     while time < SCRIPT {
         let rules = (0..1 + (3.0 * dice.unit()) as usize).map(|_| random_rule(&mut dice)).collect::<Vec<_>>();
         let stall = (dice.unit() < 0.3).then(|| (6.0 * dice.unit(), Nanos::from_micros((2e5 * dice.unit()) as i64)));
+        // A controller that ends, is jogged by up to 3 degrees or not at all, and begins again.
+        let again = (dice.unit() < 0.3).then(|| {
+            let by = dice.one(&[0.0, 5e-4, 0.05]) * dice.unit();
+            (7.0 * dice.unit(), dice.one(&[0, 1]), dice.one(&[0, 1, 2, 3, 4, 5]), by, 26 + (100.0 * dice.unit()) as u64)
+        });
         let mut rig = Rig::new(&setting, Relay::new(rules.clone()));
-        let mut stalled = false;
+        let (mut stalled, mut begun_again) = (false, false);
         for _ in 0..40_000 {
             if rig.cycle() {
                 break;
@@ -81,12 +87,17 @@ fn script(number: u64) -> (Vec<StopCause>, f64) {
                 rig.stall(lasts);
                 stalled = true;
             }
+            if let Some((_, robot, axis, by, cycles)) = again.filter(|(at, ..)| !begun_again && now.seconds() > *at) {
+                share = share.max(rig.greatest_share(&setting.station.limits));
+                rig.jog(robot, axis, by, cycles);
+                begun_again = true;
+            }
         }
         let last = rig.session.record();
         causes.push(last.cause);
         time += last.time.seconds();
         let found = rig.greatest_share(&setting.station.limits);
-        assert!(found <= 1.05, "script {number}: {found} of a limit under {rules:?}, stall {stall:?}");
+        assert!(found <= 1.05, "script {number}: {found} of a limit under {rules:?}, stall {stall:?}, again {again:?}");
         share = share.max(found);
     }
     (causes, share)
@@ -94,7 +105,7 @@ fn script(number: u64) -> (Vec<StopCause>, f64) {
 
 #[test]
 fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
-    let scripts = if std::env::var_os("SOFTDOCK_FULL").is_some() { 1000 } else { 24 };
+    let scripts: u64 = sized(24, 1000);
     let (mut stopped, mut share) = (0, 0.0_f64);
     for number in 0..scripts {
         let (causes, found) = script(number);

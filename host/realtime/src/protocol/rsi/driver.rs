@@ -16,6 +16,9 @@ use std::net::IpAddr;
 /// 12 ms), so that more than 10 s in milliseconds is a damaged number.
 const MAX_IPOC_GROWTH: u64 = 10_000;
 
+/// Cycles of silence that no session is believed to outlive: one that was ended and begun again takes longer.
+const SESSION_CYCLES: u64 = 25;
+
 /// Largest tool position that is believed \[mm\].
 const MAX_POSE: f64 = 1e6;
 
@@ -38,6 +41,8 @@ struct Session {
     start: [f64; AXES],
     /// Set-points that our answers amount to.
     asked: [f64; AXES],
+    /// A correction other than zero has been asked for.
+    moved: bool,
     ipoc: u64,
     /// Smallest growth of IPOC seen: one cycle in the controller's own count.
     growth: u64,
@@ -107,7 +112,7 @@ fn take(
     }
     let Some(known) = session else {
         let start = state.asked.unwrap_or(state.position);
-        *session = Some(Session { start, asked: start, ipoc: rob.ipoc, growth: u64::MAX });
+        *session = Some(Session { start, asked: start, moved: false, ipoc: rob.ipoc, growth: u64::MAX });
         return Ok(Some(Report { state, ipoc: rob.ipoc }));
     };
     if rob.ipoc <= known.ipoc {
@@ -121,7 +126,18 @@ fn take(
     }
     known.ipoc = rob.ipoc;
     known.growth = known.growth.min(growth);
-    counters.lost += growth / known.growth - 1;
+    let cycles = growth / known.growth;
+    counters.lost += cycles - 1;
+    if cycles > SESSION_CYCLES {
+        // Perhaps a new session, whose corrections count from another start.
+        if known.moved {
+            return Err(LinkFault::Stopped(
+                "its controller was silent for so long that its corrections may count anew",
+            ));
+        }
+        let start = state.asked.unwrap_or(state.position);
+        (known.start, known.asked) = (start, start);
+    }
     Ok(Some(Report { state, ipoc: rob.ipoc }))
 }
 
@@ -269,6 +285,7 @@ impl<P: Port> Robot for RsiRobot<P> {
         }
         self.port.send(self.message.as_bytes(), to)?;
         session.asked = target;
+        session.moved |= matches!(order, Order::Move(_));
         self.session = Some(session);
         self.ended |= sen.stop;
         Ok(())
