@@ -35,6 +35,11 @@ fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
 }
 
+/// The answer that a drive has left.
+fn answer_in(out: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON")
+}
+
 const DRIVE: &str = "drive campaigns/probe_drogue.toml --run 1244";
 
 #[test]
@@ -46,8 +51,7 @@ fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
     for file in ["log.mcap", "log.parquet", "evidence.csv", "drive.json"] {
         assert!(out.join(file).is_file(), "{file}");
     }
-    let answer: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON");
+    let answer = answer_in(&out);
     assert_eq!(answer["success"], true);
     assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(21));
     let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
@@ -64,8 +68,7 @@ fn a_session_that_a_rule_stops_ends_with_three_and_says_what_was_found() {
     let words = "drive campaigns/probe_drogue.toml --run 2 --virtual --no-band";
     let said = expect(3, &format!("{words} --out {}", out.display()));
     assert!(said.contains("stopped by energy_budget") && said.contains("more than 0.5 J of energy injected"), "{said}");
-    let answer: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON");
+    let answer = answer_in(&out);
     assert_eq!((&answer["outcome"], &answer["success"]), (&"not_completed".into(), &false.into()));
     let stop = &answer["stop"];
     assert!(stop["value"].as_f64() > stop["limit"].as_f64() && stop["unit"] == "J", "{stop}");
@@ -83,8 +86,7 @@ fn a_dry_run_with_nobody_there_is_no_pass() {
     let words = format!("{DRIVE} {links} --no-band --out {}", out.display());
     let said = outcome(3, command(&words).env("TMPDIR", folder.path()));
     assert!(said.contains("robot 1 sends nothing"), "{said}");
-    let answer = fs::read_to_string(out.join("drive.json")).expect("an answer");
-    let answer: serde_json::Value = serde_json::from_str(&answer).expect("JSON");
+    let answer = answer_in(&out);
     assert_eq!((&answer["outcome"], &answer["cause"]), (&"refused".into(), &"start_refused".into()));
 }
 

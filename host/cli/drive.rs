@@ -459,7 +459,7 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
             "unit": found.map(|found| found.unit),
         })
     });
-    let last = &ended.last;
+    let (last, outcome) = (&ended.last, outcome(plan, ended));
     let robot = |r: usize| {
         let record = softdock_realtime::drive::start::moved(last)[r];
         let real = [&last.robot_1, &last.robot_2][r];
@@ -472,9 +472,9 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
     };
     json!({
         "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed,
-        "began_unix_s": last.wall_offset.seconds(), "cause": last.cause.word(), "outcome": outcome(plan, ended).word(),
+        "began_unix_s": last.wall_offset.seconds(), "cause": last.cause.word(), "outcome": outcome.word(),
         "rule": rule, "stop": stop, "refusal": ended.refusal.map(|refusal| refusal.to_string()),
-        "success": outcome(plan, ended) == Outcome::Pass,
+        "success": outcome == Outcome::Pass,
         "validity": {
             "robot_1": robot(0), "robot_2": robot(1), "lost_samples": last.ft.link.lost, "overruns": last.overruns,
             "log_records_lost": ended.kept[1],

@@ -19,7 +19,7 @@ Without --arm nothing real moves: the real links are exercised, and emulated rob
 robots wait for GO (the key g) once every check has passed. A stop key,
 Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
 
-Exit codes: 0 the run meets every criterion of the task, 1 it does not or was stopped, 2 bad input.
+Exit codes: 0 the run meets every criterion of the task, 1 it does not, 2 bad input, 3 it was stopped or did not begin.
 
 Examples:
   softdock drive campaigns/probe_drogue.toml --run 1244 --virtual

@@ -110,7 +110,7 @@ pub fn measure(
 }
 
 /// A facility that puts up with a machine that is late.
-fn patient(station: &Station) -> Station {
+pub fn patient(station: &Station) -> Station {
     let mut station = station.clone();
     station.links = LinkRules {
         hold_cycles: 1_000,

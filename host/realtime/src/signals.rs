@@ -71,6 +71,23 @@ pub enum Order {
     End([f64; AXES]),
 }
 
+impl RobotState {
+    /// Where its controller holds it, or where it stands if it does not tell that: joints \[rad\], rail \[m\].
+    pub fn set_point(&self) -> [f64; AXES] {
+        self.asked.unwrap_or(self.position)
+    }
+}
+
+/// The tolerance of an axis: a joint's \[rad\] or the rail's \[m\].
+pub(crate) fn of_axis([joint, rail]: [f64; 2], axis: usize) -> f64 {
+    if axis == RAIL { rail } else { joint }
+}
+
+/// An axis as users call it.
+pub(crate) fn axis_name(axis: usize) -> String {
+    if axis == RAIL { "rail".to_owned() } else { format!("axis {}", axis + 1) }
+}
+
 /// A sample of the force/torque sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceSample {
@@ -86,6 +103,37 @@ pub struct ForceSample {
     pub saturated: bool,
     /// The sensor says that this may not be used (any other error).
     pub invalid: bool,
+}
+
+impl ForceSample {
+    /// A good sample that stands for itself alone.
+    pub fn new(received: Nanos, sequence: u32, wrench: Wrench<f64>) -> Self {
+        Self { received, sequence, wrench, peak: wrench, saturated: false, invalid: false }
+    }
+}
+
+/// The sample since the last look whose force is farthest from what that look saw.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Peak {
+    looked: Option<Wrench<f64>>,
+    farthest: Option<Wrench<f64>>,
+}
+
+impl Peak {
+    /// One more sample.
+    pub(crate) fn see(&mut self, sample: Wrench<f64>) {
+        let away = |from: Wrench<f64>, wrench: Wrench<f64>| (wrench.force - from.force).norm();
+        let nearer = |from, farthest| away(from, sample) < away(from, farthest);
+        if !self.looked.zip(self.farthest).is_some_and(|(from, farthest)| nearer(from, farthest)) {
+            self.farthest = Some(sample);
+        }
+    }
+
+    /// A look, whose newest sample this is; gives the farthest one.
+    pub(crate) fn look(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
+        self.looked = Some(newest);
+        self.farthest.take().unwrap_or(newest)
+    }
 }
 
 /// What a link has seen since it was opened.

@@ -113,14 +113,7 @@ fn force_sensor() {
     let mut sensor = NetBox::new(calibration.clone(), period);
     let settings = NetFtSettings { on_silence: OnSilence::Request, ..NetFtSettings::new(address, calibration, period) };
     let mut driver = NetFt::start(ours, settings).unwrap();
-    let sample = ForceSample {
-        received: Nanos(0),
-        sequence: 0,
-        wrench: Wrench::zero(),
-        peak: Wrench::zero(),
-        saturated: false,
-        invalid: false,
-    };
+    let sample = ForceSample::new(Nanos(0), 0, Wrench::zero());
     let mut received = 0;
     for _ in 0..CYCLES {
         received += assert_no_alloc(|| {

@@ -1,7 +1,6 @@
 //! A whole docking takes no memory from the heap in its cycles, in process and over real sockets; nor does the facility.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use softdock_campaign::station::{LinkRules, Tracking};
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::frame::single::{Reading, emulated_facility, simulation_computer};
 use softdock_kernels::philox;
@@ -15,6 +14,7 @@ use softdock_realtime::emulation::loopback;
 use softdock_realtime::emulation::server::serve;
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::histogram::Histogram;
+use softdock_realtime::latency::patient;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::process::{Realtime, Warning};
 use softdock_realtime::time::Nanos;
@@ -34,17 +34,8 @@ fn shipped(file: &str) -> PathBuf {
 /// Run 1244 of `probe_drogue`, which docks, and its facility.
 fn docking() -> (Task, World) {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
-    let mut station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
     // A busy machine is late; that may end a drive, but not this test.
-    station.links = LinkRules {
-        hold_cycles: 1_000,
-        stop_cycles: 2_000,
-        window_cycles: 10_000,
-        catch_up: 10.0,
-        tracking: Tracking { distance: 1.0, angle: 1.0, time: 1.0 },
-        sensor_age: 1.0,
-        ..station.links
-    };
+    let mut station = patient(&Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility"));
     let rules = &mut station.rules;
     (rules.injected_energy, rules.force_rate, rules.following_error) = (1e3, 1e9, 1.0);
     rules.clamp_time = 10.0;

@@ -7,7 +7,7 @@ mod starting;
 
 use super::guard::{Alarm, Found, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
-use super::start::{Refusal, StartUp, apart};
+use super::start::{Refusal, StartUp, apart, moved};
 use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
@@ -94,6 +94,11 @@ pub struct Orders {
     pub over: bool,
 }
 
+impl Orders {
+    /// Ask for no motion.
+    pub const HOLD: Self = Self { moved: [Some(Order::Hold); 2], stopping: false, over: false };
+}
+
 /// Why a drive cannot be prepared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unprepared {
@@ -159,6 +164,16 @@ enum State {
     Over,
 }
 
+/// What robots and sensor say in a cycle.
+struct Read {
+    /// The parts as the robots hold them, and the wrench of the newest sample with what tare there is.
+    measured: Measured,
+    /// Wrench on part A of the sample farthest from those before.
+    peak: Wrench<f64>,
+    /// There is a tare.
+    tared: bool,
+}
+
 /// The drive's decisions.
 pub struct Core {
     task: Task,
@@ -173,18 +188,10 @@ pub struct Core {
     guard: Option<Guard>,
     /// Measured axes of the last two reports, newest first.
     axes: [[[f64; AXES]; 2]; 2],
-    /// The robots' own set-points by their last reports, or the measured axes of a robot that does not tell them.
-    set_points: [[f64; AXES]; 2],
-    /// How the robots stand to what they have been sent.
-    wires: [WireState; 2],
     /// Cycles for which the real links of a dry run have brought nothing: robots 1 and 2 and the sensor.
     silent: [u32; 3],
-    /// Cycles of the stop so far.
-    stopping: u32,
-    /// Axes that were sent by the last two cycles, newest first.
-    sent: [[[f64; AXES]; 2]; 2],
-    /// Wrenches on part A in this cycle: of the newest sample, and of the one farthest from those before.
-    wrenches: [Wrench<f64>; 2],
+    /// Where the last two cycles' commands hold the parts, newest first.
+    sent: [[Pose<f64>; 2]; 2],
     /// What the parts were commanded to do by the end of the last cycle.
     commanded: Parts<f64>,
     state: State,
@@ -232,12 +239,8 @@ impl Core {
             limiters: None,
             guard: None,
             axes: [[[0.0; AXES]; 2]; 2],
-            set_points: [[0.0; AXES]; 2],
-            wires: [WireState::default(); 2],
             silent: [0; 3],
-            stopping: 0,
-            sent: [[[0.0; AXES]; 2]; 2],
-            wrenches: [Wrench::zero(); 2],
+            sent: [[Pose::identity(); 2]; 2],
             commanded,
             state: State::StartUp,
             checks: [StartUp::default(); 2],
@@ -327,11 +330,11 @@ impl Core {
         self.record.cycle += 1;
         self.record.time = inputs.now;
         self.take(inputs);
-        let net = self.measure(inputs);
-        if let Some(alarm) = self.alarm(inputs, net) {
+        let read = self.measure(inputs);
+        if let Some(alarm) = self.alarm(inputs, &read) {
             self.stop(alarm);
         }
-        let orders = self.decide(inputs, net);
+        let orders = self.decide(inputs, read.tared.then_some(read.measured));
         self.note(&orders);
         orders
     }
@@ -354,12 +357,8 @@ impl Core {
             r.emulated_2.take(moved.robots[1].as_ref(), Nanos(0));
             r.emulated_ft.take(moved.sample.as_ref(), Nanos(0));
         }
-        self.wires = inputs.moved.wires;
         for (record, wire) in self.moved_records().into_iter().zip(inputs.moved.wires) {
             record.wire = wire;
-        }
-        for (set_point, report) in self.set_points.iter_mut().zip(&inputs.moved.robots) {
-            *set_point = report.map_or(*set_point, |report| report.asked.unwrap_or(report.position));
         }
         self.axes[1] = self.axes[0];
         for (axes, report) in self.axes[0].iter_mut().zip(&inputs.moved.robots) {
@@ -367,8 +366,8 @@ impl Core {
         }
     }
 
-    /// Parts as the robots hold them and the wrench between them, once there is a tare.
-    fn measure(&mut self, inputs: &Inputs) -> Option<Measured> {
+    /// Parts as the robots hold them and the wrench between them.
+    fn measure(&mut self, inputs: &Inputs) -> Read {
         let cycle = self.capabilities[0].cycle.seconds();
         let rates =
             std::array::from_fn(|r| std::array::from_fn(|i| (self.axes[0][r][i] - self.axes[1][r][i]) * (1.0 / cycle)));
@@ -379,15 +378,15 @@ impl Core {
         ft.age = inputs.now - ft.received;
         let wrench = self.sensing.on_part(ft.raw, &parts.a);
         ft.compensated = wrench;
-        self.wrenches = [wrench, self.sensing.on_part(ft.peak, &parts.a)];
+        let peak = self.sensing.on_part(ft.peak, &parts.a);
         let tared =
             matches!(self.state, State::RunIn { .. } | State::Running | State::Closing { .. } | State::Stopping);
         let saturated = inputs.moved.sample.is_some_and(|sample| sample.saturated);
-        tared.then_some(Measured { parts, wrench, saturated })
+        Read { measured: Measured { parts, wrench, saturated }, peak, tared }
     }
 
     /// The first reason to stop; none while nothing moves yet or any more.
-    fn alarm(&mut self, inputs: &Inputs, net: Option<Measured>) -> Option<Alarm> {
+    fn alarm(&mut self, inputs: &Inputs, read: &Read) -> Option<Alarm> {
         if matches!(self.state, State::Ending { .. } | State::Over) {
             return None;
         }
@@ -403,17 +402,16 @@ impl Core {
         }
         let running = matches!(self.state, State::Running);
         let stopping = matches!(self.state, State::Closing { .. } | State::Stopping);
-        let tools = self.tool_errors();
         let seen = Seen {
             now: inputs.now,
-            wrenches: self.wrenches,
-            tools,
+            wrenches: [read.measured.wrench, read.peak],
+            tools: self.tool_errors(&read.measured.parts),
             robots: &inputs.moved.robots,
             wires: &inputs.moved.wires,
             lost: std::array::from_fn(|r| inputs.moved.links[r].lost),
             sample: inputs.moved.sample.as_ref(),
             stopping,
-            measured: net.as_ref(),
+            measured: read.tared.then_some(&read.measured),
             commanded: &self.commanded,
             progress: running.then(|| self.computer.progress()),
         };
@@ -423,17 +421,19 @@ impl Core {
     }
 
     /// How far the robots' tools are from what was sent to them by now.
-    fn tool_errors(&self) -> [ToolError; 2] {
-        if self.limiters.is_none() {
-            return [ToolError::default(); 2];
-        }
-        let cycle = self.capabilities[0].cycle.seconds();
+    fn tool_errors(&self, parts: &Parts<f64>) -> [ToolError; 2] {
+        let (cycle, [now, before]) = (self.capabilities[0].cycle.seconds(), &self.sent);
+        let held = [pose(&parts.a), pose(&parts.b)];
         std::array::from_fn(|r| {
-            let part = |axes: &[f64; AXES]| pose(&self.arms.part_on(r, axes, &[0.0; AXES]));
-            let (measured, now, before) = (part(&self.axes[0][r]), part(&self.sent[0][r]), part(&self.sent[1][r]));
-            let ((distance, angle), (way, turn)) = (apart(&measured, &now), apart(&now, &before));
+            let ((distance, angle), (way, turn)) = (apart(&held[r], &now[r]), apart(&now[r], &before[r]));
             ToolError { distance, angle, speed: way / cycle, turn_rate: turn / cycle }
         })
+    }
+
+    /// Where axes hold the parts.
+    fn tools_at(&self, axes: &[[f64; AXES]; 2]) -> [Pose<f64>; 2] {
+        let parts = self.arms.parts_on(axes, &[[0.0; AXES]; 2]);
+        [pose(&parts.a), pose(&parts.b)]
     }
 
     /// A real link of a dry run that has fallen silent: what the run shows is not shown on these links.
@@ -474,9 +474,8 @@ impl Core {
 
     /// The phase's own business.
     fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
-        let hold = Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
         match self.state {
-            State::StartUp => self.start_up(inputs, hold),
+            State::StartUp => self.start_up(inputs),
             State::Enabling { begun } => self.enable(begun, inputs.now),
             State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
             State::Taring { .. } => self.tare(inputs),
@@ -510,12 +509,10 @@ impl Core {
             return self.hold_position();
         };
         // The farm judges the energy of every tick but the last, at the begin of the next.
-        let mut port_energy = self.computer.progress().port_energy;
-        for tick in 0..self.ticks {
-            if tick > 0 {
-                let progress = self.computer.progress();
-                port_energy = if progress.over { port_energy } else { progress.port_energy };
-            }
+        let mut port_energy = 0.0;
+        for _ in 0..self.ticks {
+            let progress = self.computer.progress();
+            port_energy = if progress.over { port_energy } else { progress.port_energy };
             self.computer.tick(&measured);
         }
         self.record.tick += u64::from(self.ticks);
@@ -546,7 +543,7 @@ impl Core {
     /// The last word of the limiters on wanted axes.
     fn limited(&mut self, wanted: &[[f64; AXES]; 2], reachable: bool) -> Orders {
         let (Some(limiters), Some(guard)) = (&mut self.limiters, &mut self.guard) else {
-            return Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
+            return Orders::HOLD;
         };
         let mut cuts = [Cut::default(); 2];
         let mut sent = [[0.0; AXES]; 2];
@@ -581,7 +578,7 @@ impl Core {
                 let at = limiters.each_ref().map(Limiter::position);
                 self.limited(&at, true)
             }
-            None => Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false },
+            None => Orders::HOLD,
         }
     }
 
@@ -591,10 +588,10 @@ impl Core {
             return self.end(0);
         };
         let sent = limiters.each_mut().map(Limiter::stop);
-        self.stopping += 1;
         // A dead link does not come to rest by anything that we send.
-        let still = (0..2).all(|r| limiters[r].at_rest() && (self.wires[r].moving == 0 || self.dead[r]));
-        let late = f64::from(self.stopping) * self.capabilities[0].cycle.seconds() > LONGEST_STOP;
+        let moving = moved(&self.record).map(|robot| robot.wire.moving != 0);
+        let still = (0..2).all(|r| limiters[r].at_rest() && (!moving[r] || self.dead[r]));
+        let late = self.stopped.is_some_and(|(begun, _)| (self.record.time - begun).seconds() > LONGEST_STOP);
         if still || late {
             self.state = State::Ending { cycles: 0 };
         }
@@ -610,7 +607,7 @@ impl Core {
     }
 
     fn orders(&mut self, sent: [[f64; AXES]; 2]) -> Orders {
-        self.sent = [sent, self.sent[0]];
+        self.sent = [self.tools_at(&sent), self.sent[0]];
         let stopping = matches!(self.state, State::Stopping | State::Ending { .. });
         Orders {
             moved: std::array::from_fn(|r| (!self.dead[r]).then_some(Order::Move(sent[r]))),

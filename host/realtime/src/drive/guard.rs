@@ -6,7 +6,7 @@ use crate::log::codes::StopCause;
 use crate::signals::{ForceSample, RobotState};
 use crate::time::Nanos;
 use softdock_campaign::Station;
-use softdock_campaign::station::LinkRules;
+use softdock_campaign::station::{LinkRules, StationSensor};
 use softdock_kernels::contact::overlap::deepest_overlap;
 use softdock_kernels::frame::single::{Measured, Progress};
 use softdock_kernels::outcome::Stop;
@@ -103,10 +103,7 @@ impl Alarm {
 pub struct Guard {
     plant: Arc<Plant>,
     links: LinkRules,
-    /// What the sensor may read at rest beside its tool's weight \[N\], \[N m\].
-    bias: [f64; 2],
-    /// Measured force above which the parts count as touching \[N\].
-    touch_force: f64,
+    sensor: StationSensor,
     /// Periods of the robots' reports.
     cycles: [Nanos; 2],
     last_report: [Nanos; 2],
@@ -160,14 +157,12 @@ impl Budget {
 impl Guard {
     /// A guard that has just seen everything, at `now`; the plant holds the session's rules.
     pub fn new(plant: Arc<Plant>, station: &Station, cycles: [Nanos; 2], now: Nanos) -> Self {
-        let (links, bias) = (station.links, station.sensor.bias);
-        let session = new_session();
+        let (links, session) = (station.links, new_session());
         let budgets = [Budget::new((links.window / cycles[0].seconds()).ceil() as u32); 2];
         Self {
             plant,
             links,
-            bias,
-            touch_force: station.sensor.touch_force,
+            sensor: station.sensor,
             cycles,
             last_report: [now; 2],
             last_sample: now,
@@ -224,7 +219,7 @@ impl Guard {
             return Some(alarm);
         }
         // Before the tare the bias that the sensor may have is in the readings.
-        let bias = if seen.measured.is_some() { [0.0; 2] } else { self.bias };
+        let bias = if seen.measured.is_some() { [0.0; 2] } else { self.sensor.bias };
         if seen.stopping {
             return None;
         }
@@ -243,18 +238,19 @@ impl Guard {
     /// What a robot's link and the robot itself give reason for.
     fn of_link(&mut self, robot: usize, seen: &Seen) -> Option<Alarm> {
         let (links, wire) = (self.links, &seen.wires[robot]);
-        let beyond = |cause, value: f64, limit: f64, unit| Some(Alarm::beyond(cause, robot, value, limit, unit));
+        let cycles =
+            |cause, cycles: u64, limit: u32| Alarm::beyond(cause, robot, cycles as f64, f64::from(limit), "cycles");
         let lost = self.lost(robot, seen.now);
         if lost >= links.stop_cycles {
-            let silent = beyond(StopCause::LinkSilent, f64::from(lost), f64::from(links.stop_cycles), "cycles");
-            return silent.map(|alarm| Alarm { dead: Some(robot), ..alarm });
+            let silent = cycles(StopCause::LinkSilent, lost.into(), links.stop_cycles);
+            return Some(Alarm { dead: Some(robot), ..silent });
         }
         if lost > links.hold_cycles {
-            return beyond(StopCause::LostPackets, f64::from(lost), f64::from(links.hold_cycles), "cycles");
+            return Some(cycles(StopCause::LostPackets, lost.into(), links.hold_cycles));
         }
         if let Some(report) = &seen.robots[robot] {
             if !report.ready {
-                return Some(Alarm { found: None, ..Alarm::beyond(StopCause::RobotFault, robot, 0.0, 0.0, "1") });
+                return Some(Alarm::of(StopCause::RobotFault));
             }
             if report.position.iter().any(|at| !at.is_finite()) {
                 return Some(Alarm::of(StopCause::NonFinite));
@@ -266,17 +262,13 @@ impl Guard {
         }
         let in_window = self.budgets[robot].take(seen.lost[robot] + wire.untaken);
         if wire.untaken_in_row > links.hold_cycles {
-            let untaken = f64::from(wire.untaken_in_row);
-            return beyond(StopCause::UntakenAnswers, untaken, f64::from(links.hold_cycles), "cycles");
+            return Some(cycles(StopCause::UntakenAnswers, wire.untaken_in_row.into(), links.hold_cycles));
         }
         if in_window > u64::from(links.window_cycles) {
-            return beyond(StopCause::LossBudget, in_window as f64, f64::from(links.window_cycles), "cycles");
+            return Some(cycles(StopCause::LossBudget, in_window, links.window_cycles));
         }
         let led_back = f64::from(wire.led_back) * self.cycles[robot].seconds();
-        if led_back > links.catch_up {
-            return beyond(StopCause::CatchUp, led_back, links.catch_up, "s");
-        }
-        None
+        (led_back > links.catch_up).then(|| Alarm::beyond(StopCause::CatchUp, robot, led_back, links.catch_up, "s"))
     }
 
     /// The rule of the session that is met in this cycle.
@@ -287,15 +279,13 @@ impl Guard {
         }
         // Before the run nothing goes through the port.
         let port_energy = seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
-        self.session =
-            supervise(&self.plant, &self.session, &self.observed(measured, seen.commanded, port_energy), self.beat());
+        self.step_rules(measured, seen.commanded, port_energy);
         Stop::of([0.0, 0.0, self.session.rule, self.session.value])
     }
 
     /// Energy injected beyond its budget by a time of the run, now that a report has the motion until then.
     pub fn injected(&mut self, port_energy: f64, measured: &Measured, commanded: &Parts<f64>) -> Option<Alarm> {
-        self.session =
-            supervise(&self.plant, &self.session, &self.observed(measured, commanded, port_energy), self.beat());
+        self.step_rules(measured, commanded, port_energy);
         let value = port_energy - self.session.work;
         let stop = Stop { rule: Rule::InjectedEnergy, value };
         is_beyond(value, self.plant.facility.rules.injected_energy).then(|| {
@@ -304,15 +294,10 @@ impl Guard {
         })
     }
 
-    /// Length of a cycle of the master \[s\].
-    fn beat(&self) -> f64 {
-        self.cycles[0].seconds()
-    }
-
-    /// What a cycle of the session's rules observes.
-    fn observed(&self, measured: &Measured, commanded: &Parts<f64>, port_energy: f64) -> Observed<f64> {
+    /// A cycle of the session's rules.
+    fn step_rules(&mut self, measured: &Measured, commanded: &Parts<f64>, port_energy: f64) {
         let asked = axes_asked(&self.plant, commanded);
-        Observed {
+        let observed = Observed {
             parts: measured.parts,
             commanded: *commanded,
             wrench: measured.wrench,
@@ -321,7 +306,8 @@ impl Guard {
             asked,
             range_used: range_used(&self.plant, &asked, commanded),
             port_energy,
-        }
+        };
+        self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
     }
 
     /// A robot's tool farther from its command than its speed explains.
@@ -350,7 +336,7 @@ impl Guard {
         let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
         let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
         let found = |value, limit, unit| Some(Found { robot: None, value, limit, unit });
-        if depth > limits.blind_overlap && force < self.touch_force {
+        if depth > limits.blind_overlap && force < self.sensor.touch_force {
             let found = found(depth, limits.blind_overlap, "m");
             return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });
         }

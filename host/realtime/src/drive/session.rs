@@ -50,8 +50,8 @@ pub struct Session {
     /// The last word on what goes onto the wire, in each robot's own cycle.
     wires: [Wire; 2],
     overruns: u64,
-    /// From the arrival of each robot's last report until its answer was sent.
-    round_trips: [Nanos; 2],
+    /// When each robot was last answered, since the start.
+    answered: [Nanos; 2],
     /// The operator has let the robots move.
     go: bool,
     /// The first fault of robots 1 and 2 and of the sensor.
@@ -67,7 +67,7 @@ impl Session {
         let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
         let core = Core::new(task, capabilities)?;
         let (start, cycle) = (clock.now(), capabilities[0].cycle);
-        let last = Orders { moved: [Some(Order::Hold); 2], stopping: false, over: false };
+        let last = Orders::HOLD;
         let wires = capabilities.map(|robot| Wire::new(core.limits(), robot.cycle, cycle));
         Ok(Self {
             core,
@@ -82,7 +82,7 @@ impl Session {
             wire: [None; 2],
             wires,
             overruns: 0,
-            round_trips: [Nanos(0); 2],
+            answered: [Nanos(0); 2],
             go: false,
             faults: [None; 3],
         })
@@ -170,9 +170,7 @@ impl Session {
                 if let Some(Err(fault)) = order.map(|order| links.robots[1].send(&order)) {
                     self.faults[1].get_or_insert(fault);
                 }
-                if let Some(report) = &arrived.robots[1] {
-                    self.round_trips[1] = self.clock.now() - report.received;
-                }
+                self.answered[1] = self.clock.now() - self.start;
                 self.wire[1] = order;
             }
         }
@@ -211,9 +209,7 @@ impl Session {
                 if reported.robots[r].is_some() && (r == 0 || self.pending) {
                     // In a dry run a dead link shows in its counters.
                     let _ = robot.send(&Order::Hold);
-                    if let Some(report) = &reported.robots[r] {
-                        self.round_trips[r] = self.clock.now() - self.start - report.received;
-                    }
+                    self.answered[r] = self.clock.now() - self.start;
                 }
             }
         }
@@ -224,8 +220,8 @@ impl Session {
                 let order = self.wires[r].answer(&order, self.last.stopping)?;
                 match self.moved.robots[r].send(&order) {
                     Ok(()) => {
-                        if let (Some(report), false) = (&inputs.moved.robots[r], self.exercised.is_some()) {
-                            self.round_trips[r] = self.clock.now() - self.start - report.received;
+                        if self.exercised.is_none() {
+                            self.answered[r] = self.clock.now() - self.start;
                         }
                         Some(order)
                     }
@@ -241,7 +237,7 @@ impl Session {
 
     /// What only the session knows of a cycle.
     fn finish(&mut self, inputs: &Inputs, begun: Nanos, lateness: Nanos) {
-        let (now, round_trips) = (self.clock.now(), self.round_trips);
+        let now = self.clock.now();
         let busy = now - begun;
         self.overruns += u64::from(busy > self.cycle);
         let overrun = if busy > self.cycle { cycle_flags::OVERRUN } else { 0 };
@@ -249,11 +245,11 @@ impl Session {
         (record.busy, record.overruns) = (busy, self.overruns);
         record.flags |= overrun;
         let reports = inputs.exercised.unwrap_or(inputs.moved).robots;
-        let robots = [&mut record.robot_1, &mut record.robot_2].into_iter().zip(reports).zip(round_trips);
-        for ((robot, report), round_trip) in robots {
+        let robots = [&mut record.robot_1, &mut record.robot_2].into_iter().zip(reports).zip(self.answered);
+        for ((robot, report), answered) in robots {
             robot.lateness = lateness;
-            if report.is_some() && robot.order != OrderKind::None {
-                robot.round_trip = round_trip;
+            if let (Some(report), true) = (report, robot.order != OrderKind::None) {
+                robot.round_trip = answered - report.received;
             }
         }
     }
@@ -265,9 +261,9 @@ impl Session {
             for (robot, wire) in links.robots.iter_mut().zip(&self.wires) {
                 let reported = robot.receive(self.clock.now() + self.cycle);
                 if let Ok(Some(report)) = reported {
-                    let set_point = report.asked.unwrap_or(report.position);
+                    let at = wire.limiter().map_or_else(|| report.set_point(), Limiter::position);
                     // A link that fails now cannot be helped.
-                    let _ = robot.send(&Order::End(wire.limiter().map_or(set_point, Limiter::position)));
+                    let _ = robot.send(&Order::End(at));
                 }
             }
         }

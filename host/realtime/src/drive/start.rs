@@ -3,7 +3,7 @@
 use crate::arms::Arms;
 use crate::log::codes::robot_flags;
 use crate::log::record::{CycleRecord, ForceRecord, RobotRecord};
-use crate::signals::{AXES, Capabilities};
+use crate::signals::{AXES, Capabilities, RAIL, axis_name, of_axis};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::vector::Pose;
@@ -62,14 +62,9 @@ const STAYS: [f64; 2] = [1e-3, 1e-3];
 /// A robot at rest is so near to its own set-point \[rad\], \[m\].
 const SERVO_ERROR: [f64; 2] = [0.01, 5e-3];
 
-/// An axis as users call it.
-fn axis_name(axis: usize) -> String {
-    if axis == AXES - 1 { "the rail".to_owned() } else { format!("axis {}", axis + 1) }
-}
-
 /// A way of an axis in the unit that users read.
 fn way(axis: usize, by: f64) -> String {
-    if axis == AXES - 1 { format!("{:.2} mm", by * 1e3) } else { format!("{:.3} deg", by.to_degrees()) }
+    if axis == RAIL { format!("{:.2} mm", by * 1e3) } else { format!("{:.3} deg", by.to_degrees()) }
 }
 
 impl fmt::Display for Refusal {
@@ -175,8 +170,7 @@ pub struct Watched<'a> {
 
 impl<'a> Watched<'a> {
     /// Those who take the commands.
-    pub fn moved(record: &'a CycleRecord) -> Self {
-        let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
+    pub fn moved(record: &'a CycleRecord, broken: [bool; 3]) -> Self {
         Self { robots: moved(record), sensor: moved_sensor(record), broken }
     }
 
@@ -208,7 +202,7 @@ impl StartUp {
             let fresh = robot.flags & robot_flags::FRESH != 0;
             if fresh {
                 if seen.first.is_none() {
-                    seen.set_point = set_point(robot);
+                    seen.set_point = robot.set_point();
                 }
                 seen.last = (robot.received, robot.link.received + robot.link.lost);
                 seen.first.get_or_insert(seen.last);
@@ -237,8 +231,8 @@ impl StartUp {
             return Some(if link == 2 && self.samples == 0 { Refusal::NoSensor } else { Refusal::Link(link + 1) });
         }
         for (r, robot) in links.robots.into_iter().enumerate().filter(|(r, _)| self.robots[*r].first.is_some()) {
-            let (now, first) = (set_point(robot), self.robots[r].set_point);
-            if let Some(i) = (0..AXES).find(|i| (now[*i] - first[*i]).abs() > STAYS[usize::from(*i == AXES - 1)]) {
+            let (now, first) = (robot.set_point(), self.robots[r].set_point);
+            if let Some(i) = (0..AXES).find(|i| (now[*i] - first[*i]).abs() > of_axis(STAYS, *i)) {
                 return Some(Refusal::Moved(r + 1, i, (now[i] - first[i]).abs()));
             }
             if robot.link.foreign > 0 {
@@ -282,8 +276,8 @@ impl StartUp {
             if robot.flags & robot_flags::READY == 0 {
                 return Err(Refusal::NotReady(r + 1));
             }
-            let error = |i: usize| (robot.position[i] - set_point(robot)[i]).abs();
-            if let Some(i) = (0..AXES).find(|i| error(*i) > SERVO_ERROR[usize::from(*i == AXES - 1)]) {
+            let error = |i: usize| (robot.position[i] - robot.set_point()[i]).abs();
+            if let Some(i) = (0..AXES).find(|i| error(*i) > of_axis(SERVO_ERROR, *i)) {
                 return Err(Refusal::Servo(r + 1, i, error(i)));
             }
             let axes = (0..AXES).find(|i| {
@@ -306,11 +300,6 @@ impl StartUp {
         }
         Ok(())
     }
-}
-
-/// Where a robot's controller holds it, or where it stands if it does not tell.
-fn set_point(robot: &RobotRecord) -> [f64; AXES] {
-    if robot.flags & robot_flags::ASKED != 0 { robot.asked } else { robot.position }
 }
 
 /// The robots that take the commands: the emulated ones of a dry run, else the real ones.

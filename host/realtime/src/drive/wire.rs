@@ -5,7 +5,7 @@
 //! cubic between the master's commands.
 
 use crate::limiter::Limiter;
-use crate::signals::{AXES, LinkCounters, Order, RAIL, RobotState};
+use crate::signals::{AXES, LinkCounters, Order, RobotState, of_axis};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 
@@ -90,7 +90,7 @@ impl Wire {
         let now = (report.late_answers, counters.lost + counters.overtaken);
         let (late, passed) = self.counted.unwrap_or(now);
         self.counted = Some(now);
-        self.set_point = report.asked.unwrap_or(report.position);
+        self.set_point = report.set_point();
         let Some(limiter) = &mut self.limiter else { return };
         let unseen = now.1 - passed;
         let missing = u64::from(report.late_answers.saturating_sub(late));
@@ -118,7 +118,7 @@ impl Wire {
     /// Whether a set-point lies within what was sent of late.
     fn has_sent(&self, asked: &[f64; AXES]) -> bool {
         asked.iter().enumerate().all(|(i, asked)| {
-            let near = NEAR[usize::from(i == RAIL)];
+            let near = of_axis(NEAR, i);
             let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
             for sent in &self.sent {
                 (least, most) = (least.min(sent[i]), most.max(sent[i]));

@@ -116,12 +116,11 @@ impl Facility {
     }
 
     fn step(&mut self, at: Nanos) {
-        let targets = [0, 1].map(|robot| match self.begun[robot] {
-            true => self.controllers[robot].target(at),
-            false => self.world.robot(robot).position,
-        });
-        let targets: [[f64; AXES]; 2] = std::array::from_fn(|robot| {
-            let mut target: [f64; AXES] = targets[robot];
+        let targets = [0, 1].map(|robot: usize| {
+            let mut target = match self.begun[robot] {
+                true => self.controllers[robot].target(at),
+                false => self.world.robot(robot).position,
+            };
             if let Some((axis, at)) = self.held[robot] {
                 target[axis] = at;
             }
@@ -165,12 +164,9 @@ impl Facility {
         };
         wrench.force.z += std::mem::take(&mut self.knock);
         let fresh = ForceSample {
-            received: at,
-            sequence: self.sequence,
-            wrench,
-            peak: wrench,
             saturated: self.ailment == Ailment::Saturated || self.world.saturated(),
             invalid: self.ailment == Ailment::Invalid,
+            ..ForceSample::new(at, self.sequence, wrench)
         };
         let sample = match (self.ailment, self.last) {
             (Ailment::Silent, _) => return,

@@ -4,7 +4,7 @@ use super::world::World;
 use crate::clock::Clock;
 use crate::drive::session::Links;
 use crate::protocol::Line;
-use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Peak, Robot, RobotState};
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
 use std::cell::RefCell;
@@ -21,9 +21,7 @@ pub struct Bench {
     courses: [Line; 2],
     ended: [bool; 2],
     sequence: u32,
-    /// What the sensor read at the last look, and farthest from it since.
-    looked: Wrench<f64>,
-    peak: Wrench<f64>,
+    peak: Peak,
 }
 
 impl Bench {
@@ -32,8 +30,9 @@ impl Bench {
         let time = clock.now();
         let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Line { from: at, to: at, since: time });
         let tick = Nanos::from_seconds(world.tick_seconds());
-        let (ended, sequence, looked) = ([false; 2], 0, world.reading());
-        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended, sequence, looked, peak: looked }))
+        let (ended, sequence, mut peak) = ([false; 2], 0, Peak::default());
+        peak.look(world.reading());
+        Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended, sequence, peak }))
     }
 
     /// The facility itself.
@@ -53,10 +52,7 @@ impl Bench {
             let targets = self.courses.map(|course| course.at(self.time, self.cycle));
             self.world.tick(&targets);
             self.sequence = self.sequence.wrapping_add(1);
-            let (read, away) = (self.world.reading(), |w: Wrench<f64>| (w.force - self.looked.force).norm());
-            if away(read) >= away(self.peak) {
-                self.peak = read;
-            }
+            self.peak.see(self.world.reading());
         }
     }
 }
@@ -159,9 +155,9 @@ impl ForceSensor for EmulatedSensor {
         }
         self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
         self.seen = bench.sequence;
-        let (wrench, peak, saturated) = (bench.world.reading(), bench.peak, bench.world.saturated());
-        (bench.looked, bench.peak) = (wrench, wrench);
-        Ok(Some(ForceSample { received: bench.time, sequence: self.seen, wrench, peak, saturated, invalid: false }))
+        let (wrench, saturated) = (bench.world.reading(), bench.world.saturated());
+        let peak = bench.peak.look(wrench);
+        Ok(Some(ForceSample { peak, saturated, ..ForceSample::new(bench.time, self.seen, wrench) }))
     }
 
     fn counters(&self) -> LinkCounters {

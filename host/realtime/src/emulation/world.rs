@@ -118,12 +118,16 @@ impl World {
 
     /// What the sensor reads, its own axes and origin.
     pub fn reading(&self) -> Wrench<f64> {
-        self.sensing.reading(self.measured.wrench, &self.measured.parts.a) + self.sensing.tare
+        self.reading_under(self.measured.wrench)
     }
 
     /// The same of a sensor that feels no contact.
     pub fn reading_without_contact(&self) -> Wrench<f64> {
-        self.sensing.reading(Wrench::zero(), &self.measured.parts.a) + self.sensing.tare
+        self.reading_under(Wrench::zero())
+    }
+
+    fn reading_under(&self, on_part: Wrench<f64>) -> Wrench<f64> {
+        self.sensing.reading(on_part, &self.measured.parts.a) + self.sensing.tare
     }
 
     /// A channel of the sensor has saturated.

@@ -177,6 +177,11 @@ impl RobotRecord {
         })
     }
 
+    /// Where its controller holds it, or where it stands if it does not tell that; see [`RobotState::set_point`].
+    pub fn set_point(&self) -> [f64; AXES] {
+        if self.flags & robot_flags::ASKED != 0 { self.asked } else { self.position }
+    }
+
     /// Whether there is such a robot in the drive.
     pub fn present(&self) -> bool {
         self.flags & robot_flags::PRESENT != 0

@@ -4,7 +4,7 @@ use super::lines::micros;
 use super::model::{Percentiles, View};
 use crate::log::codes::{LimitKind, Phase, StopCause};
 use crate::log::record::TOOL;
-use crate::signals::{AXES, RAIL};
+use crate::signals::{AXES, axis_name};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
@@ -139,7 +139,7 @@ fn draw_limits(frame: &mut Frame, area: Rect, view: &View, robot: usize) {
     }
     let rows: [Rect; AXES] = Layout::vertical([Constraint::Length(1); AXES]).areas(inner);
     for (axis, row) in rows.into_iter().enumerate() {
-        let name = if axis == RAIL { "rail".to_owned() } else { format!("axis {}", axis + 1) };
+        let name = axis_name(axis);
         let share = sample.limit_used[axis];
         if share.is_nan() {
             frame.render_widget(Paragraph::new(format!("{name}  -").dim()), row);

@@ -1,6 +1,6 @@
 //! What the robots see of a drive whose links fail: no step beyond their limits, whatever is lost, late or exchanged.
 
-use crate::fixture::{CYCLE, Rig, Setting, campaign};
+use crate::fixture::{CYCLE, Rig, Setting, campaign, rule};
 use softdock_kernels::philox::uniform;
 use softdock_kernels::vector::{Quat, vec3};
 use softdock_realtime::drive::start::Refusal;
@@ -20,8 +20,7 @@ fn a_path_that_heals_never_throws_a_robot() {
         let mut rig = Rig::new(&setting, Relay::default());
         rig.run_for(0.5);
         let from = rig.session.record().time;
-        let rule = Rule { endpoint, way: Way::Answer, from, until: from + CYCLE * lost, every: 1, fault: Fault::Lose };
-        rig.network.borrow_mut().relay.add(rule);
+        rig.network.borrow_mut().relay.add(rule(endpoint, Way::Answer, from, lost, Fault::Lose));
         let cause = rig.finish().cause;
         assert_eq!(cause, StopCause::UntakenAnswers, "{lost} answers lost");
         let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
@@ -227,16 +226,7 @@ fn armed_robots_wait_for_go_and_for_every_check_until_then() {
     // A minute: nothing moves, and a lost packet is forgiven.
     let mut rig = waiting();
     let from = rig.session.record().time;
-    let rule = Rule { every: 1, ..random_rule(&mut Dice(1, 0)) };
-    let lost = Rule {
-        way: Way::Report,
-        endpoint: Endpoint::Robot1,
-        from,
-        until: from + CYCLE * 2,
-        fault: Fault::Lose,
-        ..rule
-    };
-    rig.network.borrow_mut().relay.add(lost);
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot1, Way::Report, from, 1, Fault::Lose));
     for _ in 0..15_000 {
         assert!(!rig.cycle());
     }

@@ -27,7 +27,7 @@ use softdock_realtime::protocol::rsi::driver::RsiRobot;
 use softdock_realtime::protocol::rsi::tags::TagMap;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Relay};
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -109,6 +109,20 @@ impl Setting {
     }
 }
 
+/// The links of both robots.
+const ROBOTS: [Endpoint; 2] = [Endpoint::Robot1, Endpoint::Robot2];
+
+/// The controller of a robot.
+fn krc(endpoint: Endpoint) -> KrcSettings {
+    KrcSettings::new(tags(endpoint), our_address(endpoint))
+}
+
+/// A fault on a link for so many of its datagrams, the first in the cycle after this time.
+pub(crate) fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> Rule {
+    // Half a cycle more: the next reports come a cycle after the one that is being answered.
+    Rule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
+}
+
 /// Robot 1 stands on a rail, robot 2 does not.
 pub(crate) fn tags(endpoint: Endpoint) -> TagMap {
     if endpoint == Endpoint::Robot1 { TagMap::im_free().with_rail() } else { TagMap::im_free() }
@@ -158,12 +172,11 @@ impl Rig {
 
     fn before_go(there: &Setting, setting: &Setting, relay: Relay) -> Self {
         let clock = Virtual::default();
-        let krc = |endpoint| Box::new(Krc::new(KrcSettings::new(tags(endpoint), our_address(endpoint))));
         let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
         let period = Nanos::from_millis(1);
         let sensor = Box::new(NetBox::new(calibration.clone(), period));
         let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
-            [krc(Endpoint::Robot1), krc(Endpoint::Robot2)];
+            ROBOTS.map(|endpoint| Box::new(Krc::new(krc(endpoint))) as _);
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();
@@ -197,8 +210,7 @@ impl Rig {
 
     /// The controller of a robot (0 or 1) ends its session, the axis is jogged, and after some cycles it begins another.
     pub(crate) fn jog(&mut self, robot: usize, axis: usize, by: f64, cycles: u64) {
-        let endpoint = [Endpoint::Robot1, Endpoint::Robot2][robot];
-        let settings = KrcSettings::new(tags(endpoint), our_address(endpoint));
+        let settings = krc(ROBOTS[robot]);
         let first_ipoc = settings.first_ipoc + self.session.record().time.0 as u64 / 1_000_000 + 4 * cycles;
         let krc = Box::new(Krc::new(KrcSettings { first_ipoc, ..settings }));
         self.network.borrow_mut().facility().begin_again(robot, krc, axis, by, CYCLE * cycles as i64);
@@ -206,9 +218,9 @@ impl Rig {
 
     /// The controller of a robot (0 or 1) has another cycle than the drive is configured for.
     pub(crate) fn with_cycle(&mut self, robot: usize, cycle: Nanos) {
-        let endpoint = [Endpoint::Robot1, Endpoint::Robot2][robot];
-        let tags = TagMap { cycle, ..tags(endpoint) };
-        let krc = Box::new(Krc::new(KrcSettings::new(tags, our_address(endpoint))));
+        let mut settings = krc(ROBOTS[robot]);
+        settings.tags.cycle = cycle;
+        let krc = Box::new(Krc::new(settings));
         self.network.borrow_mut().facility().begin_again(robot, krc, 0, 0.0, Nanos(0));
     }
 

@@ -1,6 +1,6 @@
 //! The ten safety behaviours, each proven with a fault of its own.
 
-use crate::fixture::{CYCLE, Rig, Setting, tags};
+use crate::fixture::{CYCLE, Rig, Setting, rule, tags};
 use softdock_campaign::station::AxisLimits;
 use softdock_realtime::drive::start::Refusal;
 use softdock_realtime::emulation::facility::Ailment;
@@ -13,11 +13,6 @@ use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
 
 /// Ever after.
 const FOREVER: Nanos = Nanos(i64::MAX);
-
-fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> Rule {
-    // Half a cycle more: the next reports come a cycle after the one that is being answered.
-    Rule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
-}
 
 /// Corrections that reached the wire towards a robot: joints \[rad\], rail \[m\].
 fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {

@@ -66,7 +66,7 @@ fn our_driver_reads_pynetfts_fake_sensor() {
 
 fn load() -> ForceSample {
     let wrench = Wrench { force: vec3(1.5, -2.5, 300.0), moment: vec3(0.25, 0.5, -12.0) };
-    ForceSample { received: Nanos(0), sequence: 0, wrench, peak: wrench, saturated: false, invalid: false }
+    ForceSample::new(Nanos(0), 0, wrench)
 }
 
 #[test]

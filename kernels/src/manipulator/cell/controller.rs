@@ -25,10 +25,7 @@ pub(super) struct Course<R> {
 pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
     let found = closed_form(cell, &left);
-    let (joints, limited) = within_ranges(cell, refined(cell, &left, &found), found.0.singular);
-    let (place, limited) = on_rail(cell, place, limited);
-    let mut angle = [place; AXES];
-    angle[..JOINTS].copy_from_slice(&joints);
+    let (angle, limited) = axis_angles(cell, refined(cell, &left, &found), place, found.0.singular);
     Course { angle, rate: axis_rates(cell, &left, &found, speed), limited }
 }
 
@@ -38,6 +35,16 @@ fn axis_rates<R: Real>(cell: &Cell, left: &Motion<R>, found: &(Posture<R>, Vec3<
     let mut rate = [on_rail; AXES];
     rate[..JOINTS].copy_from_slice(&rates(cell, found, left.velocity, left.omega));
     rate
+}
+
+/// Angles of all axes cut to their ranges; `limited` becomes 1 where one was beyond.
+#[inline(always)]
+fn axis_angles<R: Real>(cell: &Cell, joints: [R; JOINTS], place: R, limited: R) -> ([R; AXES], R) {
+    let (joints, limited) = within_ranges(cell, joints, limited);
+    let (place, limited) = on_rail(cell, place, limited);
+    let mut angle = [place; AXES];
+    angle[..JOINTS].copy_from_slice(&joints);
+    (angle, limited)
 }
 
 /// The place on the rail cut to its ends; `limited` becomes 1 where it was beyond.
@@ -80,11 +87,7 @@ pub fn commanded<R: Real>(cell: &Cell, told: &Motion<R>) -> Commanded<R> {
 pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], R) {
     let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
     let (found, _) = closed_form(cell, &left);
-    let (joints, limited) = within_ranges(cell, angles(cell, &found), found.singular);
-    let (place, limited) = on_rail(cell, place, limited);
-    let mut angle = [place; AXES];
-    angle[..JOINTS].copy_from_slice(&joints);
-    (angle, limited)
+    axis_angles(cell, angles(cell, &found), place, found.singular)
 }
 
 /// What the position loops make of a commanded motion of the part, from where the motors are; once a tick.

@@ -99,10 +99,12 @@ fn phase(state: &State, progress: &Progress) -> Phase {
         State::ToStart { .. } => Phase::ToStart,
         State::Taring { .. } => Phase::Taring,
         State::RunIn { .. } => Phase::Approach,
-        State::Running | State::Closing { .. } if progress.captured => Phase::Captured,
-        State::Running | State::Closing { .. } if progress.touching => Phase::Contact,
-        State::Running | State::Closing { .. } if progress.touched => Phase::Free,
-        State::Running | State::Closing { .. } => Phase::Approach,
+        State::Running | State::Closing { .. } => match progress {
+            Progress { captured: true, .. } => Phase::Captured,
+            Progress { touching: true, .. } => Phase::Contact,
+            Progress { touched: true, .. } => Phase::Free,
+            _ => Phase::Approach,
+        },
         State::Stopping => Phase::Stopping,
         State::Ending { .. } | State::Over => Phase::Stopped,
     }

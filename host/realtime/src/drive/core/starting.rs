@@ -3,9 +3,10 @@
 use super::{Core, Inputs, Orders, State, pose};
 use crate::drive::guard::Guard;
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, Watched, apart, moved_sensor};
+use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, Watched, apart, moved, moved_sensor};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
+use crate::log::record::RobotRecord;
 use crate::signals::AXES;
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
@@ -19,10 +20,10 @@ const TARE_TIME: f64 = 0.5;
 const RESTLESS: f64 = 2.0;
 
 impl Core {
-    pub(super) fn start_up(&mut self, inputs: &Inputs, hold: Orders) -> Orders {
+    pub(super) fn start_up(&mut self, inputs: &Inputs) -> Orders {
         let [moved, real] = &mut self.checks;
         let check = |of: &mut StartUp, links: Watched| of.check(&links, &self.arms, &self.limits, &self.capabilities);
-        let moved = check(moved, Watched::moved(&self.record));
+        let moved = check(moved, Watched::moved(&self.record, inputs.moved.broken));
         let real = match &inputs.exercised {
             Some(arrived) => check(real, Watched::exercised(&self.record, arrived.broken)),
             None => Some(Ok(())),
@@ -32,7 +33,7 @@ impl Core {
         match (moved, real) {
             (Some(Err(refusal)), _) | (_, Some(Err(refusal))) => self.refuse(refusal),
             (Some(Ok(())), Some(Ok(()))) if !self.ready => self.begin(inputs.now),
-            _ => hold,
+            _ => Orders::HOLD,
         }
     }
 
@@ -47,9 +48,9 @@ impl Core {
     pub(super) fn begin(&mut self, now: Nanos) -> Orders {
         // From where the robots' controllers hold them, not from where they are measured: the first command asks for
         // nothing, whatever the servo error.
-        let at = self.set_points;
+        let at = moved(&self.record).map(RobotRecord::set_point);
         self.begun_at = at;
-        self.sent = [at; 2];
+        self.sent = [self.tools_at(&at); 2];
         // Before anything moves: a wrong tool, reversed axes or a load against the tool show in a single reading.
         let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
         if let Some(refusal) = self.biased(moved_sensor(&self.record).raw - self.sensing.weight(&a)) {
@@ -132,10 +133,11 @@ impl Core {
             if spread > RESTLESS * self.task.station.sensor.touch_force {
                 return self.refuse(Refusal::Restless(spread));
             }
-            if let Some(refusal) = self.biased(sum.scale_add(1.0 / f64::from(samples), Wrench::zero())) {
+            let tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
+            if let Some(refusal) = self.biased(tare) {
                 return self.refuse(refusal);
             }
-            self.sensing.tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
+            self.sensing.tare = tare;
             self.state = State::RunIn { cycles: 0 };
         }
         self.hold_position()

@@ -196,14 +196,7 @@ fn net_ft_records(count: u64) {
 }
 
 fn net_ft_requests(count: u64) {
-    let sample = ForceSample {
-        received: Nanos(0),
-        sequence: 0,
-        wrench: Wrench::zero(),
-        peak: Wrench::zero(),
-        saturated: false,
-        invalid: false,
-    };
+    let sample = ForceSample::new(Nanos(0), 0, Wrench::zero());
     let commands = [Command::Stop, Command::Stream, Command::StreamBuffered, Command::Bias, Command::ResetThresholds];
     let valid: Vec<_> = commands.map(|command| Request { command, count: 3 }.bytes().to_vec()).into();
     let mut sensor = NetBox::new(Calibration::new(1e6, 1e6).unwrap(), Nanos::from_millis(1));

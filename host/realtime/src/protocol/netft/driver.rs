@@ -3,11 +3,9 @@
 use super::calibration::Calibration;
 use super::rdt::{Command, Record, Request};
 use crate::protocol::link::{self, Peer, progress};
-use crate::signals::{ForceSample, ForceSensor, LinkCounters, LinkFault};
+use crate::signals::{ForceSample, ForceSensor, LinkCounters, LinkFault, Peak};
 use crate::time::Nanos;
 use crate::wire::Port;
-use softdock_kernels::space::Wrench;
-use softdock_kernels::vector::Vec3;
 use std::net::SocketAddr;
 
 /// Largest gap in the count of records that is believed: 14 s at 7 kHz, longer than any run waits.
@@ -54,6 +52,7 @@ pub struct NetFt<P: Port> {
     peer: Peer,
     counters: LinkCounters,
     stream: Stream,
+    peak: Peak,
     /// Last record or request.
     heard: Nanos,
     /// Whether any record has come: silence before that is the box starting its stream.
@@ -64,8 +63,6 @@ pub struct NetFt<P: Port> {
 #[derive(Clone, Copy)]
 struct Stream {
     last: Option<Record>,
-    /// Force of the newest sample at the last look.
-    force: Option<Vec3<f64>>,
     requested: Nanos,
     /// No record has come since our request.
     fresh: bool,
@@ -78,10 +75,11 @@ impl<P: Port> NetFt<P> {
     /// If the network interface fails.
     pub fn start(port: P, settings: NetFtSettings) -> Result<Self, LinkFault> {
         let now = port.now();
-        let stream = Stream { last: None, force: None, requested: now, fresh: true };
+        let stream = Stream { last: None, requested: now, fresh: true };
         let peer = Peer::at(settings.sensor);
         let counters = LinkCounters::default();
-        let mut driver = Self { port, settings, peer, counters, stream, heard: now, begun: false };
+        let mut driver =
+            Self { port, settings, peer, counters, stream, peak: Peak::default(), heard: now, begun: false };
         driver.request(Command::Stream)?;
         Ok(driver)
     }
@@ -154,12 +152,9 @@ fn take(
     }
     *stream = Stream { last: Some(record), fresh: false, ..*stream };
     Ok(Some(ForceSample {
-        received: now,
-        sequence: record.ft_sequence,
-        wrench,
-        peak: wrench,
         saturated: record.is_saturated(),
         invalid: record.is_invalid() || stalled,
+        ..ForceSample::new(now, record.ft_sequence, wrench)
     }))
 }
 
@@ -169,12 +164,10 @@ impl<P: Port> ForceSensor for NetFt<P> {
     }
 
     fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault> {
-        let Self { port, settings, peer, counters, stream, .. } = self;
+        let Self { port, settings, peer, counters, stream, peak, .. } = self;
         let mut fault = None;
         // A load that was beyond range or an error between two looks must not go unseen because a later record is good.
         let (mut saturated, mut invalid) = (false, false);
-        let mut peak: Option<Wrench<f64>> = None;
-        let before = stream.force;
         let (sample, _) = link::newest(port, link::AT_ONCE, |datagram, from, now| {
             if !peer.admits(from) {
                 counters.foreign += 1;
@@ -187,10 +180,7 @@ impl<P: Port> ForceSensor for NetFt<P> {
             })?;
             saturated |= sample.saturated;
             invalid |= sample.invalid;
-            let away = |wrench: &Wrench<f64>| (wrench.force - before.unwrap_or(wrench.force)).norm();
-            if peak.is_none_or(|peak| away(&sample.wrench) >= away(&peak)) {
-                peak = Some(sample.wrench);
-            }
+            peak.see(sample.wrench);
             Some(sample)
         })?;
         if let Some(restart) = fault {
@@ -201,8 +191,7 @@ impl<P: Port> ForceSensor for NetFt<P> {
             return Ok(None);
         };
         (self.heard, self.begun) = (sample.received, true);
-        self.stream.force = Some(sample.wrench.force);
-        Ok(Some(ForceSample { saturated, invalid, peak: peak.unwrap_or(sample.wrench), ..sample }))
+        Ok(Some(ForceSample { saturated, invalid, peak: self.peak.look(sample.wrench), ..sample }))
     }
 
     fn counters(&self) -> LinkCounters {

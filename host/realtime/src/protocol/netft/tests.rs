@@ -16,7 +16,7 @@ const PERIOD: Nanos = Nanos::from_millis(1);
 
 fn sample(force: f64) -> ForceSample {
     let wrench = Wrench { force: vec3(force, 0.0, -2.0 * force), moment: vec3(0.0, 0.1 * force, 0.0) };
-    ForceSample { received: Nanos(0), sequence: 0, wrench, peak: wrench, saturated: false, invalid: false }
+    ForceSample::new(Nanos(0), 0, wrench)
 }
 
 struct Bench {

@@ -178,7 +178,7 @@ impl Controller for Krc {
             return;
         }
         if self.start.is_none() {
-            let start = state.asked.unwrap_or(state.position);
+            let start = state.set_point();
             self.start = Some(start);
             self.line = Line { from: start, to: start, since: now };
         } else {

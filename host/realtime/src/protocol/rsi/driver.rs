@@ -111,7 +111,7 @@ fn take(
         return Ok(None);
     }
     let Some(known) = session else {
-        let start = state.asked.unwrap_or(state.position);
+        let start = state.set_point();
         *session = Some(Session { start, asked: start, moved: false, ipoc: rob.ipoc, growth: u64::MAX });
         return Ok(Some(Report { state, ipoc: rob.ipoc }));
     };
@@ -135,7 +135,7 @@ fn take(
                 "its controller was silent for so long that its corrections may count anew",
             ));
         }
-        let start = state.asked.unwrap_or(state.position);
+        let start = state.set_point();
         (known.start, known.asked) = (start, start);
     }
     Ok(Some(Report { state, ipoc: rob.ipoc }))
