@@ -85,7 +85,7 @@ fn a_dry_run_with_nobody_there_is_no_pass() {
     let links = format!("--robot1 rsi://127.0.0.1:{} --robot2 rsi://127.0.0.1:{}", free_port(), free_port());
     let words = format!("{DRIVE} {links} --no-band --out {}", out.display());
     let said = outcome(3, command(&words).env("TMPDIR", folder.path()));
-    assert!(said.contains("robot 1 sends nothing"), "{said}");
+    assert!(said.contains("robot 1: reports received: 0 reports"), "{said}");
     let answer = answer_in(&out);
     assert_eq!((&answer["outcome"], &answer["cause"]), (&"refused".into(), &"start_refused".into()));
 }

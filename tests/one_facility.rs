@@ -75,14 +75,7 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
         .par_iter()
         .map(|farm| {
             let params = farm.params;
-            let task = Task {
-                plant: Arc::clone(&plant),
-                station: Arc::clone(&station),
-                run: farm.run,
-                params,
-                armed: false,
-                to_start: true,
-            };
+            let task = Task::new(Arc::clone(&plant), Arc::clone(&station), farm.run, params);
             let drive = expect(&task, key, &params, cycle).expect("in reach");
             let one = ended(&plant, farm.stop, &farm.hil, farm.hil.end_time);
             (one, ended(&plant, drive.stop, &drive.metrics, drive.run_time))

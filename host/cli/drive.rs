@@ -19,11 +19,11 @@ use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
+use softdock_realtime::drive::checklist::{Answer, Check, Checklist};
 use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::guard::Alarm;
 use softdock_realtime::drive::runner::{Alarms, Keeping, run};
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::drive::start::Refusal;
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::evidence::{Circumstances, Evidence};
@@ -67,7 +67,11 @@ struct Plan {
 /// How the cycle's thread ended.
 struct Ended {
     last: CycleRecord,
-    refusal: Option<Refusal>,
+    refusal: Option<Check>,
+    /// The checks of the start-up.
+    checklist: Checklist,
+    /// How far robot 1 has moved its part back after the stop \[m\].
+    retracted: Option<f64>,
     faults: [Option<LinkFault>; 3],
     metrics: softdock_kernels::metrics::Metrics<f64>,
     /// The session's rule that was met.
@@ -137,20 +141,24 @@ fn plan(args: &DriveArgs) -> miette::Result<Plan> {
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let emulated = !addresses.any_real();
     let task = Task {
-        plant,
-        station: Arc::new(station),
-        run,
-        params: campaign.draw(run).params,
         armed: args.arm,
         // Emulated robots need nobody's leave to move to the start.
         to_start: args.to_start || emulated || !args.arm,
+        check_only: args.check,
+        retract: args.retract.map_or(0.0, |millimetres| millimetres * 1e-3),
+        ..Task::new(plant, Arc::new(station), run, campaign.draw(run).params)
     };
     if args.effects.is_some() && addresses.any_real() {
         return Err(refuse("secret effects are for emulated facilities alone", "give them to `softdock emulate`"));
     }
     let (model, params) = with_secret(&campaign.scenario, args.effects.as_deref(), task.params)?;
     let repeat = if args.repeat > 1 { format!("_{}", args.repeat) } else { String::new() };
-    let name = format!("drive_{}_{run}{repeat}", campaign.id);
+    let name = if args.check {
+        // Checks are repeated: each has a folder of its own.
+        format!("check_{}_{}", campaign.id, since_epoch()?.0 / 1_000_000_000)
+    } else {
+        format!("drive_{}_{run}{repeat}", campaign.id)
+    };
     let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
     if args.rsi_config.is_none() && out.join("log.mcap").exists() {
         let remedy = "give another folder with --out, or remove this one: a log is never written over";
@@ -244,6 +252,7 @@ fn refuse_unnamed(armed: bool, addresses: &Addresses, station: &Station) -> miet
 fn tell(plan: &Plan) {
     let (task, station) = (&plan.task, &plan.task.station);
     let mode = match (task.armed, plan.addresses.any_real()) {
+        _ if task.check_only => "checks alone: nothing moves",
         (true, _) => "ARMED: the robots will move",
         (false, true) => "dry run: the real robots are asked for nothing, emulated ones move in their place",
         (false, false) => "emulated robots in process",
@@ -348,6 +357,8 @@ fn cycle_thread(
     let ended = Ended {
         last: *session.record(),
         refusal: core.refusal(),
+        checklist: *core.checklist(),
+        retracted: core.retracted(),
         faults: session.faults(),
         metrics: core.metrics(),
         stop: core.rule_met(),
@@ -391,6 +402,8 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
         ("cycle_ns", plan.addresses.cycle()?.0.to_string()),
         ("to_start", plan.task.to_start.to_string()),
         ("armed", plan.task.armed.to_string()),
+        ("check_only", plan.task.check_only.to_string()),
+        ("retract_m", plan.task.retract.to_string()),
         ("clock", clock_in_words(plan).to_owned()),
     ] {
         provenance.insert(key.to_owned(), value);
@@ -474,7 +487,8 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
         "campaign": plan.campaign.id, "run": plan.task.run, "armed": plan.task.armed,
         "began_unix_s": last.wall_offset.seconds(), "cause": last.cause.word(), "outcome": outcome.word(),
         "rule": rule, "stop": stop, "refusal": ended.refusal.map(|refusal| refusal.to_string()),
-        "success": outcome == Outcome::Pass,
+        "success": outcome == Outcome::Pass, "retracted_m": ended.retracted,
+        "checks": ended.checklist.checks().iter().map(check_json).collect::<Vec<_>>(),
         "validity": {
             "robot_1": robot(0), "robot_2": robot(1), "lost_samples": last.ft.link.lost, "overruns": last.overruns,
             "log_records_lost": ended.kept[1],
@@ -482,14 +496,49 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
     })
 }
 
+/// A check of the start-up for programs.
+fn check_json(check: &Check) -> Value {
+    let row = check.what.row();
+    json!({
+        "id": row.id, "subject": check.subject(), "title": row.title, "answer": check.answer().word(),
+        "value": Some(check.value).filter(|value| value.is_finite()), "limit": check.limit,
+        "unit": row.unit.si(check.axis),
+    })
+}
+
+/// The checks of the start-up as a table, failed ones marked.
+fn checklist_text(list: &Checklist) -> String {
+    let colours = std::io::stdout().is_terminal();
+    let mark = |answer: Answer| match (answer, colours) {
+        (Answer::Passed, true) => "\x1b[32mok    \x1b[0m",
+        (Answer::Failed, true) => "\x1b[31mFAILED\x1b[0m",
+        (Answer::Passed, false) => "ok    ",
+        (Answer::Failed, false) => "FAILED",
+        (Answer::Open, _) => "-     ",
+    };
+    let line = |check: &Check| {
+        let (row, answer) = (check.what.row(), check.answer());
+        let remedy = if answer == Answer::Failed { format!("\n       {}", row.remedy) } else { String::new() };
+        let [value, limit] = [check.value_text(), check.limit_text()];
+        format!("{} {:<16} {:<66} {value:>14}   {limit}{remedy}", mark(answer), check.subject(), row.title)
+    };
+    list.checks().iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
 /// Log, metrics beside their prediction.
 fn leave_traces(plan: &Plan, ended: &Ended, args: &DriveArgs) -> miette::Result<Exit> {
     let log = plan.out.join("log.mcap");
     band::export(&log, &plan.out.join("log.parquet"))?;
     let cause = ended.last.cause;
+    if plan.task.check_only {
+        return Ok(report_checks(plan, ended, args));
+    }
     say(format!("stopped by {}: {}", cause.word(), cause.meaning()));
     if let Some(words) = stop_in_words(plan, ended) {
         say(format!("           {words}"));
+    }
+    if let Some(way) = ended.retracted {
+        say(format!("           robot 1 has moved its part back by {:.1} mm", way * 1e3));
     }
     for (link, fault) in ["robot 1", "robot 2", "the sensor"].iter().zip(ended.faults) {
         if let Some(fault) = fault {
@@ -510,6 +559,20 @@ fn leave_traces(plan: &Plan, ended: &Ended, args: &DriveArgs) -> miette::Result<
     report(plan, ended, &expected, args)
 }
 
+/// The answer of `--check`.
+fn report_checks(plan: &Plan, ended: &Ended, args: &DriveArgs) -> Exit {
+    if args.json {
+        say(crate::words::json(&answer(plan, ended)));
+    } else {
+        say(checklist_text(&ended.checklist));
+        let checks = ended.checklist.checks();
+        let count = |answer: Answer| checks.iter().filter(|check| check.answer() == answer).count();
+        let [passed, failed, open] = [Answer::Passed, Answer::Failed, Answer::Open].map(count);
+        say(format!("\n{passed} checks passed, {failed} failed, {open} without an answer; nothing has moved"));
+    }
+    if outcome(plan, ended) == Outcome::Checked { Exit::Done } else { Exit::Incomplete }
+}
+
 /// A rule that was met, with its limit and the value that met it.
 fn rule_in_words(plan: &Plan, stop: Stop) -> String {
     let row = stop.rule.row();
@@ -528,6 +591,8 @@ enum Outcome {
     NotCompleted,
     /// Not begun.
     Refused,
+    /// The checks were asked for, and have passed.
+    Checked,
 }
 
 impl Outcome {
@@ -537,13 +602,14 @@ impl Outcome {
             Self::Fail => "fail",
             Self::NotCompleted => "not_completed",
             Self::Refused => "refused",
+            Self::Checked => "checked",
         }
     }
 
     /// The exit code, whatever the options.
     fn exit(self) -> Exit {
         match self {
-            Self::Pass => Exit::Done,
+            Self::Pass | Self::Checked => Exit::Done,
             Self::Fail => Exit::NotVerified,
             Self::NotCompleted | Self::Refused => Exit::Incomplete,
         }
@@ -553,6 +619,7 @@ impl Outcome {
 fn outcome(plan: &Plan, ended: &Ended) -> Outcome {
     match ended.last.cause {
         _ if ended.refusal.is_some() => Outcome::Refused,
+        StopCause::Checked => Outcome::Checked,
         StopCause::Completed if succeeds(&plan.task.plant.task, &ended.metrics) => Outcome::Pass,
         StopCause::Completed => Outcome::Fail,
         _ => Outcome::NotCompleted,
@@ -572,7 +639,7 @@ fn report(plan: &Plan, ended: &Ended, band: &band::Band, args: &DriveArgs) -> mi
         let verdict = match outcome(plan, ended) {
             Outcome::Pass => "PASS",
             Outcome::Fail => "FAIL",
-            Outcome::NotCompleted | Outcome::Refused => "NOT COMPLETED, no verdict",
+            Outcome::NotCompleted | Outcome::Refused | Outcome::Checked => "NOT COMPLETED, no verdict",
         };
         say(format!(
             "\nthe run    {verdict}; the model passes {} of {} drives of this draw",

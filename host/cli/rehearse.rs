@@ -42,7 +42,7 @@ pub(crate) fn proposed(
         .map(|run| {
             let params = campaign.draw(run).params;
             let (plant, station) = (Arc::clone(&plant), Arc::clone(&station));
-            let task = Task { plant, station, run, params, armed: false, to_start: true };
+            let task = Task::new(plant, station, run, params);
             let log = folder.path().join(format!("{run}.parquet"));
             Ok(rehearsal(campaign, &task, &log)?.then_some((run, log)))
         })

@@ -33,13 +33,14 @@ pub(crate) fn replay_log(args: &ReplayArgs) -> miette::Result<Exit> {
     }
     let station = Arc::new(Station::load(&facility).map_err(explain)?);
     let (run, cycle) = (number(&said("run")?)?, Nanos(number(&said("cycle_ns")?)? as i64));
+    let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+    let asked = |key: &str| log.prologue.provenance.get(key);
     let task = Task {
-        plant: Arc::new(Plant::new(campaign.scenario.model.clone())),
-        station,
-        run,
-        params: campaign.draw(run).params,
         armed: said("armed")? == "true",
         to_start: said("to_start")? == "true",
+        check_only: asked("check_only").is_some_and(|value| value == "true"),
+        retract: asked("retract_m").map_or(Ok(0.0), |value| real(value))?,
+        ..Task::new(plant, station, run, campaign.draw(run).params)
     };
     let robot = Capabilities { cycle, master: true, rail: true, torque: false, pose: true };
     let replayed = replay(task, [robot; 2], log.records.iter().copied()).into_diagnostic()?;
@@ -78,6 +79,10 @@ fn tell_delays(records: &[CycleRecord], cycle: Nanos) {
 fn said(prologue: &Prologue, key: &str) -> miette::Result<String> {
     let message = || refuse(format!("the log does not say its `{key}`"), "it was not written by `softdock drive`");
     prologue.provenance.get(key).cloned().ok_or_else(message)
+}
+
+fn real(text: &str) -> miette::Result<f64> {
+    text.parse().map_err(|_| refuse(format!("`{text}` is no number"), "the log's metadata are damaged"))
 }
 
 fn number(text: &str) -> miette::Result<u64> {

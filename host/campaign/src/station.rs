@@ -94,6 +94,10 @@ pub struct StationSensor {
     pub tool_centre: Vec3<f64>,
     /// Greatest force and moment that it may read at rest beside the tool's weight \[N\], \[N m\].
     pub bias: [f64; 2],
+    /// Angle by which a session turns the tool to weigh it in a second attitude \[rad\]; 0: it does not.
+    pub weighing_turn: f64,
+    /// Greatest change of force and moment there beyond that of the tool's weight \[N\], \[N m\].
+    pub weighing: [f64; 2],
     /// Measured force above which the parts count as touching \[N\].
     pub touch_force: f64,
 }
@@ -309,6 +313,11 @@ fn sensor(c: &mut Checker, table: &SensorTable) -> StationSensor {
         bias: [
             c.number_or(&table.bias, 100.0, "N", Range::above(0.0, FORCE)),
             c.number_or(&table.bias_moment, 10.0, "N m", Range::above(0.0, FORCE)),
+        ],
+        weighing_turn: c.number_or(&table.weighing_turn, 15f64.to_radians(), "rad", Range::within(0.0, ANGLE / 4.0)),
+        weighing: [
+            c.number_or(&table.weighing, 5.0, "N", Range::above(0.0, FORCE)),
+            c.number_or(&table.weighing_moment, 1.0, "N m", Range::above(0.0, FORCE)),
         ],
         touch_force: c.number_or(&table.touch_force, 5.0, "N", Range::above(0.0, FORCE)),
     }

@@ -19,13 +19,18 @@ Without --arm nothing real moves: the real links are exercised, and emulated rob
 robots wait for GO (the key g) once every check has passed. A stop key,
 Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
 
-Exit codes: 0 the run meets every criterion of the task, 1 it does not, 2 bad input, 3 it was stopped or did not begin.
+Before that, --check makes every check of the start-up on the real links and prints the list.
+
+Exit codes: 0 the run meets every criterion of the task (or every check has passed), 1 it does not, 2 bad input, 3 it was
+stopped or did not begin.
 
 Examples:
   softdock drive campaigns/probe_drogue.toml --run 1244 --virtual
   softdock drive campaigns/probe_drogue.toml --experiment results/diagnose_probe_drogue/experiment.toml --virtual
   softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
-    --ft netft://192.168.1.1 --to-start --arm")]
+    --ft netft://192.168.1.1 --to-start --check
+  softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
+    --ft netft://192.168.1.1 --to-start --arm --retract 50")]
 pub(crate) struct DriveArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
@@ -59,9 +64,15 @@ pub(crate) struct DriveArgs {
     /// Ask the real robots for nothing, whatever comes; the default.
     #[arg(long, conflicts_with = "arm")]
     pub(crate) dry_run: bool,
+    /// Make every check of the start-up on the links, print the list with values and limits, and move nothing.
+    #[arg(long, conflicts_with_all = ["arm", "experiment"])]
+    pub(crate) check: bool,
     /// Move the real robots.
     #[arg(long)]
     pub(crate) arm: bool,
+    /// After a stop, move robot 1 straight back along the approach by so many millimetres, 1 to 500.
+    #[arg(long, value_name = "MM", value_parser = way_back)]
+    pub(crate) retract: Option<f64>,
     /// Let armed robots move as soon as every check has passed, without anybody's GO; for tests.
     #[arg(long, requires = "arm")]
     pub(crate) go_after_check: bool,
@@ -92,6 +103,12 @@ pub(crate) struct DriveArgs {
     /// Answer in JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A way back in millimetres.
+fn way_back(text: &str) -> Result<f64, String> {
+    let way: f64 = text.parse().map_err(|_| "write a number of millimetres, 1 to 500".to_owned())?;
+    if (1.0..=500.0).contains(&way) { Ok(way) } else { Err("write 1 to 500 millimetres".to_owned()) }
 }
 
 /// Arguments of `emulate`.

@@ -20,7 +20,7 @@ fn measured(between: Between, seconds: f64, realtime: Realtime) -> Latency {
     let run = 1244;
     let params = campaign.draw(run).params;
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-    let task = Task { plant, station: Arc::new(station), run, params, armed: true, to_start: true };
+    let task = Task { armed: true, ..Task::new(plant, Arc::new(station), run, params) };
     measure(&task, philox::key(campaign.seed), between, seconds, realtime).expect("a measurement")
 }
 

@@ -45,7 +45,7 @@ fn docking() -> (Task, World) {
     let (run, key) = (1244, philox::key(campaign.seed));
     let params = campaign.draw(run).params;
     let world = World::new(&plant, &station, key, run, &params, Wrench::zero()).expect("in reach");
-    (Task { plant, station: Arc::new(station), run, params, armed: true, to_start: true }, world)
+    (Task { armed: true, ..Task::new(plant, Arc::new(station), run, params) }, world)
 }
 
 /// Cycles of a session to its end, every one of them without the heap; the phases met.

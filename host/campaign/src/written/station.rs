@@ -112,6 +112,12 @@ pub(crate) struct SensorTable {
     pub(crate) bias: Option<Quantity>,
     /// Greatest moment that it may read at rest beside the tool's weight; default 10 N m.
     pub(crate) bias_moment: Option<Quantity>,
+    /// Angle by which a session on the robots turns the tool to weigh it in a second attitude, 0 for never; default 15 deg.
+    pub(crate) weighing_turn: Option<Quantity>,
+    /// Greatest change of the force there beyond that of the tool's weight; default 5 N.
+    pub(crate) weighing: Option<Quantity>,
+    /// Greatest change of the moment there beyond that of the tool's weight; default 1 N m.
+    pub(crate) weighing_moment: Option<Quantity>,
     /// Measured force above which the parts count as touching; default 5 N.
     pub(crate) touch_force: Option<Quantity>,
 }

@@ -3,11 +3,13 @@
 //! Pure: the same inputs give the same orders and the same record, bit for bit, whatever clock and links stand around.
 
 mod noting;
+mod retracting;
 mod starting;
 
+use super::checklist::{Check, Checklist};
 use super::guard::{Alarm, Found, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
-use super::start::{Refusal, StartUp, apart, moved};
+use super::start::{StartUp, Weighing, apart, moved};
 use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
@@ -17,6 +19,7 @@ use crate::log::table::Logged;
 use crate::sensing::Sensing;
 use crate::signals::{AXES, Capabilities, ForceSample, LinkCounters, Order, RobotState};
 use crate::time::Nanos;
+use retracting::Retreat;
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::frame::single::{Measured, Progress, Reading, SimulationComputer, simulation_computer};
@@ -26,7 +29,8 @@ use softdock_kernels::outcome::Stop;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts, Wrench};
-use softdock_kernels::vector::Pose;
+use softdock_kernels::vector::{Pose, Vec3};
+use starting::Leg;
 use std::sync::Arc;
 
 /// Duration of the run-in from rest, half of it at constant speed \[s\].
@@ -51,6 +55,17 @@ pub struct Task {
     pub armed: bool,
     /// Robots away from the start of the run are moved there.
     pub to_start: bool,
+    /// The checks of the start-up alone: nothing moves.
+    pub check_only: bool,
+    /// After a stop robot 1 moves its part back along the approach by so much \[m\]; 0: it stays.
+    pub retract: f64,
+}
+
+impl Task {
+    /// A run that moves emulated robots from wherever they stand.
+    pub fn new(plant: Arc<Plant>, station: Arc<Station>, run: u64, params: Params<f64>) -> Self {
+        Self { plant, station, run, params, armed: false, to_start: true, check_only: false, retract: 0.0 }
+    }
 }
 
 /// What came over the links of those who take the commands, or of those who are only exercised.
@@ -142,12 +157,15 @@ enum State {
         way: JointMove,
         begun: Nanos,
     },
+    /// Robot 1 turns its tool, reads the sensor and turns it back.
+    Weighing {
+        way: JointMove,
+        begun: Nanos,
+        leg: Leg,
+    },
     Taring {
         begun: Nanos,
-        sum: Wrench<f64>,
-        least: f64,
-        most: f64,
-        samples: u32,
+        weighing: Weighing,
     },
     RunIn {
         cycles: u32,
@@ -158,6 +176,11 @@ enum State {
         port_energy: f64,
     },
     Stopping,
+    /// After a stop, robot 1 moves its part back along the approach.
+    Retracting {
+        retreat: Retreat,
+        begun: Nanos,
+    },
     Ending {
         cycles: u32,
     },
@@ -170,8 +193,6 @@ struct Read {
     measured: Measured,
     /// Wrench on part A of the sample farthest from those before.
     peak: Wrench<f64>,
-    /// There is a tare.
-    tared: bool,
 }
 
 /// The drive's decisions.
@@ -179,6 +200,8 @@ pub struct Core {
     task: Task,
     arms: Arms,
     sensing: Sensing,
+    /// The sensor has its tare.
+    tared: bool,
     computer: Box<dyn SimulationComputer>,
     run_in: RunIn,
     limits: [AxisLimits; AXES],
@@ -201,7 +224,13 @@ pub struct Core {
     ready: bool,
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
-    refusal: Option<Refusal>,
+    refusal: Option<Check>,
+    /// The checks of the start-up with what they have found so far.
+    checklist: Checklist,
+    /// Direction of part A's first motion beside part B's, laboratory.
+    approach: Vec3<f64>,
+    /// How far robot 1 has moved its part back after the stop; none before it does \[m\].
+    retracted: Option<f64>,
     /// When the session was stopped, and why.
     stopped: Option<(Nanos, Alarm)>,
     record: CycleRecord,
@@ -231,6 +260,7 @@ impl Core {
         Ok(Self {
             limits: arms.limits(&task.station),
             sensing: Sensing::new(&task.station),
+            tared: false,
             arms,
             computer,
             run_in,
@@ -248,6 +278,9 @@ impl Core {
             dead: [false; 2],
             begun_at: [[0.0; AXES]; 2],
             refusal: None,
+            checklist: Checklist::default(),
+            approach: approach(&commanded),
+            retracted: None,
             stopped: None,
             record,
             task,
@@ -280,8 +313,18 @@ impl Core {
     }
 
     /// Why the drive did not begin, if it did not.
-    pub fn refusal(&self) -> Option<Refusal> {
+    pub fn refusal(&self) -> Option<Check> {
         self.refusal
+    }
+
+    /// The checks of the start-up with what they have found so far; in a dry run those of the real links.
+    pub fn checklist(&self) -> &Checklist {
+        &self.checklist
+    }
+
+    /// How far robot 1 has moved its part back after the stop \[m\].
+    pub fn retracted(&self) -> Option<f64> {
+        self.retracted
     }
 
     /// When the session was stopped, since its start, and why.
@@ -334,7 +377,7 @@ impl Core {
         if let Some(alarm) = self.alarm(inputs, &read) {
             self.stop(alarm);
         }
-        let orders = self.decide(inputs, read.tared.then_some(read.measured));
+        let orders = self.decide(inputs, self.tared.then_some(read.measured));
         self.note(&orders);
         orders
     }
@@ -379,10 +422,8 @@ impl Core {
         let wrench = self.sensing.on_part(ft.raw, &parts.a);
         ft.compensated = wrench;
         let peak = self.sensing.on_part(ft.peak, &parts.a);
-        let tared =
-            matches!(self.state, State::RunIn { .. } | State::Running | State::Closing { .. } | State::Stopping);
         let saturated = inputs.moved.sample.is_some_and(|sample| sample.saturated);
-        Read { measured: Measured { parts, wrench, saturated }, peak, tared }
+        Read { measured: Measured { parts, wrench, saturated }, peak }
     }
 
     /// The first reason to stop; none while nothing moves yet or any more.
@@ -401,7 +442,8 @@ impl Core {
             return Some(alarm);
         }
         let running = matches!(self.state, State::Running);
-        let stopping = matches!(self.state, State::Closing { .. } | State::Stopping);
+        let retracting = matches!(self.state, State::Retracting { .. });
+        let stopping = matches!(self.state, State::Closing { .. } | State::Stopping) || retracting;
         let seen = Seen {
             now: inputs.now,
             wrenches: [read.measured.wrench, read.peak],
@@ -411,13 +453,13 @@ impl Core {
             lost: std::array::from_fn(|r| inputs.moved.links[r].lost),
             sample: inputs.moved.sample.as_ref(),
             stopping,
-            measured: read.tared.then_some(&read.measured),
+            measured: self.tared.then_some(&read.measured),
             commanded: &self.commanded,
             progress: running.then(|| self.computer.progress()),
         };
         let alarm = self.guard.as_mut()?.check(&seen)?;
-        // And of the links only a dead one does.
-        (!stopping || alarm.dead.is_some()).then_some(alarm)
+        // And of the links only a dead one does; a retract is a motion like any other.
+        (!stopping || retracting || alarm.dead.is_some()).then_some(alarm)
     }
 
     /// How far the robots' tools are from what was sent to them by now.
@@ -478,6 +520,7 @@ impl Core {
             State::StartUp => self.start_up(inputs),
             State::Enabling { begun } => self.enable(begun, inputs.now),
             State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
+            State::Weighing { .. } => self.weigh(inputs),
             State::Taring { .. } => self.tare(inputs),
             State::RunIn { cycles } => {
                 // Cycle by cycle, as the run itself goes on: after a late cycle no command jumps. It is for the cycle's end.
@@ -498,6 +541,7 @@ impl Core {
                 self.ramp_down()
             }
             State::Stopping => self.ramp_down(),
+            State::Retracting { retreat, begun } => self.retract(&retreat, begun, inputs.now, net),
             State::Ending { cycles } => self.end(cycles),
             State::Over => Orders { moved: [None; 2], stopping: true, over: true },
         }
@@ -593,7 +637,9 @@ impl Core {
         let still = (0..2).all(|r| limiters[r].at_rest() && (!moving[r] || self.dead[r]));
         let late = self.stopped.is_some_and(|(begun, _)| (self.record.time - begun).seconds() > LONGEST_STOP);
         if still || late {
-            self.state = State::Ending { cycles: 0 };
+            let retreat = self.retreat().filter(|_| still);
+            let begun = self.record.time;
+            self.state = retreat.map_or(State::Ending { cycles: 0 }, |retreat| State::Retracting { retreat, begun });
         }
         self.orders(sent)
     }
@@ -615,6 +661,13 @@ impl Core {
             over: false,
         }
     }
+}
+
+/// Direction of part A's motion beside part B's, or from part B to part A and back where nothing moves.
+fn approach(first: &Parts<f64>) -> Vec3<f64> {
+    let (speed, apart) = (first.a.velocity - first.b.velocity, first.b.position - first.a.position);
+    let way = if speed.norm() > 1e-6 { speed } else { apart };
+    way * (1.0 / way.norm().max(1e-12))
 }
 
 fn pose(motion: &Motion<f64>) -> Pose<f64> {

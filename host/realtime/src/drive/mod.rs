@@ -3,6 +3,7 @@
 //! [`core`] decides, from what the links have brought, what the robots are told: no link, no clock and no surprise, so
 //! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
 
+pub mod checklist;
 pub mod core;
 pub mod delay;
 pub mod guard;

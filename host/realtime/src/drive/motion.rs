@@ -42,7 +42,7 @@ impl JointMove {
     /// Where the axes shall be at a time after its begin \[s\].
     pub fn at(&self, time: f64) -> [[f64; AXES]; 2] {
         let u = if self.duration > 0.0 { (time / self.duration).clamp(0.0, 1.0) } else { 1.0 };
-        let share = u * u * u * (u * (6.0 * u - 15.0) + 10.0);
+        let share = unit_move(u);
         let place = |from: f64, to: f64| if u >= 1.0 { to } else { (to - from).mul_add(share, from) };
         std::array::from_fn(|r| std::array::from_fn(|i| place(self.from[r][i], self.to[r][i])))
     }
@@ -51,6 +51,12 @@ impl JointMove {
     pub fn duration(&self) -> f64 {
         self.duration
     }
+}
+
+/// Share of a move from rest to rest at a share of its time: 6 u^5 - 15 u^4 + 10 u^3.
+pub(super) fn unit_move(time: f64) -> f64 {
+    let u = time.clamp(0.0, 1.0);
+    u * u * u * (u * (6.0 * u - 15.0) + 10.0)
 }
 
 /// From rest onto the first motion of a run: along its twist, speed rising as u^2 (3 - 2 u), then at constant speed for as

@@ -1,144 +1,46 @@
 //! What is checked before anything moves: links whole, rates as configured, poses as computed, sensor quiet.
 
+use super::checklist::{Answer, Check, Checklist, What};
+use super::motion::JointMove;
 use crate::arms::Arms;
-use crate::log::codes::robot_flags;
+use crate::log::codes::{force_flags, robot_flags};
 use crate::log::record::{CycleRecord, ForceRecord, RobotRecord};
-use crate::signals::{AXES, Capabilities, RAIL, axis_name, of_axis};
+use crate::sensing::Sensing;
+use crate::signals::{AXES, Capabilities, RAIL, of_axis};
 use crate::time::Nanos;
+use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
+use softdock_kernels::contact::overlap::deepest_overlap;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
-use std::fmt;
 
-/// Cycles in a row that must come without loss.
-pub const GOOD_CYCLES: u32 = 100;
+/// Reports in a row that must come without loss.
+pub const GOOD_REPORTS: u32 = 100;
+/// Fewest of them of a robot that is slower than the master.
+const FEWEST_REPORTS: u32 = 10;
 /// Cycles after which the links have had their chance.
 pub const LAST_CYCLE: u64 = 2500;
 /// Our forward kinematics and the robot's agree this well \[m\], \[rad\].
 pub const POSE_TOLERANCE: [f64; 2] = [1e-3, 0.2 * std::f64::consts::PI / 180.0];
 /// A run begins this near to its start pose \[m\], \[rad\].
 pub const START_TOLERANCE: [f64; 2] = POSE_TOLERANCE;
-/// The measured rate is the configured one to this share.
-const RATE_TOLERANCE: f64 = 0.05;
-
-/// Why a drive does not begin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refusal {
-    /// No reports of robot 1 or 2.
-    NoRobot(usize),
-    /// No samples of the sensor.
-    NoSensor,
-    /// Packets of robot 1 or 2 keep getting lost.
-    Lossy(usize),
-    /// A robot's cycle is not the configured one: robot, measured and configured \[s\].
-    Rate(usize, f64, f64),
-    /// A robot is not ready to follow.
-    NotReady(usize),
-    /// The robot's own pose of its tool differs from ours: robot, distance \[m\], angle \[rad\].
-    Pose(usize, f64, f64),
-    /// An axis stands outside its limits: robot, axis, position.
-    Outside(usize, usize, f64),
-    /// The parts are not at the start of the run: robot, distance \[m\], angle \[rad\].
-    NotAtStart(usize, f64, f64),
-    /// The start of the run is beyond a robot's reach or limits: robot.
-    Unreachable(usize),
-    /// The sensor's samples are invalid or saturated.
-    BadSensor,
-    /// At rest without contact the sensor's force spreads more than this \[N\].
-    Restless(f64),
-    /// At rest the sensor reads more beside the tool's weight than it may \[N\], \[N m\], and what it may.
-    Bias([f64; 2], [f64; 2]),
-    /// The link of robot 1 or 2, or of the sensor (3), cannot go on.
-    Link(usize),
-    /// A robot's set-point has moved while it was told to stay: robot, axis, by how much.
-    Moved(usize, usize, f64),
-    /// A robot stands away from its own set-point: robot, axis, by how much.
-    Servo(usize, usize, f64),
-    /// Somebody else sends to the port of robot 1 or 2: how many datagrams.
-    Stranger(usize, u64),
-}
-
-/// A robot whose set-point moves by so much while it is told to stay is moved by somebody else \[rad\], \[m\].
+/// A robot whose set-point moves by so much while no motion is commanded is moved by somebody else \[rad\], \[m\].
 const STAYS: [f64; 2] = [1e-3, 1e-3];
 /// A robot at rest is so near to its own set-point \[rad\], \[m\].
 const SERVO_ERROR: [f64; 2] = [0.01, 5e-3];
-
-/// A way of an axis in the unit that users read.
-fn way(axis: usize, by: f64) -> String {
-    if axis == RAIL { format!("{:.2} mm", by * 1e3) } else { format!("{:.3} deg", by.to_degrees()) }
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (mm, deg) = (|v: &f64| v * 1e3, |v: &f64| v.to_degrees());
-        match self {
-            Self::NoRobot(r) => {
-                write!(f, "robot {r} sends nothing: is its program running, and is this the address that it sends to?")
-            }
-            Self::NoSensor => {
-                write!(f, "the sensor sends nothing: check its address, and that no other computer has its stream")
-            }
-            Self::Lossy(r) => write!(
-                f,
-                "packets of robot {r} get lost: {GOOD_CYCLES} cycles in a row never came whole; check cable, switch and load"
-            ),
-            Self::Rate(r, measured, wanted) => {
-                let (measured, wanted) = (measured * 1e3, wanted * 1e3);
-                write!(f, "robot {r} has a cycle of {measured:.3} ms, {wanted:.3} ms is configured")
-            }
-            Self::NotReady(r) => write!(f, "robot {r} does not follow commands: drives off, a fault, or a stop"),
-            Self::Pose(r, d, a) => write!(
-                f,
-                "robot {r} reports its tool {:.2} mm and {:.3} deg from where its joints put it by our model (1 mm and 0.2 deg \
-                 are allowed): check robot model, [joints] zero, and tool_position and tool_rotation of the facility file",
-                mm(d),
-                deg(a)
-            ),
-            Self::Outside(r, axis, at) => {
-                let name = axis_name(*axis);
-                write!(f, "{name} of robot {r} stands at {at:.4}, outside its limits: move it by hand")
-            }
-            Self::NotAtStart(r, d, a) => write!(
-                f,
-                "robot {r} holds its part {:.2} mm and {:.3} deg from the start of the run (1 mm and 0.2 deg are allowed): \
-                 move it there with --to-start --arm",
-                mm(d),
-                deg(a)
-            ),
-            Self::Unreachable(r) => write!(
-                f,
-                "robot {r} cannot reach the start of this run within its limits: move its base, or take another run"
-            ),
-            Self::BadSensor => write!(f, "the sensor's samples are invalid or saturated: see its status"),
-            Self::Bias([force, moment], [most_force, most_moment]) => write!(
-                f,
-                "at rest the sensor reads {force:.1} N and {moment:.2} N m beside the weight of its tool ({most_force} N and \
-                 {most_moment} N m are allowed): check tool_mass, tool_centre and the axes of [sensor] in the facility file, \
-                 what lies against the tool, and the sensor's own bias"
-            ),
-            Self::Link(3) => write!(f, "the link of the sensor cannot go on"),
-            Self::Link(r) => write!(f, "the link of robot {r} cannot go on"),
-            Self::Moved(r, axis, by) => write!(
-                f,
-                "{} of robot {r} was moved by {} while it was told to stay: somebody else moves it, or its controller has \
-                 begun a new session; begin again",
-                axis_name(*axis),
-                way(*axis, *by)
-            ),
-            Self::Servo(r, axis, by) => write!(
-                f,
-                "{} of robot {r} stands {} from its own set-point: brakes closed, drives off, or something holds it",
-                axis_name(*axis),
-                way(*axis, *by)
-            ),
-            Self::Stranger(r, count) => {
-                write!(f, "{count} datagrams of somebody else have come for robot {r}: find out who, and begin again")
-            }
-            Self::Restless(n) => {
-                write!(f, "at rest the measured force spreads by {n:.1} N: something touches or vibrates")
-            }
-        }
-    }
-}
+/// Greatest difference between the rates of a robot's clock and ours.
+const CLOCK_TOLERANCE: f64 = 0.02;
+/// A stamp that goes at another rate than this counts cycles, not time.
+const COUNTS_TIME: std::ops::Range<f64> = 0.5..2.0;
+/// A report counts as lost when it is later than this share of a cycle after the last one.
+const GAP: f64 = 1.6;
+/// Spread of the force that still counts as rest, as a multiple of the touch force.
+pub(super) const RESTLESS: f64 = 2.0;
+/// Samples of a weighing.
+const WEIGHING_SAMPLES: u32 = 100;
+/// Poses of a way at which the distance of the parts is computed.
+const WAY_POSES: u32 = 100;
 
 /// Distance \[m\] and angle \[rad\] between two poses.
 pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
@@ -149,12 +51,107 @@ pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
 /// What the start-up has seen of one robot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seen {
+    /// Reports since the last gap, and what the robot counted as late when they began.
     good: u32,
-    /// Arrival of its first report and of its last one, and how many it had sent by then, as our link counts them.
-    first: Option<(Nanos, u64)>,
-    last: (Nanos, u64),
+    late_answers: u32,
+    /// Arrival, stamp and number of its first report and of its last one; the number counts lost reports as well.
+    first: Option<Report>,
+    last: Report,
     /// Set-point of its first report.
     set_point: [f64; AXES],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Report {
+    received: Nanos,
+    stamp: Nanos,
+    number: u64,
+}
+
+impl Seen {
+    /// Takes a cycle's record of the robot; `period` is the longer one of its cycle and the master's.
+    fn take(&mut self, robot: &RobotRecord, now: Nanos, period: Nanos) {
+        let gap = |until: Nanos| (until - self.last.received).0 as f64 > GAP * period.0 as f64;
+        if robot.flags & robot_flags::FRESH == 0 {
+            if gap(now) {
+                self.good = 0;
+            }
+            return;
+        }
+        if self.first.is_none() {
+            self.set_point = robot.set_point();
+        }
+        if self.good == 0 || gap(robot.received) {
+            (self.good, self.late_answers) = (0, robot.late_answers);
+        }
+        self.good += 1;
+        let number = robot.link.received + robot.link.lost;
+        self.last = Report { received: robot.received, stamp: robot.stamp, number };
+        self.first.get_or_insert(self.last);
+    }
+
+    /// Its mean period by its own count of reports \[s\]; links that count nothing, and a handful of reports, show none.
+    fn period(&self) -> f64 {
+        let Some(first) = self.first else { return f64::NAN };
+        let sent = self.last.number - first.number;
+        if sent >= 50 { (self.last.received - first.received).seconds() / sent as f64 } else { f64::NAN }
+    }
+
+    /// Difference of the rates of its clock and ours, where its stamp is a time.
+    fn clock(&self) -> f64 {
+        let Some(first) = self.first.filter(|first| self.last.number >= first.number + 50) else { return f64::NAN };
+        let rate = (self.last.stamp - first.stamp).0 as f64 / (self.last.received - first.received).0 as f64;
+        if COUNTS_TIME.contains(&rate) { (rate - 1.0).abs() } else { f64::NAN }
+    }
+}
+
+/// Mean and spread of a sensor at rest, the weight of its tool taken off.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighing {
+    sum: Wrench<f64>,
+    least: f64,
+    most: f64,
+    samples: u32,
+}
+
+impl Default for Weighing {
+    fn default() -> Self {
+        Self { sum: Wrench::zero(), least: f64::INFINITY, most: 0.0, samples: 0 }
+    }
+}
+
+impl Weighing {
+    /// Takes a reading without the weight of the tool, sensor axes.
+    pub fn take(&mut self, net: Wrench<f64>) {
+        let force = net.force.norm();
+        (self.sum, self.samples) = (self.sum + net, self.samples + 1);
+        (self.least, self.most) = (self.least.min(force), self.most.max(force));
+    }
+
+    /// Mean of the readings; NaN without one.
+    pub fn mean(&self) -> Wrench<f64> {
+        self.sum.scale_add(1.0 / f64::from(self.samples), Wrench::zero())
+    }
+
+    /// Difference between the greatest and the least force \[N\]; NaN without a reading.
+    pub fn spread(&self) -> f64 {
+        if self.samples == 0 { f64::NAN } else { self.most - self.least }
+    }
+
+    /// Number of readings.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// The checks of a sensor at rest: spread, force and moment, each with its limit.
+    pub fn checks(&self, station: &Station) -> [Check; 3] {
+        let (mean, sensor) = (self.mean(), &station.sensor);
+        [
+            Check::new(What::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
+            Check::new(What::RestForce, mean.force.norm(), sensor.bias[0]),
+            Check::new(What::RestMoment, mean.moment.norm(), sensor.bias[1]),
+        ]
+    }
 }
 
 /// The links that a start-up checks, as a cycle has left them.
@@ -180,126 +177,215 @@ impl<'a> Watched<'a> {
     }
 }
 
+/// What the links are compared with.
+#[derive(Clone, Copy)]
+pub struct Cell<'a> {
+    /// The robots in their places.
+    pub arms: &'a Arms,
+    /// Limits of the axes as the controllers count them.
+    pub limits: &'a [AxisLimits; AXES],
+    /// What the robots can do.
+    pub robots: &'a [Capabilities; 2],
+    /// The facility.
+    pub station: &'a Station,
+    /// The scenario.
+    pub plant: &'a Plant,
+    /// The sensor.
+    pub sensing: &'a Sensing,
+    /// Where the parts are at the start of the run-in, at rest.
+    pub start: &'a Parts<f64>,
+    /// The robots are moved there first.
+    pub to_start: bool,
+    /// Start of the cycle since the start of the session.
+    pub now: Nanos,
+}
+
 /// The checks at start-up, cycle by cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartUp {
     robots: [Seen; 2],
-    samples: u32,
+    samples: u64,
+    weighings: [Weighing; 2],
     cycles: u64,
+    clearance: Option<f64>,
 }
 
 impl StartUp {
-    /// One more cycle; an answer once all checks have passed, or one has failed.
-    pub fn check(
-        &mut self,
-        links: &Watched,
-        arms: &Arms,
-        limits: &[AxisLimits; AXES],
-        robots: &[Capabilities; 2],
-    ) -> Option<Result<(), Refusal>> {
+    /// One more cycle; the list once every check has an answer, or one that ends the start-up at once has failed.
+    pub fn check(&mut self, links: &Watched, cell: &Cell) -> Option<Checklist> {
         self.cycles += 1;
-        for (seen, robot) in self.robots.iter_mut().zip(links.robots) {
-            let fresh = robot.flags & robot_flags::FRESH != 0;
-            if fresh {
-                if seen.first.is_none() {
-                    seen.set_point = robot.set_point();
-                }
-                seen.last = (robot.received, robot.link.received + robot.link.lost);
-                seen.first.get_or_insert(seen.last);
-            }
-            seen.good = if fresh { seen.good + 1 } else { 0 };
+        let master = cell.robots[0].cycle;
+        for ((seen, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
+            seen.take(robot, cell.now, can.cycle.max(master));
         }
-        if let Some(refusal) = self.disturbed(links) {
-            return Some(Err(refusal));
+        if links.sensor.flags & force_flags::FRESH != 0 {
+            self.samples += 1;
+            self.weigh(links, cell);
         }
-        self.samples += u32::from(links.sensor.flags & crate::log::codes::force_flags::FRESH != 0);
-        let slower = robots.map(|robot| robot.cycle.0 as f64 / robots[0].cycle.0 as f64);
-        // A robot slower than the master is not fresh in every cycle of it.
-        let whole =
-            (0..2).all(|r| self.robots[r].good >= GOOD_CYCLES || slower[r] > 1.01 && self.robots[r].first.is_some());
-        if whole && self.samples > 0 && self.cycles >= u64::from(GOOD_CYCLES) {
+        let good = (0..2).all(|r| self.robots[r].good >= reports_wanted(cell.robots, r));
+        let whole = good && self.samples > 0 && self.cycles >= u64::from(GOOD_REPORTS);
+        if whole {
             // Whoever waits for GO has all the time, and may lose a packet over it.
-            self.cycles = u64::from(GOOD_CYCLES);
-            return Some(self.verdict(links, arms, limits, robots));
+            self.cycles = u64::from(GOOD_REPORTS);
         }
-        (self.cycles >= LAST_CYCLE).then(|| Err(self.missing(robots)))
+        let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == Answer::Failed);
+        let settled = whole || self.cycles >= LAST_CYCLE;
+        (settled || disturbed).then(|| self.list(links, cell, settled))
     }
 
-    /// What ends the start-up at once: a link that cannot go on, a robot that somebody else moves or writes to.
-    fn disturbed(&self, links: &Watched) -> Option<Refusal> {
-        if let Some(link) = links.broken.iter().position(|broken| *broken) {
-            return Some(if link == 2 && self.samples == 0 { Refusal::NoSensor } else { Refusal::Link(link + 1) });
+    /// The readings of the last hundred samples, or so.
+    fn weigh(&mut self, links: &Watched, cell: &Cell) {
+        if self.weighings[0].samples() >= WEIGHING_SAMPLES {
+            self.weighings = [Weighing::default(), self.weighings[0]];
         }
-        for (r, robot) in links.robots.into_iter().enumerate().filter(|(r, _)| self.robots[*r].first.is_some()) {
-            let (now, first) = (robot.set_point(), self.robots[r].set_point);
-            if let Some(i) = (0..AXES).find(|i| (now[*i] - first[*i]).abs() > of_axis(STAYS, *i)) {
-                return Some(Refusal::Moved(r + 1, i, (now[i] - first[i]).abs()));
-            }
-            if robot.link.foreign > 0 {
-                return Some(Refusal::Stranger(r + 1, robot.link.foreign));
-            }
-        }
-        None
+        let a = cell.arms.part_on(0, &links.robots[0].position, &[0.0; AXES]);
+        self.weighings[0].take(links.sensor.raw - cell.sensing.weight(&a));
     }
 
-    fn missing(&self, robots: &[Capabilities; 2]) -> Refusal {
-        match (0..2).find(|r| self.robots[*r].first.is_none()) {
-            Some(r) => Refusal::NoRobot(r + 1),
-            None if self.samples == 0 => Refusal::NoSensor,
-            None => (0..2)
-                .find_map(|r| self.off_rate(r, robots))
-                .unwrap_or(Refusal::Lossy(if self.robots[0].good < GOOD_CYCLES { 1 } else { 2 })),
-        }
+    /// What the sensor reads at rest, the weight of its tool taken off.
+    pub fn weighing(&self) -> Weighing {
+        let [now, before] = self.weighings;
+        if before.samples() > 0 { before } else { now }
     }
 
-    /// A robot that sends at another rate than it is configured for, by its own count of what it sends.
-    fn off_rate(&self, robot: usize, robots: &[Capabilities; 2]) -> Option<Refusal> {
-        let Seen { first: Some(first), last, .. } = self.robots[robot] else { return None };
-        let (sent, wanted) = (last.1 - first.1, robots[robot].cycle.seconds());
-        // Links that count nothing, and a handful of reports, tell no rate.
-        let measured = (last.0 - first.0).seconds() / sent as f64;
-        let is_off = sent >= 50 && (measured - wanted).abs() > RATE_TOLERANCE * wanted;
-        is_off.then_some(Refusal::Rate(robot + 1, measured, wanted))
+    /// The checks that end a start-up at once: links that cannot go on, robots that others move or write to.
+    fn disturbs(&self, links: &Watched) -> [Check; 7] {
+        let works = |broken: bool| f64::from(u8::from(!broken));
+        let of_robot = |r: usize| {
+            let (robot, seen) = (links.robots[r], &self.robots[r]);
+            let link = Check::of_robot(What::Link, r, works(links.broken[r]), 1.0);
+            let foreign = Check::of_robot(What::Foreign, r, robot.link.foreign as f64, 0.0);
+            let change = |i: usize| (robot.set_point()[i] - seen.set_point[i]).abs();
+            let still = worst_axis(What::Still, r, change, STAYS);
+            let value = if seen.first.is_some() { still.value } else { f64::NAN };
+            [link, foreign, Check { value, ..still }]
+        };
+        let ([a, b, c], [d, e, f]) = (of_robot(0), of_robot(1));
+        [a, d, Check::new(What::SensorLink, works(links.broken[2]), 1.0), b, e, c, f]
     }
 
-    fn verdict(
-        &self,
-        links: &Watched,
-        arms: &Arms,
-        limits: &[AxisLimits; AXES],
-        capabilities: &[Capabilities; 2],
-    ) -> Result<(), Refusal> {
-        for (r, robot) in links.robots.into_iter().enumerate() {
-            if let Some(refusal) = self.off_rate(r, capabilities) {
-                return Err(refusal);
-            }
-            if robot.flags & robot_flags::READY == 0 {
-                return Err(Refusal::NotReady(r + 1));
-            }
-            let error = |i: usize| (robot.position[i] - robot.set_point()[i]).abs();
-            if let Some(i) = (0..AXES).find(|i| error(*i) > of_axis(SERVO_ERROR, *i)) {
-                return Err(Refusal::Servo(r + 1, i, error(i)));
-            }
-            let axes = (0..AXES).find(|i| {
-                let at = robot.position[*i];
-                !(limits[*i].lower - 1e-9..=limits[*i].upper + 1e-9).contains(&at) && (*i < AXES - 1 || r == 0)
-            });
-            if let Some(i) = axes {
-                return Err(Refusal::Outside(r + 1, i, robot.position[i]));
-            }
-            if robot.flags & robot_flags::POSE != 0 {
-                let (distance, angle) = apart(&robot.tool, &arms.tool_pose(r, &robot.position));
-                if !(distance <= POSE_TOLERANCE[0] && angle <= POSE_TOLERANCE[1]) {
-                    return Err(Refusal::Pose(r + 1, distance, angle));
-                }
+    /// All checks, as far as their values are known; before the links are `settled`, what they have not brought yet
+    /// decides nothing.
+    fn list(&mut self, links: &Watched, cell: &Cell, settled: bool) -> Checklist {
+        let mut list = Checklist::default();
+        for r in 0..2 {
+            let seen = &self.robots[r];
+            let reports = seen.first.map_or(0, |first| seen.last.number - first.number + 1);
+            list.push(Check { decides: settled, ..Check::of_robot(What::Reports, r, reports as f64, 1.0) });
+        }
+        list.push(Check { decides: settled, ..Check::new(What::Samples, self.samples as f64, 1.0) });
+        self.disturbs(links).into_iter().for_each(|check| list.push(check));
+        self.of_links(links, cell, settled, &mut list);
+        for r in (0..2).filter(|r| self.robots[*r].first.is_some()) {
+            of_robot(r, links.robots[r], cell, &mut list);
+        }
+        if self.samples > 0 {
+            of_sensor(links.sensor, cell, &mut list);
+            self.weighing().checks(cell.station).into_iter().for_each(|check| list.push(check));
+            for what in [What::TurnedForce, What::TurnedMoment] {
+                let limit = cell.station.sensor.weighing[usize::from(what == What::TurnedMoment)];
+                list.push(Check::new(what, f64::NAN, limit));
             }
         }
-        let bad = crate::log::codes::force_flags::SATURATED | crate::log::codes::force_flags::INVALID;
-        if links.sensor.flags & bad != 0 {
-            return Err(Refusal::BadSensor);
+        if self.robots.iter().all(|seen| seen.first.is_some()) {
+            let value = *self.clearance.get_or_insert_with(|| clearance(links, cell));
+            list.push(Check::new(What::Clearance, value, 0.0));
         }
-        Ok(())
+        list
     }
+
+    /// Rates, losses and clocks.
+    fn of_links(&self, links: &Watched, cell: &Cell, settled: bool, list: &mut Checklist) {
+        let mut rows = |what: What, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
+            let decides = settled || what != What::Loss;
+            (0..2).for_each(|r| list.push(Check { decides, ..Check::of_robot(what, r, value(r), limit(r)) }));
+        };
+        rows(What::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
+        rows(What::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
+        let late = |r: usize| links.robots[r].late_answers.saturating_sub(self.robots[r].late_answers);
+        rows(What::Late, &|r| f64::from(late(r)), &|_| f64::from(cell.station.links.hold_cycles));
+        rows(What::Clock, &|r| self.robots[r].clock(), &|_| CLOCK_TOLERANCE);
+    }
+}
+
+/// Successive reports that a robot has to send: as many as the time of the master's gives.
+fn reports_wanted(robots: &[Capabilities; 2], robot: usize) -> u32 {
+    let slower = (robots[robot].cycle.0 as f64 / robots[0].cycle.0 as f64).max(1.0);
+    ((f64::from(GOOD_REPORTS) / slower) as u32).max(FEWEST_REPORTS)
+}
+
+/// Axes of a robot: the rail is robot 1's.
+fn axes(robot: usize) -> std::ops::Range<usize> {
+    0..if robot == 0 { AXES } else { RAIL }
+}
+
+/// The axis with the greatest share of its tolerance.
+fn worst_axis(what: What, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
+    let share = |i: &usize| value(*i) / of_axis(tolerance, *i);
+    let axis = axes(robot).rev().max_by(|i, j| share(i).total_cmp(&share(j))).unwrap_or(0);
+    Check { axis: Some(axis), ..Check::of_robot(what, robot, value(axis), of_axis(tolerance, axis)) }
+}
+
+/// The checks of a robot itself.
+fn of_robot(r: usize, robot: &RobotRecord, cell: &Cell, list: &mut Checklist) {
+    let ready = f64::from(u8::from(robot.flags & robot_flags::READY != 0));
+    list.push(Check::of_robot(What::Ready, r, ready, 1.0));
+    let error = |i: usize| (robot.position[i] - robot.set_point()[i]).abs();
+    list.push(worst_axis(What::Servo, r, error, SERVO_ERROR));
+    let margin = |i: usize| {
+        let (at, limit) = (robot.position[i], &cell.limits[i]);
+        // Rounding of a position on the wire is no excess.
+        (at - limit.lower).min(limit.upper - at) + 1e-9
+    };
+    let nearest = axes(r).min_by(|i, j| margin(*i).total_cmp(&margin(*j))).unwrap_or(0);
+    list.push(Check { axis: Some(nearest), ..Check::of_robot(What::Range, r, margin(nearest), 0.0) });
+    let tool = if robot.flags & robot_flags::POSE != 0 {
+        apart(&robot.tool, &cell.arms.tool_pose(r, &robot.position))
+    } else {
+        (f64::NAN, f64::NAN)
+    };
+    list.push(Check::of_robot(What::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
+    list.push(Check::of_robot(What::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
+    let start = if r == 0 { &cell.start.a } else { &cell.start.b };
+    let reaches = cell.arms.axes_for(r, start).1;
+    list.push(Check::of_robot(What::Reach, r, f64::from(u8::from(reaches)), 1.0));
+    let [position, rotation] = start_errors(r, &robot.position, cell.arms, cell.start);
+    let decides = !cell.to_start;
+    list.push(Check { decides, ..position });
+    list.push(Check { decides, ..rotation });
+}
+
+/// How far a robot holds its part from the start of the run.
+pub fn start_errors(robot: usize, axes: &[f64; AXES], arms: &Arms, start: &Parts<f64>) -> [Check; 2] {
+    let (want, at) = (if robot == 0 { &start.a } else { &start.b }, arms.part_on(robot, axes, &[0.0; AXES]));
+    let pose = |motion: &Motion<f64>| Pose { position: motion.position, attitude: motion.attitude };
+    let (distance, angle) = apart(&pose(want), &pose(&at));
+    [
+        Check::of_robot(What::StartPosition, robot, distance, START_TOLERANCE[0]),
+        Check::of_robot(What::StartRotation, robot, angle, START_TOLERANCE[1]),
+    ]
+}
+
+/// The checks of the sensor's stream.
+fn of_sensor(sensor: &ForceRecord, cell: &Cell, list: &mut Checklist) {
+    let valid = sensor.flags & (force_flags::SATURATED | force_flags::INVALID) == 0;
+    list.push(Check::new(What::Status, f64::from(u8::from(valid)), 1.0));
+    let age = (cell.now - sensor.received).seconds();
+    list.push(Check::new(What::Age, age, cell.station.links.sensor_age));
+}
+
+/// Least distance of the parts where the robots stand and on their way to the start of the run \[m\]; NaN if nothing
+/// of them can touch.
+fn clearance(links: &Watched, cell: &Cell) -> f64 {
+    let from = links.robots.map(|robot| robot.position);
+    let (to, reachable) = cell.arms.positions_for(cell.start);
+    let way = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);
+    let distance = |k: u32| {
+        let axes = way.at(way.duration() * f64::from(k) / f64::from(WAY_POSES));
+        let parts = cell.arms.parts_on(&axes, &[[0.0; AXES]; 2]);
+        deepest_overlap(cell.plant, &parts).map_or(f64::NAN, |overlap| -overlap.depth)
+    };
+    (0..=WAY_POSES).map(distance).reduce(f64::min).unwrap_or(f64::NAN)
 }
 
 /// The robots that take the commands: the emulated ones of a dry run, else the real ones.

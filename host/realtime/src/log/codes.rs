@@ -59,6 +59,8 @@ codes! {
         Stopping "stopping" "the controlled stop: a jerk-limited ramp";
         Stopped "stopped" "at rest, holding; the session is over";
         Ready "ready" "every check has passed; nothing moves before GO";
+        Weighing "weighing" "robot 1 turns its tool, and the sensor weighs it in a second attitude";
+        Retracting "retracting" "after a stop: robot 1 moves its part back along the approach";
     }
 }
 
@@ -91,6 +93,7 @@ codes! {
         BlindSensor "blind_sensor" "the parts overlap and the sensor feels nothing";
         FreeForce "free_force" "the sensor feels a force and the parts are apart";
         CatchUp "catch_up" "a robot that has missed commands does not come back to them in time";
+        Checked "checked" "the checks are done, as asked for; nothing has moved";
     }
 }
 

@@ -15,7 +15,11 @@ pub fn line(view: &View) -> String {
     let mut parts = vec![
         format!("{:9.3} s", now.time.seconds()),
         format!("{} ({})", now.phase.word(), if now.armed { "armed" } else { "dry run" }),
-        format!("measured force {:.1} N, peak {:.1} N", now.force, view.peak_measured_force),
+        if now.force.is_nan() {
+            "no measured force yet".to_owned()
+        } else {
+            format!("measured force {:.1} N, peak {:.1} N", now.force, view.peak_measured_force)
+        },
         format!("tracking error {:.3} and {:.3} mm", now.tracking[0] * 1e3, now.tracking[1] * 1e3),
         format!("contact energy {:.4} of {} J", now.energy, view.budgets.energy_j),
     ];

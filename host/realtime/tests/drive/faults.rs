@@ -3,9 +3,10 @@
 use crate::fixture::{CYCLE, Rig, Setting, campaign, rule};
 use softdock_kernels::philox::uniform;
 use softdock_kernels::vector::{Quat, vec3};
-use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::drive::checklist::{Answer, Check, What};
 use softdock_realtime::emulation::facility::Ailment;
-use softdock_realtime::log::codes::{Phase, StopCause};
+use softdock_realtime::log::codes::{OrderKind, Phase, StopCause};
+use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
 use softdock_test_size::sized;
@@ -116,7 +117,7 @@ fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
 }
 
 /// What a drive is refused for.
-fn refused(mut rig: Rig) -> Refusal {
+fn refused(mut rig: Rig) -> Check {
     assert_eq!(rig.finish().cause, StopCause::StartRefused);
     rig.session.core().refusal().expect("a reason")
 }
@@ -129,13 +130,89 @@ fn a_sensor_with_a_bias_a_wrong_tool_or_its_weight_on_another_axis_is_refused() 
         refused(Rig::with(&there, &setting, Relay::default()))
     };
     let heavy = refusal(|there| there.station.sensor.tool_mass = 60.0);
-    assert!(matches!(heavy, Refusal::Bias([force, _], _) if force > 400.0), "{heavy:?}");
+    assert!(heavy.what == What::RestForce && heavy.value > 400.0, "{heavy:?}");
     let biased = refusal(|there| there.bias.force.x += 1500.0);
-    assert!(matches!(biased, Refusal::Bias([force, _], _) if force > 1400.0), "{biased:?}");
+    assert!(biased.what == What::RestForce && biased.value > 1400.0, "{biased:?}");
     let reversed = refusal(|there| turn_sensor(there, Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) }));
-    assert!(matches!(reversed, Refusal::Bias([force, _], _) if force > 150.0), "{reversed:?}");
+    assert!(reversed.what == What::RestForce && reversed.value > 150.0, "{reversed:?}");
     let permuted = refusal(|there| turn_sensor(there, Quat { w: 0.5, v: vec3(0.5, 0.5, 0.5) }));
-    assert!(matches!(permuted, Refusal::Bias([force, _], _) if force > 120.0), "{permuted:?}");
+    assert!(permuted.what == What::RestForce && permuted.value > 120.0, "{permuted:?}");
+}
+
+#[test]
+fn axes_of_the_sensor_exchanged_about_the_vertical_are_refused_in_a_second_attitude() {
+    // At the start the sensor's +z axis is horizontal and its +x axis vertical, up or down: a quarter turn about it
+    // leaves the reading at rest as it is.
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let (mut there, setting) = (Setting::docking(), Setting::docking());
+    turn_sensor(&mut there, Quat { w: quarter.cos(), v: vec3(quarter.sin(), 0.0, 0.0) });
+    let mut rig = Rig::with(&there, &setting, Relay::default());
+    rig.finish();
+    let refusal = rig.session.core().refusal().expect("a refusal");
+    assert_eq!(refusal.what, What::TurnedForce, "{refusal}");
+    // The weight of 12 kg turned by 15 degrees: 30.5 N on one axis expected, on another found.
+    assert!((refusal.value - 43.2).abs() < 3.0, "{refusal}");
+    let list = rig.session.core().checklist();
+    let first = list.checks().iter().find(|check| check.what == What::RestForce).expect("a check");
+    assert_eq!(first.answer(), Answer::Passed, "the first attitude shows nothing: {first}");
+    assert!(rig.greatest_share(&rig.session.core().limits()) < 0.11, "the tool is turned at a tenth of the limits");
+}
+
+#[test]
+fn a_tool_is_weighed_in_two_attitudes_before_an_armed_run() {
+    let mut rig = Rig::new(&Setting::docking(), Relay::default());
+    assert_eq!(rig.finish().cause, StopCause::Completed);
+    let checks = rig.session.core().checklist().checks();
+    assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
+    for what in [What::TurnedForce, What::TurnedMoment] {
+        let check = checks.iter().find(|check| check.what == what).expect("a check");
+        assert_eq!(check.answer(), Answer::Passed, "{check}");
+    }
+    // Robot 1 comes back before the run.
+    let phase = |phase: Phase| rig.records.iter().filter(move |record| record.phase == phase);
+    let (before, after) = (phase(Phase::StartUp).next_back(), phase(Phase::Weighing).next_back());
+    let way =
+        |i: usize| (before.expect("a start").robot_1.position[i] - after.expect("an end").robot_1.position[i]).abs();
+    assert!((0..AXES).all(|i| way(i) < 1e-4), "{:?}", std::array::from_fn::<f64, AXES, _>(way));
+}
+
+#[test]
+fn checks_alone_move_nothing_and_list_every_value_with_its_limit() {
+    for armed in [true, false] {
+        let setting = Setting { check_only: true, armed, ..Setting::docking() };
+        let mut rig = Rig::new(&setting, Relay::default());
+        let cause = rig.finish().cause;
+        assert_eq!(cause, StopCause::Checked, "{:?}", rig.session.core().refusal());
+        assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
+        let checks = rig.session.core().checklist().checks();
+        assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
+        for what in What::ALL {
+            let known = checks.iter().filter(|check| check.what == *what && !check.value.is_nan()).count();
+            let turned = matches!(what, What::TurnedForce | What::TurnedMoment);
+            assert_eq!(known > 0, !turned, "{}", what.row().id);
+        }
+    }
+}
+
+#[test]
+fn after_a_stop_in_contact_the_probe_is_moved_back_on_request_and_no_force_remains() {
+    let limits = Setting::docking().station.limits;
+    for (retract, least_distance) in [(0.0, f64::NEG_INFINITY), (0.03, 0.02)] {
+        let mut setting = Setting { retract, ..Setting::docking() };
+        setting.with_rules(|rules| rules.force = 10.0);
+        let mut rig = Rig::new(&setting, Relay::default());
+        let last = *rig.finish();
+        assert_eq!(last.cause, StopCause::ForceLimit);
+        let way = rig.session.core().retracted();
+        assert_eq!(way.is_some(), retract > 0.0);
+        assert!((way.unwrap_or(0.0) - retract).abs() < 1e-9, "{way:?}");
+        let force = last.ft.compensated.force.norm();
+        assert!(retract == 0.0 || force < 5.0, "{force} N remain");
+        let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
+        let back = stop.part_a.position - last.part_a.position;
+        assert!(back.norm() >= least_distance, "{back:?}");
+        assert!(rig.greatest_share(&limits) <= 1.0 + 1e-6);
+    }
 }
 
 /// The sensor stands otherwise than the file says.
@@ -153,7 +230,8 @@ fn a_robot_that_is_moved_while_it_shall_stay_ends_the_start_up() {
     // RSI ends, axis 2 is jogged by 3 degrees, RSI begins again from the same address.
     rig.jog(0, 1, 3.0_f64.to_radians(), 30);
     let refusal = refused(rig);
-    assert!(matches!(refusal, Refusal::Moved(1, 1, by) if (by.to_degrees() - 3.0).abs() < 0.1), "{refusal:?}");
+    assert_eq!((refusal.what, refusal.robot, refusal.axis), (What::Still, Some(0), Some(1)));
+    assert!((refusal.value.to_degrees() - 3.0).abs() < 0.1, "{refusal}");
 }
 
 #[test]
@@ -237,7 +315,8 @@ fn armed_robots_wait_for_go_and_for_every_check_until_then() {
     // What changes meanwhile ends the start-up.
     let mut rig = waiting();
     rig.jog(1, 3, 0.02, 20);
-    assert!(matches!(refused(rig), Refusal::Moved(2, 3, _)));
+    let refusal = refused(rig);
+    assert_eq!((refusal.what, refusal.robot, refusal.axis), (What::Still, Some(1), Some(3)));
 }
 
 #[test]
@@ -246,7 +325,8 @@ fn a_robot_with_another_cycle_is_named_by_its_number() {
         let mut rig = Rig::waiting(&Setting::docking());
         rig.with_cycle(robot, Nanos::from_millis(12));
         let refusal = refused(rig);
-        let Refusal::Rate(number, measured, wanted) = refusal else { panic!("{refusal:?}") };
+        assert_eq!(refusal.what, What::Period, "{refusal}");
+        let (number, measured, wanted) = (refusal.robot.expect("a robot") + 1, refusal.value, refusal.limit);
         assert_eq!(number, robot + 1);
         assert!((measured - 12e-3).abs() < 1e-4 && wanted == 4e-3, "{refusal:?}");
     }

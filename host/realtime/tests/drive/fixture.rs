@@ -67,6 +67,9 @@ pub(crate) struct Setting {
     pub(crate) params: Params<f64>,
     pub(crate) armed: bool,
     pub(crate) to_start: bool,
+    pub(crate) check_only: bool,
+    /// Way back after a stop \[m\].
+    pub(crate) retract: f64,
     /// What the sensor reads without weight and contact.
     pub(crate) bias: Wrench<f64>,
 }
@@ -81,7 +84,18 @@ impl Setting {
     pub(crate) fn draw(campaign: &Campaign, run: u64) -> Self {
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let (seed, params) = (campaign.seed, campaign.draw(run).params);
-        Self { seed, plant, station: station(), run, params, armed: true, to_start: true, bias: bias() }
+        Self {
+            seed,
+            plant,
+            station: station(),
+            run,
+            params,
+            armed: true,
+            to_start: true,
+            check_only: false,
+            retract: 0.0,
+            bias: bias(),
+        }
     }
 
     /// With other rules, of the scenario and of the facility.
@@ -98,13 +112,13 @@ impl Setting {
     }
 
     pub(crate) fn task(&self) -> Task {
+        let (plant, station) = (Arc::clone(&self.plant), Arc::new(self.station.clone()));
         Task {
-            plant: Arc::clone(&self.plant),
-            station: Arc::new(self.station.clone()),
-            run: self.run,
-            params: self.params,
             armed: self.armed,
             to_start: self.to_start,
+            check_only: self.check_only,
+            retract: self.retract,
+            ..Task::new(plant, station, self.run, self.params)
         }
     }
 }

@@ -70,7 +70,7 @@ fn a_drive_in_virtual_time_docks_as_the_farm_does() {
     let clock = Rc::new(Virtual::default());
     let world = World::new(&plant, &station, philox::key(seed), run, &params, bias()).expect("in reach");
     let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
-    let task = Task { plant: Arc::clone(&plant), station, run, params, armed: false, to_start: true };
+    let task = Task::new(Arc::clone(&plant), station, run, params);
     let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
     let mut phases = Vec::new();
     while !session.cycle(None) {

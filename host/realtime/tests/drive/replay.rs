@@ -77,7 +77,7 @@ fn a_dry_run_replays_bit_for_bit() {
 #[test]
 fn lost_packets_and_a_silent_sensor_replay_bit_for_bit() {
     let mut setting = Setting::docking();
-    setting.station.links.window_cycles = 1000;
+    (setting.station.links.window_cycles, setting.station.links.catch_up) = (1000, 10.0);
     let (from, until) = (Nanos::from_millis(2_000), Nanos::from_millis(600_000));
     let lossy = |endpoint, way, every| Rule { endpoint, way, from, until, every, fault: Fault::Lose };
     let relay = Relay::new([lossy(Endpoint::Robot1, Way::Report, 37), lossy(Endpoint::Robot2, Way::Answer, 23)]);

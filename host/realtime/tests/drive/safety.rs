@@ -2,7 +2,7 @@
 
 use crate::fixture::{CYCLE, Rig, Setting, rule, tags};
 use softdock_campaign::station::AxisLimits;
-use softdock_realtime::drive::start::Refusal;
+use softdock_realtime::drive::checklist::{Check, What};
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{LimitKind, OrderKind, Phase, StopCause, robot_flags};
 use softdock_realtime::log::record::CycleRecord;
@@ -70,7 +70,7 @@ fn behaviour_1_a_dry_run_asks_the_real_robots_for_nothing() {
 }
 
 /// A drive that must not begin, and why it did not.
-fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> Refusal {
+fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> Check {
     let mut rig = Rig::new(setting, relay);
     prepare(&mut rig);
     let last = *rig.finish();
@@ -87,29 +87,37 @@ fn behaviour_2_nothing_begins_before_every_check_has_passed() {
     let always = |endpoint, every, fault| {
         Relay::new([Rule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
     };
-    assert_eq!(refused(&setting, always(Endpoint::Robot1, 1, Fault::Lose), |_| ()), Refusal::NoRobot(1));
-    assert_eq!(refused(&setting, always(Endpoint::Robot2, 1, Fault::Lose), |_| ()), Refusal::NoRobot(2));
-    assert_eq!(refused(&setting, always(Endpoint::Sensor, 1, Fault::Lose), |_| ()), Refusal::NoSensor);
-    assert_eq!(refused(&setting, always(Endpoint::Robot1, 50, Fault::Lose), |_| ()), Refusal::Lossy(1));
+    let lost = |endpoint, every| of(&refused(&setting, always(endpoint, every, Fault::Lose), |_| ()));
+    assert_eq!(lost(Endpoint::Robot1, 1), (What::Reports, Some(0)));
+    assert_eq!(lost(Endpoint::Robot2, 1), (What::Reports, Some(1)));
+    assert_eq!(lost(Endpoint::Sensor, 1), (What::SensorLink, None));
+    assert_eq!(lost(Endpoint::Robot1, 50), (What::Loss, Some(0)));
     let ill = |rig: &mut Rig| rig.network.borrow_mut().facility().ail(Ailment::Invalid);
-    assert_eq!(refused(&setting, Relay::default(), ill), Refusal::BadSensor);
+    assert_eq!(of(&refused(&setting, Relay::default(), ill)), (What::Status, None));
 
     // A frame of the tool that is 3 mm off: the robot's own pose and ours differ by that.
     let mut other = setting.clone();
     other.station.robots[1].tool.position.z += 3e-3;
     let refusal = refused_pose(&setting, &other);
-    assert!(matches!(refusal, Refusal::Pose(2, distance, _) if (distance - 3e-3).abs() < 1e-5), "{refusal:?}");
+    assert_eq!(of(&refusal), (What::ToolPosition, Some(1)));
+    assert!((refusal.value - 3e-3).abs() < 1e-5, "{refusal}");
 
     let away = Setting { to_start: false, ..setting.clone() };
-    assert!(matches!(refused(&away, Relay::default(), |_| ()), Refusal::NotAtStart(1, ..)));
+    assert_eq!(of(&refused(&away, Relay::default(), |_| ())), (What::StartPosition, Some(0)));
 
     let mut narrow = setting;
     narrow.station.limits[2].upper = -3.0;
-    assert!(matches!(refused(&narrow, Relay::default(), |_| ()), Refusal::Outside(1, 2, _)));
+    let refusal = refused(&narrow, Relay::default(), |_| ());
+    assert_eq!((of(&refusal), refusal.axis), ((What::Range, Some(0)), Some(2)));
+}
+
+/// Which check of which robot.
+fn of(check: &Check) -> (What, Option<usize>) {
+    (check.what, check.robot)
 }
 
 /// The refusal of a drive whose facility file differs from the facility.
-fn refused_pose(facility: &Setting, file: &Setting) -> Refusal {
+fn refused_pose(facility: &Setting, file: &Setting) -> Check {
     let mut rig = Rig::with(facility, file, Relay::default());
     rig.finish();
     rig.session.core().refusal().expect("a reason")
@@ -120,6 +128,7 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     // Slower than the run needs: everything is clamped, and in the end the drive stops.
     let mut setting = Setting::docking();
     setting.with_rules(|rules| rules.clamp_time = 0.1);
+    setting.station.sensor.weighing_turn = 0.0;
     setting.station.limits.iter_mut().for_each(|limit| {
         limit.speed *= 0.02;
         limit.acceleration *= 0.02;

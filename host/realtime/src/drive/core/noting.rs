@@ -97,6 +97,7 @@ fn phase(state: &State, progress: &Progress) -> Phase {
     match state {
         State::StartUp | State::Enabling { .. } => Phase::StartUp,
         State::ToStart { .. } => Phase::ToStart,
+        State::Weighing { .. } => Phase::Weighing,
         State::Taring { .. } => Phase::Taring,
         State::RunIn { .. } => Phase::Approach,
         State::Running | State::Closing { .. } => match progress {
@@ -106,6 +107,7 @@ fn phase(state: &State, progress: &Progress) -> Phase {
             _ => Phase::Approach,
         },
         State::Stopping => Phase::Stopping,
+        State::Retracting { .. } => Phase::Retracting,
         State::Ending { .. } | State::Over => Phase::Stopped,
     }
 }

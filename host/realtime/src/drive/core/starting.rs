@@ -1,44 +1,80 @@
-//! From open links to a run that begins: checks, drives that come up, the way to the start, the tare.
+//! From open links to a run that begins: checks, drives that come up, the tool's weighing, the way to the start, the tare.
 
-use super::{Core, Inputs, Orders, State, pose};
-use crate::drive::guard::Guard;
+use super::{Core, Inputs, Orders, State};
+use crate::drive::checklist::{Answer, Check, Checklist, What};
+use crate::drive::guard::{Alarm, Guard};
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Refusal, START_TOLERANCE, StartUp, Watched, apart, moved, moved_sensor};
+use crate::drive::start::{Cell, StartUp, Watched, Weighing, moved, start_errors};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
-use crate::signals::AXES;
+use crate::signals::{AXES, RAIL};
 use crate::time::Nanos;
-use softdock_kernels::space::Wrench;
+use softdock_kernels::contact::overlap::deepest_overlap;
 use std::sync::Arc;
 
 /// Time in which drives come up and brakes open \[s\].
 const ENABLE_TIME: f64 = 0.5;
-/// How long the sensor is read for its tare \[s\].
+/// How long the sensor is read at rest \[s\].
 const TARE_TIME: f64 = 0.5;
-/// Spread of the force during the tare that still counts as rest, as a share of the touch force.
-const RESTLESS: f64 = 2.0;
+/// Time in which the robots come in after a turn of the tool \[s\].
+const SETTLE_TIME: f64 = 0.5;
+/// Poses of a turn at which the distance of the parts is computed.
+const TURN_POSES: u32 = 10;
+
+/// What a weighing in a second attitude does.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Leg {
+    /// Robot 1 turns its tool.
+    Out,
+    /// The sensor is read.
+    Reading(Weighing),
+    /// Robot 1 turns its tool back.
+    Back,
+}
 
 impl Core {
     pub(super) fn start_up(&mut self, inputs: &Inputs) -> Orders {
-        let [moved, real] = &mut self.checks;
-        let check = |of: &mut StartUp, links: Watched| of.check(&links, &self.arms, &self.limits, &self.capabilities);
-        let moved = check(moved, Watched::moved(&self.record, inputs.moved.broken));
-        let real = match &inputs.exercised {
-            Some(arrived) => check(real, Watched::exercised(&self.record, arrived.broken)),
-            None => Some(Ok(())),
+        let cell = Cell {
+            arms: &self.arms,
+            limits: &self.limits,
+            robots: &self.capabilities,
+            station: &self.task.station,
+            plant: &self.task.plant,
+            sensing: &self.sensing,
+            start: &self.run_in.at(&self.task.plant, 0.0),
+            to_start: self.task.to_start,
+            now: inputs.now,
         };
-        let passed = matches!((moved, real), (Some(Ok(())), Some(Ok(()))));
-        self.ready = passed && self.task.armed && !inputs.go;
-        match (moved, real) {
-            (Some(Err(refusal)), _) | (_, Some(Err(refusal))) => self.refuse(refusal),
-            (Some(Ok(())), Some(Ok(()))) if !self.ready => self.begin(inputs.now),
+        let [moved, real] = &mut self.checks;
+        let check = |of: &mut StartUp, links: Watched| of.check(&links, &cell);
+        let moved = check(moved, Watched::moved(&self.record, inputs.moved.broken));
+        let real = inputs.exercised.map(|arrived| check(real, Watched::exercised(&self.record, arrived.broken)));
+        // The list of a dry run is that of the real links, unless only the emulated ones have failed.
+        let lists = [real.flatten(), moved];
+        let failed = lists.iter().flatten().find_map(Checklist::failed);
+        let shown = lists.iter().flatten().find(|list| failed.is_none() || list.failed().is_some()).copied();
+        if let Some(list) = shown {
+            self.checklist = list;
+        }
+        if let Some(failed) = failed {
+            return self.refuse(failed);
+        }
+        let passed = moved.is_some() && real.is_none_or(|real| real.is_some());
+        self.ready = passed && self.task.armed && !inputs.go && !self.task.check_only;
+        match (passed, self.ready) {
+            (true, false) if self.task.check_only => {
+                self.stop(Alarm::of(StopCause::Checked));
+                Orders::HOLD
+            }
+            (true, false) => self.begin(inputs.now),
             _ => Orders::HOLD,
         }
     }
 
-    pub(super) fn refuse(&mut self, refusal: Refusal) -> Orders {
+    pub(super) fn refuse(&mut self, refusal: Check) -> Orders {
         self.refusal = Some(refusal);
+        self.checklist.set(refusal);
         self.record.cause = StopCause::StartRefused;
         self.state = State::Ending { cycles: 0 };
         self.end(0)
@@ -51,54 +87,119 @@ impl Core {
         let at = moved(&self.record).map(RobotRecord::set_point);
         self.begun_at = at;
         self.sent = [self.tools_at(&at); 2];
-        // Before anything moves: a wrong tool, reversed axes or a load against the tool show in a single reading.
-        let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
-        if let Some(refusal) = self.biased(moved_sensor(&self.record).raw - self.sensing.weight(&a)) {
-            return self.refuse(refusal);
-        }
         let cycle = self.capabilities[0].cycle;
         self.limiters = Some(at.map(|axes| Limiter::new(self.limits, cycle.seconds(), axes)));
         let (plant, cycles) = (Arc::clone(&self.task.plant), self.capabilities.map(|c| c.cycle));
         self.guard = Some(Guard::new(plant, &self.task.station, cycles, now));
-        if !self.start_axes().1 {
-            let first = self.arms.axes_for(0, &self.run_in.at(&self.task.plant, 0.0).a).1;
-            return self.refuse(Refusal::Unreachable(if first { 2 } else { 1 }));
-        }
-        if let (Some(refusal), false) = (self.off_start(), self.task.to_start) {
-            return self.refuse(refusal);
-        }
         self.state = State::Enabling { begun: now };
         self.hold_position()
     }
 
-    /// Drives that have to be enabled and brakes that have to open get their time, told to stay where they are.
+    /// Drives that have to be enabled and brakes that have to open get their time, commanded to stay where they are.
     pub(super) fn enable(&mut self, begun: Nanos, now: Nanos) -> Orders {
         if (now - begun).seconds() >= ENABLE_TIME {
-            let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
-            self.state = if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) };
+            self.state = match self.turn().filter(|_| self.task.armed) {
+                Some(to) => {
+                    let way = JointMove::new(self.begun_at, to, &self.limits);
+                    State::Weighing { way, begun: now, leg: Leg::Out }
+                }
+                None => self.after_weighing(now),
+            };
         }
         self.hold_position()
     }
 
-    /// A sensor that reads more at rest, beside the weight of its tool, than it may.
-    fn biased(&self, net: Wrench<f64>) -> Option<Refusal> {
-        let (found, most) = ([net.force.norm(), net.moment.norm()], self.task.station.sensor.bias);
-        // Not "greater than": a NaN is refused too.
-        (!(found[0] <= most[0] && found[1] <= most[1])).then_some(Refusal::Bias(found, most))
+    fn after_weighing(&self, now: Nanos) -> State {
+        let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
+        if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) }
+    }
+
+    /// Axes at which the tool hangs in another attitude on the sensor: a wrist axis of robot 1 turned, where that
+    /// changes the weight enough, stays within the limits and keeps the parts apart.
+    fn turn(&self) -> Option<[[f64; AXES]; 2]> {
+        let station = &self.task.station;
+        let (angle, least) = (station.sensor.weighing_turn, 2.0 * station.sensor.weighing[0]);
+        let weight_at = |axes: &[f64; AXES]| self.sensing.weight(&self.arms.part_on(0, axes, &[0.0; AXES])).force;
+        let distance = |axes: &[[f64; AXES]; 2]| {
+            let parts = self.arms.parts_on(axes, &[[0.0; AXES]; 2]);
+            deepest_overlap(&self.task.plant, &parts).map_or(f64::INFINITY, |overlap| -overlap.depth)
+        };
+        let from = self.begun_at;
+        let clear = distance(&from).min(station.links.contact.free_distance).max(0.0);
+        let turned = |axis: usize, by: f64| {
+            let mut to = from;
+            to[0][axis] += by;
+            to
+        };
+        let possible = |(axis, by): &(usize, f64)| {
+            let (to, limit) = (turned(*axis, *by), &self.limits[*axis]);
+            let inside =
+                (limit.lower..=limit.upper).contains(&to[0][*axis]) && by.abs() <= station.robots[0].correction;
+            let shares = (1..=TURN_POSES).map(|k| f64::from(k) / f64::from(TURN_POSES));
+            inside
+                && (weight_at(&to[0]) - weight_at(&from[0])).norm() >= least
+                && shares.map(|share| distance(&turned(*axis, share * by))).all(|distance| distance >= clear)
+        };
+        let turns = (0..RAIL).rev().take(3).flat_map(|axis| [(axis, angle), (axis, -angle)]);
+        turns.into_iter().find(possible).map(|(axis, by)| turned(axis, by))
+    }
+
+    /// Weighs the tool in a second attitude: axes of the sensor that are exchanged about the vertical show in no single one.
+    pub(super) fn weigh(&mut self, inputs: &Inputs) -> Orders {
+        let State::Weighing { way, begun, leg } = self.state else {
+            return self.hold_position();
+        };
+        let time = (inputs.now - begun).seconds();
+        let there = time > way.duration() + SETTLE_TIME;
+        match leg {
+            Leg::Out | Leg::Back => {
+                let orders = self.limited(&way.at(time + self.capabilities[0].cycle.seconds()), true);
+                if there && matches!(self.state, State::Weighing { .. }) {
+                    let read = State::Weighing { way, begun: inputs.now, leg: Leg::Reading(Weighing::default()) };
+                    self.state = if matches!(leg, Leg::Out) { read } else { self.after_weighing(inputs.now) };
+                }
+                orders
+            }
+            Leg::Reading(mut weighing) => {
+                self.take_reading(inputs, &mut weighing);
+                let leg = Leg::Reading(weighing);
+                self.state = State::Weighing { way, begun, leg };
+                if time >= TARE_TIME && weighing.samples() > 0 {
+                    let change = weighing.mean() - self.checks[0].weighing().mean();
+                    let limits = self.task.station.sensor.weighing;
+                    let force = Check::new(What::TurnedForce, change.force.norm(), limits[0]);
+                    let moment = Check::new(What::TurnedMoment, change.moment.norm(), limits[1]);
+                    if let Some(refusal) = self.first_failed(&[force, moment]) {
+                        return self.refuse(refusal);
+                    }
+                    let way = JointMove::new(way.at(way.duration()), self.begun_at, &self.limits);
+                    self.state = State::Weighing { way, begun: inputs.now, leg: Leg::Back };
+                }
+                self.hold_position()
+            }
+        }
+    }
+
+    /// Takes the sample of a cycle, if one came, without the weight of the tool.
+    fn take_reading(&self, inputs: &Inputs, weighing: &mut Weighing) {
+        if let Some(sample) = inputs.moved.sample {
+            let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
+            weighing.take(sample.wrench - self.sensing.weight(&a));
+        }
+    }
+
+    /// Notes checks in the list; gives the first that has failed.
+    fn first_failed(&mut self, checks: &[Check]) -> Option<Check> {
+        checks.iter().for_each(|check| self.checklist.set(*check));
+        // Not "failed": a value that is no number is refused too.
+        checks.iter().copied().find(|check| check.answer() != Answer::Passed)
     }
 
     /// The robot that holds its part too far from the start of the run.
-    pub(super) fn off_start(&self) -> Option<Refusal> {
-        let want = self.run_in.at(&self.task.plant, 0.0);
-        let at = self.arms.parts_on(&self.axes[0], &[[0.0; AXES]; 2]);
-        [(want.a, at.a), (want.b, at.b)].iter().enumerate().find_map(|(r, (want, at))| {
-            let (distance, angle) = apart(&pose(want), &pose(at));
-            (distance > START_TOLERANCE[0] || angle > START_TOLERANCE[1]).then_some(Refusal::NotAtStart(
-                r + 1,
-                distance,
-                angle,
-            ))
-        })
+    pub(super) fn off_start(&self) -> Option<Check> {
+        let start = self.run_in.at(&self.task.plant, 0.0);
+        let errors = |r: usize| start_errors(r, &self.axes[0][r], &self.arms, &start);
+        (0..2).flat_map(errors).find(|check| check.answer() == Answer::Failed)
     }
 
     pub(super) fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
@@ -117,27 +218,18 @@ impl Core {
 
     /// Reads the sensor at rest; then the run begins.
     pub(super) fn tare(&mut self, inputs: &Inputs) -> Orders {
-        let State::Taring { begun, mut sum, mut least, mut most, mut samples } = self.state else {
+        let State::Taring { begun, mut weighing } = self.state else {
             return self.hold_position();
         };
-        if let Some(sample) = inputs.moved.sample {
-            let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
-            let net = sample.wrench - self.sensing.weight(&a);
-            (sum, samples) = (sum + net, samples + 1);
-            let force = net.force.norm();
-            (least, most) = (least.min(force), most.max(force));
-        }
-        self.state = State::Taring { begun, sum, least, most, samples };
-        if (inputs.now - begun).seconds() >= TARE_TIME && samples > 0 {
-            let spread = most - least;
-            if spread > RESTLESS * self.task.station.sensor.touch_force {
-                return self.refuse(Refusal::Restless(spread));
-            }
-            let tare = sum.scale_add(1.0 / f64::from(samples), Wrench::zero());
-            if let Some(refusal) = self.biased(tare) {
+        self.take_reading(inputs, &mut weighing);
+        self.state = State::Taring { begun, weighing };
+        if (inputs.now - begun).seconds() >= TARE_TIME && weighing.samples() > 0 {
+            let checks = weighing.checks(&self.task.station);
+            if let Some(refusal) = self.first_failed(&checks) {
                 return self.refuse(refusal);
             }
-            self.sensing.tare = tare;
+            self.sensing.tare = weighing.mean();
+            self.tared = true;
             self.state = State::RunIn { cycles: 0 };
         }
         self.hold_position()
@@ -145,5 +237,5 @@ impl Core {
 }
 
 fn resting(now: Nanos) -> State {
-    State::Taring { begun: now, sum: Wrench::zero(), least: f64::INFINITY, most: 0.0, samples: 0 }
+    State::Taring { begun: now, weighing: Weighing::default() }
 }

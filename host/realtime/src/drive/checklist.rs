@@ -1,0 +1,369 @@
+//! The checks of a start-up as a list: each with its value, its limit and what to do when it fails.
+
+use crate::signals::{RAIL, axis_name};
+use std::fmt;
+
+/// How a value is compared with its limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// At most the limit.
+    AtMost,
+    /// At least the limit.
+    AtLeast,
+    /// Within 5 % of the limit.
+    Near,
+}
+
+/// Tolerance of [`Bound::Near`], as a share of the limit.
+const NEAR: f64 = 0.05;
+
+/// What a check is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A robot.
+    Robot,
+    /// The force/torque sensor.
+    Sensor,
+    /// The parts between the robots.
+    Parts,
+}
+
+/// Unit of a check's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// 1 for yes, 0 for no.
+    YesNo,
+    /// A number of what the word says.
+    Count(&'static str),
+    /// Seconds; written in milliseconds.
+    Seconds,
+    /// Metres; written in millimetres.
+    Metres,
+    /// Radians; written in degrees.
+    Radians,
+    /// Radians of a joint or metres of the rail.
+    Axis,
+    /// A share; written in per cent.
+    Share,
+    /// Newtons.
+    Newtons,
+    /// Newton metres.
+    NewtonMetres,
+}
+
+impl Unit {
+    /// Factor from the SI value to the written one, its unit and decimals.
+    fn scale(self, axis: Option<usize>) -> (f64, &'static str, usize) {
+        match self {
+            Self::YesNo => (1.0, "", 0),
+            Self::Count(word) => (1.0, word, 0),
+            Self::Seconds => (1e3, "ms", 3),
+            Self::Metres => (1e3, "mm", 2),
+            Self::Axis if axis == Some(RAIL) => (1e3, "mm", 2),
+            Self::Radians | Self::Axis => (180.0 / std::f64::consts::PI, "deg", 3),
+            Self::Share => (100.0, "%", 2),
+            Self::Newtons => (1.0, "N", 1),
+            Self::NewtonMetres => (1.0, "N m", 2),
+        }
+    }
+
+    /// The SI unit, for files that programs read.
+    pub fn si(self, axis: Option<usize>) -> &'static str {
+        match self {
+            Self::YesNo | Self::Count(_) | Self::Share => "1",
+            Self::Seconds => "s",
+            Self::Metres => "m",
+            Self::Axis if axis == Some(RAIL) => "m",
+            Self::Radians | Self::Axis => "rad",
+            Self::Newtons => "N",
+            Self::NewtonMetres => "N m",
+        }
+    }
+
+    /// A value as users read it.
+    fn text(self, value: f64, axis: Option<usize>) -> String {
+        if self == Self::YesNo {
+            return if value > 0.5 { "yes" } else { "no" }.to_owned();
+        }
+        let (factor, unit, decimals) = self.scale(axis);
+        format!("{:.decimals$} {unit}", value * factor)
+    }
+}
+
+/// A row of the table of checks.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckRow {
+    /// Name in files.
+    pub id: &'static str,
+    /// What it is about.
+    pub subject: Subject,
+    /// What the value is.
+    pub title: &'static str,
+    /// Its unit.
+    pub unit: Unit,
+    /// How it is compared.
+    pub bound: Bound,
+    /// What to do when it fails.
+    pub remedy: &'static str,
+}
+
+/// Declares the checks, in the order in which they are listed and in which the first failed one refuses a session.
+macro_rules! checks {
+    ($($variant:ident $id:literal $subject:ident, $title:literal, $unit:expr, $bound:ident, $remedy:literal;)*) => {
+        /// A check of the start-up.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum What {
+            $(#[doc = $title] $variant,)*
+        }
+
+        impl What {
+            /// All checks, in order.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+            const ROWS: &[CheckRow] = &[$(CheckRow {
+                id: $id,
+                subject: Subject::$subject,
+                title: $title,
+                unit: $unit,
+                bound: Bound::$bound,
+                remedy: $remedy,
+            }),*];
+
+            /// Its row.
+            pub fn row(self) -> &'static CheckRow {
+                &Self::ROWS[self as usize]
+            }
+        }
+    };
+}
+
+checks! {
+    Reports "reports" Robot, "reports received", Unit::Count("reports"), AtLeast,
+        "start its program, and compare the address that it sends to with this one";
+    Samples "samples" Sensor, "samples received", Unit::Count("samples"), AtLeast,
+        "check its address, and that no other computer has its stream";
+    Link "link" Robot, "link works", Unit::YesNo, AtLeast,
+        "see the message of the link";
+    SensorLink "sensor_link" Sensor, "link works", Unit::YesNo, AtLeast,
+        "see the message of the link";
+    Foreign "foreign" Robot, "datagrams of other senders", Unit::Count("datagrams"), AtMost,
+        "find out who sends to its port, and start again";
+    Still "still" Robot, "change of its set-point while no motion is commanded", Unit::Axis, AtMost,
+        "another master moves it, or its controller has started a new session: start again";
+    Period "period" Robot, "period of its reports", Unit::Seconds, Near,
+        "set cycle_ms of its address to the period of its controller";
+    Loss "loss" Robot, "successive reports without loss", Unit::Count("reports"), AtLeast,
+        "check cable, switch and load of this machine";
+    Late "late" Robot, "answers that it counts as late", Unit::Count("answers"), AtMost,
+        "check network and load of this machine, and --priority";
+    Clock "clock" Robot, "its clock against ours", Unit::Share, AtMost,
+        "set cycle_ms of its address, or check the time stamps of its controller";
+    Ready "ready" Robot, "follows commands", Unit::YesNo, AtLeast,
+        "switch the drives on, select the operating mode, acknowledge faults and stops";
+    Servo "servo" Robot, "distance from its own set-point", Unit::Axis, AtMost,
+        "open the brakes, switch the drives on, and remove what holds it";
+    Range "range" Robot, "least distance from the end of a range", Unit::Axis, AtLeast,
+        "move it by hand into its range";
+    ToolPosition "tool_position" Robot, "reported position of its tool, from that of our model", Unit::Metres, AtMost,
+        "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
+    ToolRotation "tool_rotation" Robot, "reported attitude of its tool, from that of our model", Unit::Radians, AtMost,
+        "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
+    Reach "reach" Robot, "reaches the start of the run within its limits", Unit::YesNo, AtLeast,
+        "move its base, or take another run";
+    StartPosition "start_position" Robot, "distance of its part from the start of the run", Unit::Metres, AtMost,
+        "move it there with --to-start --arm";
+    StartRotation "start_rotation" Robot, "angle of its part from the start of the run", Unit::Radians, AtMost,
+        "move it there with --to-start --arm";
+    Status "status" Sensor, "samples are valid and not saturated", Unit::YesNo, AtLeast,
+        "see the status of the sensor";
+    Age "age" Sensor, "age of its newest sample", Unit::Seconds, AtMost,
+        "check its network, its rate, and sensor_age of the facility file";
+    RestSpread "rest_spread" Sensor, "spread of the force at rest", Unit::Newtons, AtMost,
+        "remove contacts and vibrations";
+    RestForce "rest_force" Sensor, "force at rest without the weight of its tool", Unit::Newtons, AtMost,
+        "check tool_mass and the axes of [sensor] in the facility file, contacts of the tool, and the sensor's own bias";
+    RestMoment "rest_moment" Sensor, "moment at rest without the weight of its tool", Unit::NewtonMetres, AtMost,
+        "check tool_centre and the axes of [sensor] in the facility file, contacts of the tool, and the sensor's own bias";
+    TurnedForce "turned_force" Sensor, "force in a second attitude, change beyond that of the weight", Unit::Newtons, AtMost,
+        "check tool_mass and rotation of [sensor] in the facility file";
+    TurnedMoment "turned_moment" Sensor, "moment in a second attitude, change beyond that of the weight", Unit::NewtonMetres,
+        AtMost, "check tool_centre and rotation of [sensor] in the facility file";
+    Clearance "clearance" Parts, "least distance of the parts, on the way to the start of the run too", Unit::Metres,
+        AtLeast, "move the robots apart by hand";
+}
+
+/// A check with what it found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Check {
+    /// Which one.
+    pub what: What,
+    /// The robot, 0 or 1, if it is about one.
+    pub robot: Option<usize>,
+    /// The axis with this value, if it is one of several.
+    pub axis: Option<usize>,
+    /// The value, SI units; NaN where it is not known.
+    pub value: f64,
+    /// Its limit, SI units.
+    pub limit: f64,
+    /// The check decides; otherwise its value is for information.
+    pub decides: bool,
+}
+
+/// The answer of a check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Within its limit.
+    Passed,
+    /// Beyond its limit.
+    Failed,
+    /// The value is not known, or does not decide.
+    Open,
+}
+
+impl Answer {
+    /// Its word in files and pages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Open => "open",
+        }
+    }
+}
+
+impl Check {
+    /// A check of the sensor or the parts.
+    pub fn new(what: What, value: f64, limit: f64) -> Self {
+        Self { what, robot: None, axis: None, value, limit, decides: true }
+    }
+
+    /// A check of a robot, 0 or 1.
+    pub fn of_robot(what: What, robot: usize, value: f64, limit: f64) -> Self {
+        Self { robot: Some(robot), ..Self::new(what, value, limit) }
+    }
+
+    /// Whether it has passed.
+    pub fn answer(&self) -> Answer {
+        if self.value.is_nan() || !self.decides {
+            return Answer::Open;
+        }
+        let passed = match self.what.row().bound {
+            Bound::AtMost => self.value <= self.limit,
+            Bound::AtLeast => self.value >= self.limit,
+            Bound::Near => (self.value - self.limit).abs() <= NEAR * self.limit,
+        };
+        if passed { Answer::Passed } else { Answer::Failed }
+    }
+
+    /// What it is about: "robot 1", "robot 1, axis 3", "sensor".
+    pub fn subject(&self) -> String {
+        match (self.robot, self.axis, self.what.row().subject) {
+            (Some(robot), Some(axis), _) => format!("robot {}, {}", robot + 1, axis_name(axis)),
+            (Some(robot), None, _) => format!("robot {}", robot + 1),
+            (None, _, Subject::Parts) => "parts".to_owned(),
+            (None, ..) => "sensor".to_owned(),
+        }
+    }
+
+    /// The value as users read it.
+    pub fn value_text(&self) -> String {
+        if self.value.is_nan() { "not known".to_owned() } else { self.what.row().unit.text(self.value, self.axis) }
+    }
+
+    /// The limit as users read it.
+    pub fn limit_text(&self) -> String {
+        let row = self.what.row();
+        let limit = row.unit.text(self.limit, self.axis);
+        match row.bound {
+            _ if !self.decides => "not required".to_owned(),
+            _ if row.unit == Unit::YesNo => limit,
+            Bound::AtMost => format!("at most {limit}"),
+            Bound::AtLeast => format!("at least {limit}"),
+            Bound::Near => format!("{limit} within {:.0} %", NEAR * 100.0),
+        }
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (row, subject) = (self.what.row(), self.subject());
+        let (value, limit) = (self.value_text(), self.limit_text());
+        write!(f, "{subject}: {}: {value}, required {limit}: {}", row.title, row.remedy)
+    }
+}
+
+/// Rooms of a list: every check for both robots.
+const ROOMS: usize = 2 * What::ALL.len();
+
+/// The checks of a start-up with what they found; it allocates nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Checklist {
+    checks: [Check; ROOMS],
+    len: usize,
+}
+
+impl Default for Checklist {
+    fn default() -> Self {
+        Self { checks: [Check::new(What::Reports, f64::NAN, f64::NAN); ROOMS], len: 0 }
+    }
+}
+
+impl Checklist {
+    /// Adds a check.
+    pub fn push(&mut self, check: Check) {
+        if let Some(place) = self.checks.get_mut(self.len) {
+            *place = check;
+            self.len += 1;
+        }
+    }
+
+    /// Replaces the value of a check of the sensor or the parts.
+    pub fn set(&mut self, check: Check) {
+        let same = |old: &&mut Check| old.what == check.what && old.robot == check.robot;
+        if let Some(old) = self.checks[..self.len].iter_mut().find(same) {
+            *old = check;
+        }
+    }
+
+    /// All checks, in order.
+    pub fn checks(&self) -> &[Check] {
+        &self.checks[..self.len]
+    }
+
+    /// The first check that has failed.
+    pub fn failed(&self) -> Option<Check> {
+        self.checks().iter().copied().find(|check| check.answer() == Answer::Failed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_check_has_a_row_of_its_own_and_answers_by_its_bound() {
+        for (i, what) in What::ALL.iter().enumerate() {
+            assert_eq!(*what as usize, i);
+            let same = What::ALL.iter().filter(|other| other.row().id == what.row().id).count();
+            assert_eq!(same, 1, "{}", what.row().id);
+            let answers = [0.5, 1.0, 2.0].map(|value| Check::new(*what, value, 1.0).answer());
+            let expected = match what.row().bound {
+                Bound::AtMost => [Answer::Passed, Answer::Passed, Answer::Failed],
+                Bound::AtLeast => [Answer::Failed, Answer::Passed, Answer::Passed],
+                Bound::Near => [Answer::Failed, Answer::Passed, Answer::Failed],
+            };
+            assert_eq!(answers, expected, "{}", what.row().id);
+            assert_eq!(Check::new(*what, f64::NAN, 1.0).answer(), Answer::Open, "an unknown value decides nothing");
+        }
+    }
+
+    #[test]
+    fn a_failed_check_states_subject_value_limit_and_remedy() {
+        let servo = Check { axis: Some(2), ..Check::of_robot(What::Servo, 0, 0.02, 0.01) };
+        let text = servo.to_string();
+        let expected =
+            "robot 1, axis 3: distance from its own set-point: 1.146 deg, required at most 0.573 deg: open the";
+        assert!(text.starts_with(expected), "{text}");
+        let rail = Check { axis: Some(RAIL), ..servo };
+        assert!(rail.to_string().contains("rail: distance from its own set-point: 20.00 mm"), "{rail}");
+    }
+}

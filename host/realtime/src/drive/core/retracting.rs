@@ -1,0 +1,114 @@
+//! After a stop, on request: robot 1 moves its part straight back along the approach, and takes the force off the parts.
+
+use super::{Core, Orders, State};
+use crate::drive::guard::Alarm;
+use crate::drive::motion::{JointMove, unit_move};
+use crate::limiter::Limiter;
+use crate::log::codes::StopCause;
+use crate::signals::AXES;
+use crate::time::Nanos;
+use softdock_kernels::frame::single::Measured;
+use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::vector::Vec3;
+
+/// Greatest mean speed of a retract \[m/s\].
+const SPEED: f64 = 0.01;
+
+/// A straight way back of part A, from rest to rest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Retreat {
+    /// Where part A stands, at rest.
+    from: Motion<f64>,
+    /// Where robot 2 stays.
+    other: [f64; AXES],
+    /// Laboratory, of length 1.
+    direction: Vec3<f64>,
+    distance: f64,
+    duration: f64,
+    /// Measured force when the retract begins \[N\]; none before.
+    force: Option<f64>,
+}
+
+impl Core {
+    /// The way back, where one was asked for and the robots can make it under supervision.
+    pub(super) fn retreat(&self) -> Option<Retreat> {
+        let (limiters, distance) = (self.limiters.as_ref()?, self.task.retract);
+        let latched = self.computer.progress().captured;
+        let dead = self.dead.contains(&true);
+        if distance <= 0.0
+            || latched
+            || dead
+            || !self.tared
+            || self.retracted.is_some()
+            || !may_retract(self.record.cause)
+        {
+            return None;
+        }
+        let at = limiters.each_ref().map(Limiter::position);
+        let from = self.arms.part_on(0, &at[0], &[0.0; AXES]);
+        let direction = self.approach * -1.0;
+        let end = Motion { position: direction.scale_add(distance, from.position), ..from };
+        let (axes, reachable) = self.arms.axes_for(0, &end);
+        // The speed of the axes is bounded by that of the way between its ends; the limiter has the last word.
+        let way = JointMove::new(at, [axes.position, at[1]], &self.limits);
+        let duration = way.duration().max(distance / SPEED);
+        reachable.then_some(Retreat { from, other: at[1], direction, distance, duration, force: None })
+    }
+
+    /// One cycle of the way back; a force that grows ends it.
+    pub(super) fn retract(&mut self, retreat: &Retreat, begun: Nanos, now: Nanos, net: Option<Measured>) -> Orders {
+        let mut retreat = *retreat;
+        let force = net.map_or(f64::NAN, |measured| measured.wrench.force.norm());
+        let first = *retreat.force.get_or_insert(force);
+        self.state = State::Retracting { retreat, begun };
+        if force.is_nan() || force > first + self.task.station.links.contact.free_force {
+            self.stop(Alarm::of(StopCause::ForceLimit));
+            return self.ramp_down();
+        }
+        let time = (now - begun).seconds() + self.capabilities[0].cycle.seconds();
+        let share = unit_move(time / retreat.duration);
+        let way = share * retreat.distance;
+        let part = Motion { position: retreat.direction.scale_add(way, retreat.from.position), ..retreat.from };
+        let (axes, reachable) = self.arms.axes_for(0, &part);
+        self.retracted = Some(way);
+        let orders = self.limited(&[axes.position, retreat.other], reachable);
+        if time >= retreat.duration && matches!(self.state, State::Retracting { .. }) {
+            self.state = State::Stopping;
+        }
+        self.commanded = Parts { a: part, ..self.commanded };
+        orders
+    }
+}
+
+/// Whether the robots still do what they are commanded after a stop for this cause, and the sensor supervises them.
+fn may_retract(cause: StopCause) -> bool {
+    match cause {
+        StopCause::LinkSilent
+        | StopCause::LinkFault
+        | StopCause::RobotFault
+        | StopCause::SetPoint
+        | StopCause::NonFinite
+        | StopCause::SensorStale
+        | StopCause::SensorFault
+        | StopCause::StartRefused
+        | StopCause::Checked
+        | StopCause::Panic
+        | StopCause::None => false,
+        StopCause::Completed
+        | StopCause::Operator
+        | StopCause::Signal
+        | StopCause::LostPackets
+        | StopCause::ForceLimit
+        | StopCause::ForceRate
+        | StopCause::EnergyBudget
+        | StopCause::AxisLimit
+        | StopCause::ToolLimit
+        | StopCause::Tracking
+        | StopCause::Overrun
+        | StopCause::UntakenAnswers
+        | StopCause::LossBudget
+        | StopCause::BlindSensor
+        | StopCause::FreeForce
+        | StopCause::CatchUp => true,
+    }
+}
