@@ -12,6 +12,7 @@ mod house;
 mod identify;
 mod kernel;
 mod one_facility;
+mod operator_page;
 mod oracles;
 mod parity;
 mod resume;

@@ -52,6 +52,7 @@ has_vulkan_loader || missing+=(libvulkan1)
 has_lavapipe || missing+=(mesa-vulkan-drivers)
 has_venv || missing+=(python3 python3-venv)
 command -v ip >/dev/null || missing+=(iproute2)
+command -v chromium >/dev/null || missing+=(chromium)
 if [ "${#missing[@]}" -gt 0 ]; then
     echo "installing ${missing[*]}"
     install "${missing[@]}"
@@ -156,6 +157,9 @@ real_peers=()
 SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"
 SOFTDOCK_MCAP="$scratch/others.mcap" cargo test "${all[@]}" --lib write_a_log_for_others -- --ignored
 "$peers/bin/python" host/realtime/tests/peers/read_mcap.py "$scratch/others.mcap"
+
+step "the operator's page, in a browser"
+SOFTDOCK_BROWSER=chromium cargo test "${all[@]}" --test softdock operator_page -- --ignored
 
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"

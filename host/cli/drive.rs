@@ -6,6 +6,7 @@ use crate::band::{self, Line};
 use crate::links::{self, Addresses};
 use crate::realtime::{apply, own};
 use crate::secret::with_secret;
+use crate::serve::{Served, serve};
 use crate::words::{Exit, explain, refuse, say, warn};
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
@@ -32,7 +33,8 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::writer::LogWriter;
 use softdock_realtime::signals::LinkFault;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::view::{Controls, feed, model::Budgets, show};
+use softdock_realtime::view::model::{Budgets, View};
+use softdock_realtime::view::{Controls, feed, show};
 use std::fs;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -90,15 +92,19 @@ pub(crate) fn drive(args: &DriveArgs) -> miette::Result<Exit> {
     if let Some(folder) = &args.rsi_config {
         return write_rsi_configurations(&plan, folder);
     }
-    if args.arm && !args.go_after_check && !(std::io::stdin().is_terminal() && std::io::stdout().is_terminal()) {
-        let remedy = "run it in a terminal, where the key g lets the robots move, or add --go-after-check";
+    if args.arm
+        && !args.go_after_check
+        && args.serve.is_none()
+        && !(std::io::stdin().is_terminal() && std::io::stdout().is_terminal())
+    {
+        let remedy = "run it in a terminal, where the key g lets the robots move, or add --serve or --go-after-check";
         return Err(refuse("nobody can say GO here: this is no terminal", remedy));
     }
     tell(&plan);
     // One process drives a robot; the lock ends with this one, however that ends.
     let _locks = if plan.addresses.any_real() { own(&plan.task.station, &plan.addresses)? } else { Vec::new() };
     fs::create_dir_all(&plan.out).into_diagnostic()?;
-    let ended = cycle_to_the_end(&plan).inspect_err(|_| {
+    let ended = cycle_to_the_end(&plan, args.serve.as_deref()).inspect_err(|_| {
         // Nothing was driven: an empty log would only be in the way. What is there besides it stays.
         let _ = fs::remove_file(plan.out.join("log.mcap"));
         let _ = fs::remove_dir(&plan.out);
@@ -251,18 +257,22 @@ fn refuse_unnamed(armed: bool, addresses: &Addresses, station: &Station) -> miet
 /// What will be done, and what stops it; printed before anything moves.
 fn tell(plan: &Plan) {
     let (task, station) = (&plan.task, &plan.task.station);
-    let mode = match (task.armed, plan.addresses.any_real()) {
-        _ if task.check_only => "checks alone: nothing moves",
-        (true, _) => "ARMED: the robots will move",
-        (false, true) => "dry run: the real robots are asked for nothing, emulated ones move in their place",
-        (false, false) => "emulated robots in process",
-    };
+    let mode = mode_in_words(plan);
     say(format!("{}  run {}  {mode}", plan.campaign.id, task.run));
     for (index, (robot, address)) in station.robots.iter().zip(&plan.addresses.all).enumerate() {
         let Address { scheme, place, .. } = address;
         say(format!("  robot {}   {}  {scheme}://{place}", index + 1, robot.name));
     }
     say(limits_in_words(task));
+}
+
+fn mode_in_words(plan: &Plan) -> &'static str {
+    match (plan.task.armed, plan.addresses.any_real()) {
+        _ if plan.task.check_only => "checks alone: nothing moves",
+        (true, _) => "ARMED: the robots will move",
+        (false, true) => "dry run: the real robots are asked for nothing, emulated ones move in their place",
+        (false, false) => "emulated robots in process",
+    }
 }
 
 fn limits_in_words(task: &Task) -> String {
@@ -286,8 +296,13 @@ fn limits_in_words(task: &Task) -> String {
 }
 
 /// The cycle in a thread of its own, the view in this one.
-fn cycle_to_the_end(plan: &Plan) -> miette::Result<Ended> {
+fn cycle_to_the_end(plan: &Plan, page: Option<&str>) -> miette::Result<Ended> {
     let controls = Arc::new(Controls::default());
+    let page = page.map(|address| serve(address, &controls, about(plan)?)).transpose()?;
+    let board = page.as_ref().map(Served::board);
+    if let Some(page) = &page {
+        say(format!("  page      http://{}/", page.address()));
+    }
     let alarms = Arc::new(Alarms { signals: AtomicU32::new(0), panicked: AtomicBool::new(false) });
     listen(&alarms, &controls);
     let (samples_in, samples) = feed();
@@ -295,13 +310,17 @@ fn cycle_to_the_end(plan: &Plan) -> miette::Result<Ended> {
     let log = LogWriter::create(&plan.out.join("log.mcap"), &setup(plan)?).into_diagnostic()?;
     let budgets = budgets(plan);
     std::thread::scope(|scope| {
-        let (for_cycle, for_alarms) = (Arc::clone(&controls), Arc::clone(&alarms));
+        let (for_cycle, for_alarms, for_page) = (Arc::clone(&controls), Arc::clone(&alarms), board.clone());
         let cycle = scope.spawn(move || {
             let ended = cycle_thread(plan, log, samples_in, &for_cycle, &for_alarms);
+            if let (Ok(ended), Some(board)) = (&ended, &for_page) {
+                board.finish(answer(plan, ended));
+            }
             for_cycle.end();
             ended
         });
-        if let Err(error) = show(samples, budgets, &controls) {
+        let mut watch = |view: &View| board.iter().for_each(|board| board.show(view));
+        if let Err(error) = show(samples, budgets, &controls, &mut watch) {
             warn(format!("the view has failed ({error}); the run goes on, Ctrl-C stops it"));
         }
         cycle.join().map_err(|_| refuse("the cycle's thread has failed", "report this with the log"))?
@@ -375,6 +394,27 @@ fn cycle_thread(
 /// The wall clock \[ns since the Unix epoch\].
 fn since_epoch() -> miette::Result<Nanos> {
     Ok(Nanos(SystemTime::now().duration_since(UNIX_EPOCH).into_diagnostic()?.as_nanos() as i64))
+}
+
+/// What the page shows of a session that never changes.
+fn about(plan: &Plan) -> miette::Result<Value> {
+    let (task, station) = (&plan.task, &plan.task.station);
+    let robots = station.robots.iter().zip(&plan.addresses.all);
+    let robots = robots.enumerate().map(|(index, (robot, address))| {
+        format!("Robot {}: {}, {}://{}", index + 1, robot.name, address.scheme, address.place)
+    });
+    let links = &station.links;
+    Ok(json!({
+        "campaign": plan.campaign.id, "run": task.run, "mode": mode_in_words(plan), "armed": task.armed,
+        "began_unix_s": since_epoch()?.seconds(), "robots": robots.collect::<Vec<_>>(),
+        "rules": rules::in_force(&task.plant.facility),
+        "links": format!(
+            "links: more than {} lost or untaken cycles in a row, more than {} in {} s; a tool more than {:.1} mm + {} s x \
+             commanded speed from its command; sensor older than {:.1} ms",
+            links.hold_cycles, links.window_cycles, links.window, links.tracking.distance * 1e3, links.tracking.time,
+            links.sensor_age * 1e3,
+        ),
+    }))
 }
 
 fn budgets(plan: &Plan) -> Budgets {

@@ -40,6 +40,7 @@ mod run;
 mod scene;
 mod schema;
 mod secret;
+mod serve;
 mod signals;
 mod status;
 mod step;

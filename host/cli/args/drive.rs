@@ -76,6 +76,9 @@ pub(crate) struct DriveArgs {
     /// Let armed robots move as soon as every check has passed, without anybody's GO; for tests.
     #[arg(long, requires = "arm")]
     pub(crate) go_after_check: bool,
+    /// Show the session in a browser on this machine, with GO and stop: address of loopback, 127.0.0.1:8765 if not given.
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = crate::serve::DEFAULT_ADDRESS)]
+    pub(crate) serve: Option<String>,
     /// Move the robots to the start of the run first, at a tenth of their limits.
     #[arg(long)]
     pub(crate) to_start: bool,

@@ -84,7 +84,7 @@ pub(crate) fn of_axis([joint, rail]: [f64; 2], axis: usize) -> f64 {
 }
 
 /// An axis as users call it.
-pub(crate) fn axis_name(axis: usize) -> String {
+pub fn axis_name(axis: usize) -> String {
     if axis == RAIL { "rail".to_owned() } else { format!("axis {}", axis + 1) }
 }
 

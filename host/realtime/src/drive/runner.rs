@@ -29,6 +29,7 @@ impl Keeping {
         self.evidence.push(record);
         if let Some(feed) = &mut self.feed {
             feed.push(record);
+            feed.notice(session.core());
         }
     }
 }

@@ -21,6 +21,8 @@ pub const GOOD_REPORTS: u32 = 100;
 const FEWEST_REPORTS: u32 = 10;
 /// Cycles after which the links have had their chance.
 pub const LAST_CYCLE: u64 = 2500;
+/// Checks that do not decide yet are listed every so many cycles.
+pub const SHOWN_EVERY: u64 = 25;
 /// Our forward kinematics and the robot's agree this well \[m\], \[rad\].
 pub const POSE_TOLERANCE: [f64; 2] = [1e-3, 0.2 * std::f64::consts::PI / 180.0];
 /// A run begins this near to its start pose \[m\], \[rad\].
@@ -200,6 +202,15 @@ pub struct Cell<'a> {
     pub now: Nanos,
 }
 
+/// The checks as far as a cycle knows them.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// All of them.
+    pub list: Checklist,
+    /// They decide: every check has its answer, or one that ends the start-up at once has failed.
+    pub decides: bool,
+}
+
 /// The checks at start-up, cycle by cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartUp {
@@ -211,8 +222,8 @@ pub struct StartUp {
 }
 
 impl StartUp {
-    /// One more cycle; the list once every check has an answer, or one that ends the start-up at once has failed.
-    pub fn check(&mut self, links: &Watched, cell: &Cell) -> Option<Checklist> {
+    /// One more cycle; the checks in every [`SHOWN_EVERY`]th, and in each once they decide.
+    pub fn check(&mut self, links: &Watched, cell: &Cell) -> Option<Found> {
         self.cycles += 1;
         let master = cell.robots[0].cycle;
         for ((seen, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
@@ -230,7 +241,9 @@ impl StartUp {
         }
         let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == Answer::Failed);
         let settled = whole || self.cycles >= LAST_CYCLE;
-        (settled || disturbed).then(|| self.list(links, cell, settled))
+        let decides = settled || disturbed;
+        let shown = decides || self.cycles.is_multiple_of(SHOWN_EVERY);
+        shown.then(|| Found { list: self.list(links, cell, settled), decides })
     }
 
     /// The readings of the last hundred samples, or so.
@@ -288,8 +301,10 @@ impl StartUp {
             }
         }
         if self.robots.iter().all(|seen| seen.first.is_some()) {
-            let value = *self.clearance.get_or_insert_with(|| clearance(links, cell));
-            list.push(Check::new(What::Clearance, value, 0.0));
+            if settled {
+                self.clearance.get_or_insert_with(|| clearance(links, cell));
+            }
+            list.push(Check::new(What::Clearance, self.clearance.unwrap_or(f64::NAN), 0.0));
         }
         list
     }

@@ -9,9 +9,9 @@ pub mod screen;
 
 use crate::log::codes::Phase;
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use model::{Budgets, Feed, Sample, View};
+use model::{Budgets, Feed, Notice, Sample, View};
 use ratatui::crossterm;
-use rtrb::{Consumer, RingBuffer};
+use rtrb::{Consumer, Producer, RingBuffer};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
@@ -23,6 +23,8 @@ const PICTURE: Duration = Duration::from_millis(100);
 const LINE: Duration = Duration::from_secs(1);
 /// Samples that wait for the view: four seconds at 1 kHz.
 const RING_SAMPLES: usize = 4096;
+/// Notices that wait for the view.
+const RING_NOTICES: usize = 64;
 
 /// What view and drive tell each other.
 #[derive(Debug, Default)]
@@ -70,27 +72,45 @@ impl Controls {
     }
 }
 
-/// The cycle's end and the view's end of a ring of samples, its memory touched.
-pub fn feed() -> (Feed, Consumer<Sample>) {
-    let (mut ring, mut samples) = RingBuffer::new(RING_SAMPLES);
-    while ring.push(Sample::default()).is_ok() {}
-    while samples.pop().is_ok() {}
-    (Feed::new(ring), samples)
+/// The view's end of what a cycle hands over.
+pub struct Samples {
+    ring: Consumer<Sample>,
+    notices: Consumer<Notice>,
+}
+
+/// The cycle's end and the view's end of the rings between them, their memory touched.
+pub fn feed() -> (Feed, Samples) {
+    let (ring, samples) = touched(RING_SAMPLES, Sample::default());
+    let (notices, noticed) = touched(RING_NOTICES, Notice::default());
+    (Feed::new(ring, notices), Samples { ring: samples, notices: noticed })
+}
+
+fn touched<T: Copy>(rooms: usize, value: T) -> (Producer<T>, Consumer<T>) {
+    let (mut one, mut other) = RingBuffer::new(rooms);
+    while one.push(value).is_ok() {}
+    while other.pop().is_ok() {}
+    (one, other)
 }
 
 /// Shows a drive until it is over and, on a terminal, the operator has seen how it ended; gives what was shown last.
 ///
+/// `watch` sees the view at each picture, ten times a second, and once when all of the drive has been seen.
 /// Run it on a thread of normal priority. A view that fails (the terminal is gone) asks for no stop; the caller
 /// decides.
 ///
 /// # Errors
 /// If standard output cannot be written.
-pub fn show(mut samples: Consumer<Sample>, budgets: Budgets, controls: &Controls) -> io::Result<View> {
+pub fn show(
+    mut samples: Samples,
+    budgets: Budgets,
+    controls: &Controls,
+    watch: &mut dyn FnMut(&View),
+) -> io::Result<View> {
     let mut view = View::new(budgets);
     if io::stdout().is_terminal() && io::stdin().is_terminal() {
-        show_screen(&mut view, &mut samples, controls)?;
+        show_screen(&mut view, &mut samples, controls, watch)?;
     } else {
-        show_lines(&mut view, &mut samples, controls, &mut io::stdout())?;
+        show_lines(&mut view, &mut samples, controls, &mut io::stdout(), watch)?;
     }
     Ok(view)
 }
@@ -104,12 +124,18 @@ impl Drop for Restore {
     }
 }
 
-fn show_screen(view: &mut View, samples: &mut Consumer<Sample>, controls: &Controls) -> io::Result<()> {
+fn show_screen(
+    view: &mut View,
+    samples: &mut Samples,
+    controls: &Controls,
+    watch: &mut dyn FnMut(&View),
+) -> io::Result<()> {
     // The terminal's raw mode turns Ctrl+C into a key: no signal comes from it.
     let mut terminal = ratatui::try_init()?;
     let _restore = Restore;
     loop {
         let over = take(view, samples, controls);
+        watch(view);
         terminal.draw(|frame| screen::draw(frame, view))?;
         if over && controls.leaves.load(Ordering::SeqCst) {
             return Ok(());
@@ -154,13 +180,15 @@ fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
 
 fn show_lines(
     view: &mut View,
-    samples: &mut Consumer<Sample>,
+    samples: &mut Samples,
     controls: &Controls,
     out: &mut impl Write,
+    watch: &mut dyn FnMut(&View),
 ) -> io::Result<()> {
     let mut last = Instant::now();
     loop {
         let over = take(view, samples, controls);
+        watch(view);
         if over || last.elapsed() >= LINE {
             writeln!(out, "{}", lines::line(view))?;
             out.flush()?;
@@ -174,10 +202,13 @@ fn show_lines(
 }
 
 /// Takes what has come; true once the drive is over and all of it is seen.
-fn take(view: &mut View, samples: &mut Consumer<Sample>, controls: &Controls) -> bool {
-    let over = controls.ended() || samples.is_abandoned();
-    while let Ok(sample) = samples.pop() {
+fn take(view: &mut View, samples: &mut Samples, controls: &Controls) -> bool {
+    let over = controls.ended() || samples.ring.is_abandoned();
+    while let Ok(sample) = samples.ring.pop() {
         view.take(&sample);
+    }
+    while let Ok(notice) = samples.notices.pop() {
+        view.notice = notice;
     }
     view.told(controls.stops(), over);
     over

@@ -1,5 +1,8 @@
 //! The numbers that the operator's view shows, gathered from the cycles.
 
+use crate::drive::checklist::{Check, Checklist};
+use crate::drive::core::Core;
+use crate::drive::guard::Alarm;
 use crate::log::codes::{LimitKind, Phase, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, LimitFlags, RobotRecord, TOOL};
 use crate::signals::AXES;
@@ -109,14 +112,41 @@ impl RobotSample {
     }
 }
 
+/// What the view needs besides, now and then.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Notice {
+    /// The checks of the start-up.
+    pub checklist: Checklist,
+    /// The check that has refused the session.
+    pub refusal: Option<Check>,
+    /// When the session was stopped, since its start, and why.
+    pub stopped: Option<(Nanos, Alarm)>,
+    /// How far robot 1 has moved its part back after the stop \[m\].
+    pub retracted: Option<f64>,
+}
+
+/// A notice every so many cycles, and one at the end.
+const NOTICE_EVERY: u64 = 25;
+
 /// The cycle's end of the view.
 pub struct Feed {
     ring: Producer<Sample>,
+    notices: Producer<Notice>,
 }
 
 impl Feed {
-    pub(super) fn new(ring: Producer<Sample>) -> Self {
-        Self { ring }
+    pub(super) fn new(ring: Producer<Sample>, notices: Producer<Notice>) -> Self {
+        Self { ring, notices }
+    }
+
+    /// Shows what the decisions have found, every [`NOTICE_EVERY`]th cycle and at the end; neither waits nor allocates.
+    pub fn notice(&mut self, core: &Core) {
+        let record = core.record();
+        if record.cycle.is_multiple_of(NOTICE_EVERY) || record.phase == Phase::Stopped {
+            let (refusal, stopped) = (core.refusal(), core.stopped());
+            let retracted = core.retracted();
+            let _ = self.notices.push(Notice { checklist: *core.checklist(), refusal, stopped, retracted });
+        }
     }
 
     /// Shows a cycle, unless the view is behind; neither waits nor allocates.
@@ -188,6 +218,8 @@ pub struct View {
     pub budgets: Budgets,
     /// The newest cycle.
     pub newest: Sample,
+    /// The newest notice.
+    pub notice: Notice,
     /// Stops asked for so far.
     pub stops: u32,
     /// The drive is over.
@@ -198,6 +230,7 @@ pub struct View {
     round_trip: [Times; 2],
     bars: VecDeque<f64>,
     bar_began: Nanos,
+    bar: u64,
     met: [LimitFlags; 2],
 }
 
@@ -207,6 +240,7 @@ impl View {
         Self {
             budgets,
             newest: Sample::default(),
+            notice: Notice::default(),
             stops: 0,
             over: false,
             peak_measured_force: 0.0,
@@ -214,6 +248,7 @@ impl View {
             round_trip: Default::default(),
             bars: VecDeque::from([0.0]),
             bar_began: Nanos(0),
+            bar: 0,
             met: Default::default(),
         }
     }
@@ -224,6 +259,7 @@ impl View {
         self.peak_measured_force = self.peak_measured_force.max(sample.force);
         if sample.time.0.saturating_sub(self.bar_began.0) >= BAR.0 {
             self.bar_began = sample.time;
+            self.bar += 1;
             if self.bars.len() == BARS {
                 self.bars.pop_front();
             }
@@ -253,6 +289,11 @@ impl View {
     /// Times from a robot's report (0 or 1) to our answer.
     pub fn round_trip(&self, robot: usize) -> Percentiles {
         self.round_trip[robot].percentiles()
+    }
+
+    /// Number of the newest bar of [`force_history`](Self::force_history), from 0.
+    pub fn bars_so_far(&self) -> u64 {
+        self.bar
     }
 
     /// The largest forces \[N\] of the last times, the newest last, at most this many.

@@ -156,7 +156,7 @@ fn without_a_terminal_there_is_a_line_and_the_last_one_tells_the_cause() {
     let controls = Controls::default();
     controls.end();
     let (mut view, mut out) = (View::new(BUDGETS), Vec::new());
-    show_lines(&mut view, &mut samples, &controls, &mut out).expect("memory");
+    show_lines(&mut view, &mut samples, &controls, &mut out, &mut |_| ()).expect("memory");
     let text = String::from_utf8(out).expect("text");
     assert_eq!(text.lines().count(), 1);
     for part in [
@@ -175,7 +175,7 @@ fn the_cycle_never_waits_for_the_view() {
     let (mut feed, mut samples) = feed();
     let record = sample::cycle(1);
     (0..RING_SAMPLES + 100).for_each(|_| feed.push(&record));
-    assert_eq!(samples.slots(), RING_SAMPLES);
+    assert_eq!(samples.ring.slots(), RING_SAMPLES);
     drop(feed);
     let (mut view, controls) = (View::new(BUDGETS), Controls::default());
     assert!(take(&mut view, &mut samples, &controls), "a drive whose cycle is gone is over");
@@ -200,6 +200,6 @@ fn a_drive_to_look_at() {
             feed.push(&last);
             controls.end();
         });
-        show(samples, BUDGETS, &controls).expect("a terminal");
+        show(samples, BUDGETS, &controls, &mut |_| ()).expect("a terminal");
     });
 }

@@ -5,7 +5,7 @@ use crate::limiter::Cut;
 use crate::log::codes::{LimitKind, Phase, cycle_flags};
 use crate::log::record::RobotRecord;
 use crate::log::table::Logged;
-use crate::signals::{AXES, Order};
+use crate::signals::{AXES, Order, RAIL};
 use softdock_kernels::frame::single::Progress;
 use softdock_kernels::robot::command;
 use softdock_kernels::space::{Motion, Parts};
@@ -85,6 +85,10 @@ impl Core {
         std::array::from_fn(|r| {
             let at = limiters[r].position();
             std::array::from_fn(|i| {
+                // The rail is robot 1's.
+                if (r, i) == (1, RAIL) {
+                    return f64::NAN;
+                }
                 let limit = &self.limits[i];
                 let half = 0.5 * (limit.upper - limit.lower);
                 if half > 0.0 { (at[i] - limit.lower - half).abs() / half } else { 0.0 }

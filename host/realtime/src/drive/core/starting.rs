@@ -4,7 +4,7 @@ use super::{Core, Inputs, Orders, State};
 use crate::drive::checklist::{Answer, Check, Checklist, What};
 use crate::drive::guard::{Alarm, Guard};
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Cell, StartUp, Watched, Weighing, moved, start_errors};
+use crate::drive::start::{Cell, Found, StartUp, Watched, Weighing, moved, start_errors};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
@@ -51,16 +51,18 @@ impl Core {
         let moved = check(moved, Watched::moved(&self.record, inputs.moved.broken));
         let real = inputs.exercised.map(|arrived| check(real, Watched::exercised(&self.record, arrived.broken)));
         // The list of a dry run is that of the real links, unless only the emulated ones have failed.
-        let lists = [real.flatten(), moved];
-        let failed = lists.iter().flatten().find_map(Checklist::failed);
-        let shown = lists.iter().flatten().find(|list| failed.is_none() || list.failed().is_some()).copied();
-        if let Some(list) = shown {
-            self.checklist = list;
+        let found = [real.flatten(), moved];
+        let decided = || found.iter().flatten().filter(|found| found.decides).map(|found| &found.list);
+        let failed = decided().find_map(Checklist::failed);
+        let of_failed = decided().find(|list| list.failed().is_some());
+        if let Some(list) = of_failed.or(found.iter().flatten().map(|found| &found.list).next()) {
+            self.checklist = *list;
         }
         if let Some(failed) = failed {
             return self.refuse(failed);
         }
-        let passed = moved.is_some() && real.is_none_or(|real| real.is_some());
+        let whole = |found: Option<Found>| found.is_some_and(|found| found.decides);
+        let passed = whole(moved) && real.is_none_or(whole);
         self.ready = passed && self.task.armed && !inputs.go && !self.task.check_only;
         match (passed, self.ready) {
             (true, false) if self.task.check_only => {

@@ -1,0 +1,278 @@
+//! The operator's page of a session: checks, GO, stop and state in a browser on this machine.
+//!
+//! The page can move robots. It is served on loopback alone, to requests that name this address, and takes a command
+//! only with the token that the page itself holds: no other page in the same browser can send one.
+
+use crate::words::refuse;
+use axum::Router;
+use axum::extract::{Request, State};
+use axum::http::{StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use miette::IntoDiagnostic;
+use serde_json::{Value, json};
+use softdock_realtime::drive::checklist::{Answer, Check};
+use softdock_realtime::log::codes::{Phase, StopCause};
+use softdock_realtime::signals::{AXES, axis_name};
+use softdock_realtime::view::Controls;
+use softdock_realtime::view::model::{Percentiles, View};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+
+/// Where the page is served unless another address is given.
+pub(crate) const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
+/// Header that carries the page's token.
+const TOKEN: &str = "x-softdock-token";
+/// Bars of the force's history on the page: 30 s.
+const BARS: usize = 300;
+/// Time in which the page may fetch how the session has ended.
+const LAST_LOOK: Duration = Duration::from_secs(2);
+
+/// What page and session share.
+pub(crate) struct Board {
+    controls: Arc<Controls>,
+    token: String,
+    address: SocketAddr,
+    state: Mutex<Value>,
+    about: Mutex<Value>,
+    outcome: Mutex<Value>,
+    /// A page looks, and has fetched how the session ended.
+    watched: AtomicBool,
+    has_seen_end: AtomicBool,
+}
+
+/// A page that is being served.
+pub(crate) struct Served {
+    board: Arc<Board>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Serves the page of a session.
+///
+/// # Errors
+/// If the address is not of loopback, or cannot be listened on.
+pub(crate) fn serve(address: &str, controls: &Arc<Controls>, about: Value) -> miette::Result<Served> {
+    let remedy = "write --serve 127.0.0.1:8765; to look at it from another machine, forward that port with ssh";
+    let wanted: SocketAddr =
+        address.parse().map_err(|_| refuse(format!("`{address}` is no address of an operator's page"), remedy))?;
+    if !wanted.ip().is_loopback() {
+        return Err(refuse(format!("{wanted} is reachable from other machines, and the page can move robots"), remedy));
+    }
+    let listener = TcpListener::bind(wanted)
+        .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
+        .map_err(|error| refuse(format!("cannot serve the page on {wanted}: {error}"), remedy))?;
+    let board = Arc::new(Board {
+        controls: Arc::clone(controls),
+        token: token()?,
+        address: listener.local_addr().into_diagnostic()?,
+        state: Mutex::new(Value::Null),
+        about: Mutex::new(about),
+        outcome: Mutex::new(Value::Null),
+        watched: AtomicBool::new(false),
+        has_seen_end: AtomicBool::new(false),
+    });
+    let (stop, stopped) = oneshot::channel();
+    let for_server = Arc::clone(&board);
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
+    let thread = thread::Builder::new().name("operator page".to_owned());
+    let thread = thread
+        .spawn(move || {
+            runtime.block_on(async {
+                let listener = tokio::net::TcpListener::from_std(listener).expect("a listener that does not block");
+                let served = axum::serve(listener, router(for_server));
+                tokio::select! {
+                    // A page that cannot be served any more asks for no stop: keys and signals still do.
+                    _ = served.into_future() => {}
+                    _ = stopped => {}
+                }
+            });
+        })
+        .into_diagnostic()?;
+    Ok(Served { board, stop: Some(stop), thread: Some(thread) })
+}
+
+/// 128 random bits.
+fn token() -> miette::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| refuse(format!("no random numbers: {error}"), "run without --serve"))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+impl Served {
+    /// Where the page is.
+    pub(crate) fn address(&self) -> SocketAddr {
+        self.board.address
+    }
+
+    /// What the session writes to.
+    pub(crate) fn board(&self) -> Arc<Board> {
+        Arc::clone(&self.board)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let begun = Instant::now();
+        while self.board.watched.load(Ordering::Relaxed)
+            && !self.board.has_seen_end.load(Ordering::Relaxed)
+            && begun.elapsed() < LAST_LOOK
+        {
+            thread::sleep(Duration::from_millis(20));
+        }
+        if let Some(stop) = self.stop.take() {
+            let _ = stop.send(());
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Board {
+    /// Shows a picture of the session.
+    pub(crate) fn show(&self, view: &View) {
+        *self.state.lock().unwrap_or_else(PoisonError::into_inner) = state(view);
+    }
+
+    /// Shows how the session has ended.
+    pub(crate) fn finish(&self, outcome: Value) {
+        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = outcome;
+    }
+
+    fn picture(&self) -> Value {
+        let read = |value: &Mutex<Value>| value.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        json!({ "state": read(&self.state), "outcome": read(&self.outcome), "about": read(&self.about) })
+    }
+}
+
+fn router(board: Arc<Board>) -> Router {
+    Router::new()
+        .route("/", get(page))
+        .route("/state", get(picture))
+        .route("/go", post(go))
+        .route("/stop", post(stop))
+        .layer(from_fn_with_state(Arc::clone(&board), only_this_address))
+        .with_state(board)
+}
+
+/// A request that names another host comes from a page of somebody else.
+async fn only_this_address(State(board): State<Arc<Board>>, request: Request, next: Next) -> Response {
+    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
+    let port = board.address.port();
+    let own = [board.address.to_string(), format!("localhost:{port}")];
+    if !own.iter().any(|own| own == host) {
+        return (StatusCode::FORBIDDEN, "this page is served to this machine alone").into_response();
+    }
+    if request.method() == axum::http::Method::POST {
+        let token = request.headers().get(TOKEN).and_then(|token| token.to_str().ok()).unwrap_or_default();
+        if token != board.token {
+            return (StatusCode::FORBIDDEN, "a command needs the token of the page").into_response();
+        }
+    }
+    next.run(request).await
+}
+
+async fn page(State(board): State<Arc<Board>>) -> Response {
+    let text = include_str!("drive.html").replace("TOKEN_OF_THIS_SESSION", &board.token);
+    let policy =
+        "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; img-src data:";
+    let headers = [
+        (header::CONTENT_TYPE, "text/html; charset=utf-8"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::CONTENT_SECURITY_POLICY, policy),
+    ];
+    (headers, text).into_response()
+}
+
+async fn picture(State(board): State<Arc<Board>>) -> Response {
+    board.watched.store(true, Ordering::Relaxed);
+    let picture = board.picture();
+    if !picture["outcome"].is_null() && picture["state"]["over"] == json!(true) {
+        board.has_seen_end.store(true, Ordering::Relaxed);
+    }
+    let headers = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
+    (headers, picture.to_string()).into_response()
+}
+
+async fn go(State(board): State<Arc<Board>>) -> Response {
+    if board.picture()["state"]["phase"] != json!(Phase::Ready.word()) {
+        return (StatusCode::CONFLICT, "the session does not wait for GO").into_response();
+    }
+    board.controls.go();
+    StatusCode::NO_CONTENT.into_response()
+}
+
+async fn stop(State(board): State<Arc<Board>>) -> Response {
+    board.controls.request_stop();
+    StatusCode::NO_CONTENT.into_response()
+}
+
+/// A number for the page; what is not known is null.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+fn micros(times: Percentiles) -> Value {
+    let micros = |time: softdock_realtime::time::Nanos| time.0 / 1000;
+    json!({ "p50": micros(times.p50), "p99": micros(times.p99), "max": micros(times.max) })
+}
+
+fn check(check: &Check) -> Value {
+    let (row, answer) = (check.what.row(), check.answer());
+    json!({
+        "id": row.id, "subject": check.subject(), "title": row.title, "answer": answer.word(),
+        "value": check.value_text(), "limit": check.limit_text(),
+        "remedy": if answer == Answer::Failed { row.remedy } else { "" },
+    })
+}
+
+/// A session as the page shows it.
+fn state(view: &View) -> Value {
+    let now = &view.newest;
+    // Before the run the parts are not where the simulation has them.
+    let runs = matches!(now.phase, Phase::Approach | Phase::Contact | Phase::Free | Phase::Captured | Phase::Stopping);
+    let robot = |r: usize| {
+        let robot = &now.robots[r];
+        let axes = (0..AXES).filter(|axis| robot.limit_used[*axis].is_finite()).map(|axis| {
+            let met: Vec<&str> = view.met(r, axis).map(|kind| kind.word()).collect();
+            json!({ "axis": axis_name(axis), "share": robot.limit_used[axis], "met": met })
+        });
+        json!({
+            "present": robot.present, "lost": robot.lost, "stale": robot.stale, "late": robot.late,
+            "tracking_mm": number(if runs { now.tracking[r] * 1e3 } else { f64::NAN }), "axes": axes.collect::<Vec<_>>(),
+            "lateness_us": micros(view.lateness(r)), "round_trip_us": micros(view.round_trip(r)),
+        })
+    };
+    let notice = &view.notice;
+    let stop = notice.stopped.map(|(time, alarm)| {
+        let found = alarm.found;
+        json!({
+            "time_s": time.seconds(), "cause": alarm.cause.word(), "meaning": alarm.cause.meaning(),
+            "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
+            "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
+            "unit": found.map(|found| found.unit),
+        })
+    });
+    json!({
+        "time_s": now.time.seconds(), "cycle": now.cycle, "phase": now.phase.word(), "meaning": now.phase.meaning(),
+        "armed": now.armed, "over": view.over, "stops": view.stops,
+        "cause": now.cause.word(), "cause_meaning": now.cause.meaning(),
+        "is_stopped": now.cause != StopCause::None,
+        "force_n": number(now.force), "moment_nm": number(now.moment), "peak_force_n": number(view.peak_measured_force),
+        "force_limit_n": number(view.budgets.force_n), "energy_j": number(now.energy),
+        "energy_limit_j": number(view.budgets.energy_j), "sensor_age_ms": number(now.sensor_age.seconds() * 1e3),
+        "overruns": now.overruns, "log_dropped": now.log_dropped,
+        "bars": view.force_history(BARS).map(number).collect::<Vec<_>>(),
+        "robots": [robot(0), robot(1)],
+        "checks": notice.checklist.checks().iter().map(check).collect::<Vec<_>>(),
+        "refusal": notice.refusal.map(|refusal| refusal.to_string()),
+        "stop": stop, "retracted_mm": notice.retracted.map(|way| way * 1e3),
+    })
+}
