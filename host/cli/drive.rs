@@ -31,7 +31,7 @@ use softdock_realtime::log::evidence::{Circumstances, Evidence};
 use softdock_realtime::log::mcap::{Attachment, Setup};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::writer::LogWriter;
-use softdock_realtime::signals::LinkFault;
+use softdock_realtime::signals::{LinkFault, axis_name};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::view::model::{Budgets, View};
 use softdock_realtime::view::{Controls, feed, show};
@@ -82,6 +82,8 @@ struct Ended {
     stopped: Option<(Nanos, Alarm)>,
     /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
     worst_tracking: [[f64; 2]; 2],
+    /// Greatest share of its limit that a torque without an explanation has had, robots 1 and 2.
+    worst_torques: [f64; 2],
     /// Records that the log has kept and lost.
     kept: [u64; 2],
 }
@@ -383,6 +385,7 @@ fn cycle_thread(
         stop: core.rule_met(),
         stopped: core.stopped(),
         worst_tracking: core.worst_tracking(),
+        worst_torques: core.worst_torques(),
         kept: [totals.written.records, totals.dropped],
     };
     // At once: whoever looks at the view still, or is killed there, has them.
@@ -490,7 +493,8 @@ fn stop_in_words(plan: &Plan, ended: &Ended) -> Option<String> {
     }
     let (time, alarm) = ended.stopped?;
     let found = alarm.found?;
-    let robot = found.robot.map_or_else(String::new, |robot| format!("robot {}: ", robot + 1));
+    let axis = found.axis.map_or_else(String::new, |axis| format!(", {}", axis_name(axis)));
+    let robot = found.robot.map_or_else(String::new, |robot| format!("robot {}{axis}: ", robot + 1));
     let [value, limit] = [found.value, found.limit].map(|value| with_unit(value, found.unit));
     Some(format!("{robot}{value}, {limit} is allowed, at {:.3} s of the session", time.seconds()))
 }
@@ -508,6 +512,7 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
         json!({
             "cause": alarm.cause.word(), "time_s": time.seconds(),
             "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
+            "axis": found.and_then(|found| found.axis).map(axis_name),
             "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
             "unit": found.map(|found| found.unit),
         })
@@ -520,7 +525,7 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
             "lost_reports": real.link.lost + real.link.overtaken, "late_answers": real.late_answers,
             "untaken_answers": record.wire.untaken, "unsent_answers": real.link.unsent,
             "foreign_datagrams": real.link.foreign, "malformed_datagrams": real.link.malformed,
-            "worst_tracking_m": ended.worst_tracking[r][0], "worst_tracking_rad": ended.worst_tracking[r][1],
+            "worst_torque_share": ended.worst_torques[r], "worst_tracking_m": ended.worst_tracking[r][0], "worst_tracking_rad": ended.worst_tracking[r][1],
         })
     };
     json!({

@@ -256,6 +256,7 @@ fn state(view: &View) -> Value {
         json!({
             "time_s": time.seconds(), "cause": alarm.cause.word(), "meaning": alarm.cause.meaning(),
             "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
+            "axis": found.and_then(|found| found.axis).map(axis_name),
             "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
             "unit": found.map(|found| found.unit),
         })

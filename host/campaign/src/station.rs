@@ -42,6 +42,8 @@ pub struct Station {
     pub sensor: StationSensor,
     /// What a session tolerates of its links.
     pub links: LinkRules,
+    /// What torques of the robots need no explanation.
+    pub torques: TorqueRules,
     /// The rules that stop a session, in the farm and on the robots.
     pub rules: SessionRules,
     /// A session ends with a controlled stop when the latch closes.
@@ -110,6 +112,15 @@ pub struct Tracking {
     /// At rest \[rad\].
     pub angle: f64,
     /// For each unit of commanded speed or angular speed: how late the robot may be \[s\].
+    pub time: f64,
+}
+
+/// Torques of a joint that weight and measured force need not explain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueRules {
+    /// For each joint \[N m\]; none: torques are not compared.
+    pub limits: Option<[f64; JOINTS]>,
+    /// Time for which a torque may be beyond its limit \[s\].
     pub time: f64,
 }
 
@@ -219,7 +230,8 @@ impl Station {
         let (zero, limits) = axes(&mut c, &file.joints, file.rail.as_ref(), &model);
         let robots = [&file.robot1, &file.robot2].map(|table| robot(&mut c, table));
         let sensor = sensor(&mut c, &file.sensor);
-        let (links, rules) = (links(&mut c, &file.safety), rules(&mut c, &file.safety));
+        let (links, torques) = (links(&mut c, &file.safety), torques(&mut c, &file.safety));
+        let rules = rules(&mut c, &file.safety);
         Problems::check(std::mem::take(&mut c.problems))?;
         let (title, end_at_capture) = (file.title.value, file.safety.end_at_capture);
         Ok(Self {
@@ -232,6 +244,7 @@ impl Station {
             robots,
             sensor,
             links,
+            torques,
             rules,
             end_at_capture,
             robot_source,
@@ -320,6 +333,14 @@ fn sensor(c: &mut Checker, table: &SensorTable) -> StationSensor {
             c.number_or(&table.weighing_moment, 1.0, "N m", Range::above(0.0, FORCE)),
         ],
         touch_force: c.number_or(&table.touch_force, 5.0, "N", Range::above(0.0, FORCE)),
+    }
+}
+
+fn torques(c: &mut Checker, table: &SafetyTable) -> TorqueRules {
+    let list = table.torque.as_ref().map(|list| c.list(list, JOINTS, "N m", Range::above(0.0, FORCE)));
+    TorqueRules {
+        limits: list.and_then(|list| list.try_into().ok()),
+        time: c.number_or(&table.torque_time, 0.05, "s", Range::within(0.0, 10.0)),
     }
 }
 

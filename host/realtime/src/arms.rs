@@ -5,7 +5,7 @@ use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::manipulator::cell::{Axes, Cell, Misplaced};
 use softdock_kernels::plant::{Plant, place};
-use softdock_kernels::space::{Motion, Parts};
+use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 
 /// Both robots, with the zeros of their controllers.
@@ -56,6 +56,20 @@ impl Arms {
     /// Pose of the controller's tool frame in the robot's base, as the robot itself should report it.
     pub fn tool_pose(&self, robot: usize, position: &[f64; AXES]) -> Pose<f64> {
         self.cells[robot].flange(&self.in_model(robot, position)).compose(self.tools[robot])
+    }
+
+    /// Torques of the joints of a robot at rest, from its weight and a wrench on its part (about the part's origin,
+    /// laboratory axes) \[N m\].
+    ///
+    /// The contact's share is that of virtual work: the power of the wrench on the part's motion at unit rate of a joint.
+    pub fn torques(&self, robot: usize, position: &[f64; AXES], on_part: Wrench<f64>) -> [f64; RAIL] {
+        let weight = self.cells[robot].weight_torques(&self.in_model(robot, position));
+        std::array::from_fn(|i| {
+            let mut rate = [0.0; AXES];
+            rate[i] = 1.0;
+            let motion = self.part_on(robot, position, &rate);
+            weight[i] - on_part.force.dot(motion.velocity) - on_part.moment.dot(motion.omega)
+        })
     }
 
     /// Limits in the controllers' own angles; the rail's are robot 1's.

@@ -148,6 +148,11 @@ pub(crate) struct SafetyTable {
     pub(crate) free_distance: Option<Quantity>,
     /// Greatest force that is plausible while the parts are apart; default 50 N.
     pub(crate) free_force: Option<Quantity>,
+    /// Torque of each joint beyond what weight and measured force explain, at which a session stops; without it torques are
+    /// not compared. Above twice the Coulomb friction of the joint.
+    pub(crate) torque: Option<Quantities>,
+    /// Time for which a torque may be beyond that; default 50 ms.
+    pub(crate) torque_time: Option<Quantity>,
     /// Greatest age of a sensor sample; default 5 ms.
     pub(crate) sensor_age: Option<Quantity>,
     /// Whether a session ends with a controlled stop when the latch closes.

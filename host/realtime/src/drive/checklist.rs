@@ -167,6 +167,8 @@ checks! {
         "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
     ToolRotation "tool_rotation" Robot, "reported attitude of its tool, from that of our model", Unit::Radians, AtMost,
         "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
+    Torques "torques" Robot, "reports torques, which the facility file has limits for", Unit::YesNo, AtLeast,
+        "let its controller send the torques of its joints, or remove torque from [safety] of the facility file";
     Reach "reach" Robot, "reaches the start of the run within its limits", Unit::YesNo, AtLeast,
         "move its base, or take another run";
     StartPosition "start_position" Robot, "distance of its part from the start of the run", Unit::Metres, AtMost,

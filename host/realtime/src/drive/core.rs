@@ -10,6 +10,7 @@ use super::checklist::{Check, Checklist};
 use super::guard::{Alarm, Found, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
 use super::start::{StartUp, Weighing, apart, moved};
+use super::torque::TorqueWatch;
 use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
@@ -209,6 +210,7 @@ pub struct Core {
     ticks: u32,
     limiters: Option<[Limiter; 2]>,
     guard: Option<Guard>,
+    torques: TorqueWatch,
     /// Measured axes of the last two reports, newest first.
     axes: [[[f64; AXES]; 2]; 2],
     /// Cycles for which the real links of a dry run have brought nothing: robots 1 and 2 and the sensor.
@@ -268,6 +270,7 @@ impl Core {
             ticks: ticks as u32,
             limiters: None,
             guard: None,
+            torques: TorqueWatch::new(task.station.torques),
             axes: [[[0.0; AXES]; 2]; 2],
             silent: [0; 3],
             sent: [[Pose::identity(); 2]; 2],
@@ -335,6 +338,11 @@ impl Core {
     /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
     pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
         self.guard.as_ref().map_or([[0.0; 2]; 2], Guard::worst_tracking)
+    }
+
+    /// Greatest share of its limit that a torque without an explanation has had, robots 1 and 2.
+    pub fn worst_torques(&self) -> [f64; 2] {
+        self.torques.worst()
     }
 
     /// The session's rule that was met, and by what.
@@ -457,7 +465,11 @@ impl Core {
             commanded: &self.commanded,
             progress: running.then(|| self.computer.progress()),
         };
-        let alarm = self.guard.as_mut()?.check(&seen)?;
+        let alarm = self.guard.as_mut()?.check(&seen).or_else(|| {
+            let Measured { parts, wrench, .. } = &read.measured;
+            let watched = self.tared && !stopping;
+            watched.then(|| self.torques.check(&self.arms, &inputs.moved.robots, parts, *wrench, inputs.now))?
+        })?;
         // And of the links only a dead one does; a retract is a motion like any other.
         (!stopping || retracting || alarm.dead.is_some()).then_some(alarm)
     }
@@ -491,7 +503,7 @@ impl Core {
             if self.silent[link] > most || real.broken[link] {
                 let robot = (link < 2).then_some(link);
                 let (value, limit) = (f64::from(self.silent[link]), f64::from(most));
-                let found = Some(Found { robot, value, limit, unit: "cycles" });
+                let found = Some(Found { robot, axis: None, value, limit, unit: "cycles" });
                 return Some(Alarm { found, ..Alarm::of(StopCause::LinkSilent) });
             }
         }

@@ -71,6 +71,8 @@ pub struct Alarm {
 pub struct Found {
     /// The robot, 0 or 1, if it is about one.
     pub robot: Option<usize>,
+    /// Its axis, if it is about one.
+    pub axis: Option<usize>,
     /// The value.
     pub value: f64,
     /// What is allowed.
@@ -87,13 +89,14 @@ impl Alarm {
 
     /// A value of a robot beyond its limit.
     fn beyond(cause: StopCause, robot: usize, value: f64, limit: f64, unit: &'static str) -> Self {
-        Self { found: Some(Found { robot: Some(robot), value, limit, unit }), ..Self::of(cause) }
+        Self { found: Some(Found { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
     }
 
     /// A rule of the session that was met.
     fn of_rule(plant: &Plant, stop: Stop) -> Self {
         let row = stop.rule.row();
-        let found = Found { robot: None, value: stop.value, limit: (row.limit)(&plant.facility), unit: row.unit };
+        let found =
+            Found { robot: None, axis: None, value: stop.value, limit: (row.limit)(&plant.facility), unit: row.unit };
         Self { found: Some(found), ..Self::of(cause_of(stop.rule)) }
     }
 }
@@ -260,6 +263,9 @@ impl Guard {
             // What it is asked for means something else to it: it is asked for nothing any more.
             return Some(Alarm { dead: Some(robot), ..Alarm::of(StopCause::SetPoint) });
         }
+        if wire.early > 0 {
+            return Some(Alarm { dead: Some(robot), ..Alarm::of(StopCause::Rate) });
+        }
         let in_window = self.budgets[robot].take(seen.lost[robot] + wire.untaken);
         if wire.untaken_in_row > links.hold_cycles {
             return Some(cycles(StopCause::UntakenAnswers, wire.untaken_in_row.into(), links.hold_cycles));
@@ -335,7 +341,7 @@ impl Guard {
         let measured = seen.measured.filter(|_| !seen.progress.is_some_and(|progress| progress.captured))?;
         let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
         let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
-        let found = |value, limit, unit| Some(Found { robot: None, value, limit, unit });
+        let found = |value, limit, unit| Some(Found { robot: None, axis: None, value, limit, unit });
         if depth > limits.blind_overlap && force < self.sensor.touch_force {
             let found = found(depth, limits.blind_overlap, "m");
             return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });

@@ -13,4 +13,5 @@ pub mod replay;
 pub mod runner;
 pub mod session;
 pub mod start;
+pub mod torque;
 pub mod wire;

@@ -68,7 +68,7 @@ impl Session {
         let core = Core::new(task, capabilities)?;
         let (start, cycle) = (clock.now(), capabilities[0].cycle);
         let last = Orders::HOLD;
-        let wires = capabilities.map(|robot| Wire::new(core.limits(), robot.cycle, cycle));
+        let wires = capabilities.map(|robot| Wire::new(core.limits(), robot, cycle));
         Ok(Self {
             core,
             moved,

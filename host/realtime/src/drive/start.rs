@@ -361,6 +361,10 @@ fn of_robot(r: usize, robot: &RobotRecord, cell: &Cell, list: &mut Checklist) {
     };
     list.push(Check::of_robot(What::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
     list.push(Check::of_robot(What::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
+    if cell.station.torques.limits.is_some() {
+        let reports = f64::from(u8::from(robot.flags & robot_flags::TORQUE != 0));
+        list.push(Check::of_robot(What::Torques, r, reports, 1.0));
+    }
     let start = if r == 0 { &cell.start.a } else { &cell.start.b };
     let reaches = cell.arms.axes_for(r, start).1;
     list.push(Check::of_robot(What::Reach, r, f64::from(u8::from(reaches)), 1.0));

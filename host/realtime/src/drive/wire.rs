@@ -5,7 +5,7 @@
 //! cubic between the master's commands.
 
 use crate::limiter::Limiter;
-use crate::signals::{AXES, LinkCounters, Order, RobotState, of_axis};
+use crate::signals::{AXES, Capabilities, LinkCounters, Order, RobotState, of_axis};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 
@@ -14,6 +14,14 @@ const REMEMBERED: usize = 16;
 /// How far a reported set-point may lie from those that were sent: rounding on the wire and the robot's own filter
 /// \[rad\], \[m\].
 const NEAR: [f64; 2] = [2e-4, 2e-4];
+
+/// A report of a robot that gives the beat came too early if its clock shows less than this share of the least step
+/// between two reports at rest,
+const EARLY: f64 = 0.9;
+/// or if its reports are ahead of our clock by this many cycles.
+const AHEAD: f64 = 1.5;
+/// Rate by which a robot's clock may be faster than ours.
+const DRIFT: f64 = 0.02;
 
 /// How a robot stands to what it has been sent; all of it counts from its first answer with a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +32,8 @@ pub struct WireState {
     pub untaken_in_row: u32,
     /// Cycles in a row in which the robot has reported a set-point that nobody here has sent.
     pub off_course: u32,
+    /// Reports that came too early: the robot's cycle has become shorter than it was.
+    pub early: u32,
     /// Cycles in a row in which it is away from its commands and led back within its limits.
     pub led_back: u32,
     /// 1 while what it is sent moves.
@@ -35,6 +45,13 @@ pub struct WireState {
 pub struct Wire {
     limits: [AxisLimits; AXES],
     cycle: Nanos,
+    /// Its reports give the beat; otherwise we do.
+    beats: bool,
+    /// Stamp and arrival of its last report, and the least growth of the stamp before any motion.
+    last: Option<(Nanos, Nanos)>,
+    growth: Nanos,
+    /// How much sooner than a cycle after the last ones its reports have come, as far as no pause has made up for it.
+    ahead: f64,
     /// Answers between two commands of the master.
     share: u32,
     limiter: Option<Limiter>,
@@ -53,12 +70,17 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire to a robot of a cycle, under a master of another one; the limits are those of its axes.
-    pub fn new(limits: [AxisLimits; AXES], cycle: Nanos, master: Nanos) -> Self {
+    /// A wire to a robot, under a master of another cycle; the limits are those of its axes.
+    pub fn new(limits: [AxisLimits; AXES], robot: Capabilities, master: Nanos) -> Self {
+        let cycle = robot.cycle;
         let share = ((master.0 as f64 / cycle.0 as f64).round() as u32).max(1);
         Self {
             limits,
             cycle,
+            beats: robot.master,
+            last: None,
+            growth: Nanos(i64::MAX),
+            ahead: 0.0,
             share,
             limiter: None,
             before: None,
@@ -91,6 +113,7 @@ impl Wire {
         let (late, passed) = self.counted.unwrap_or(now);
         self.counted = Some(now);
         self.set_point = report.set_point();
+        self.beat(report);
         let Some(limiter) = &mut self.limiter else { return };
         let unseen = now.1 - passed;
         let missing = u64::from(report.late_answers.saturating_sub(late));
@@ -113,6 +136,22 @@ impl Wire {
         self.answered = false;
         let told = report.asked.is_none_or(|asked| self.has_sent(&asked));
         self.state.off_course = if told { 0 } else { self.state.off_course + 1 };
+    }
+
+    /// Compares a report's time with that of the one before: commands that are made for one cycle must not go to a robot
+    /// that takes them in a shorter one.
+    fn beat(&mut self, report: &RobotState) {
+        let now = (report.stamp, report.received);
+        let Some(last) = self.last.replace(now).filter(|_| self.beats) else { return };
+        let grown = now.0 - last.0;
+        if self.limiter.is_none() {
+            self.growth = self.growth.min(grown);
+            return;
+        }
+        let cycles = (now.1 - last.1).0 as f64 / self.cycle.0 as f64;
+        self.ahead = (self.ahead + 1.0 - DRIFT - cycles).max(0.0);
+        let early = (grown.0 as f64) < EARLY * self.growth.0 as f64 && self.growth.0 < i64::MAX;
+        self.state.early += u32::from(early || self.ahead > AHEAD);
     }
 
     /// Whether a set-point lies within what was sent of late.
@@ -140,9 +179,9 @@ impl Wire {
     }
 
     /// The order as it may go onto the wire now; `stopping` once the session is being stopped. Nothing goes to a robot
-    /// that follows somebody else: what we have asked for so far means something else to it.
+    /// that follows somebody else, or in another cycle: what we have asked for so far means something else to it.
     pub fn answer(&mut self, order: &Order, stopping: bool) -> Option<Order> {
-        if self.state.off_course > 0 {
+        if self.state.off_course > 0 || self.state.early > 0 {
             return None;
         }
         self.since += 1;

@@ -211,6 +211,15 @@ impl Facility {
         }
     }
 
+    /// The controller of a robot (0 or 1) goes on with another cycle.
+    pub fn change_cycle(&mut self, robot: usize, cycle: Nanos) {
+        self.controllers[robot].change_cycle(cycle);
+        // The answer that it has taken was made for the cycle before.
+        if let Some(seen) = &mut self.set_points {
+            seen[robot].clear();
+        }
+    }
+
     /// Holds an axis of a robot (0 or 1) where it is, whatever its controller asks for, or lets it go.
     pub fn hold_axis(&mut self, robot: usize, axis: Option<usize>) {
         self.held[robot] = axis.map(|axis| (axis, self.world.robot(robot).position[axis]));

@@ -130,6 +130,11 @@ impl World {
         self.sensing.reading(on_part, &self.measured.parts.a) + self.sensing.tare
     }
 
+    /// The contact's wrench on part A as the sensor measures it, about the part's origin in the part's axes.
+    pub fn wrench(&self) -> Wrench<f64> {
+        self.measured.wrench
+    }
+
     /// A channel of the sensor has saturated.
     pub fn saturated(&self) -> bool {
         self.measured.saturated

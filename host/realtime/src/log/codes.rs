@@ -94,6 +94,8 @@ codes! {
         FreeForce "free_force" "the sensor feels a force and the parts are apart";
         CatchUp "catch_up" "a robot that has missed commands does not come back to them in time";
         Checked "checked" "the checks are done, as asked for; nothing has moved";
+        Torque "torque" "torques of a robot that its weight and the measured force do not explain";
+        Rate "rate" "a robot reports faster than in the cycle that its session began with";
     }
 }
 

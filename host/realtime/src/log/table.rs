@@ -286,6 +286,7 @@ logged!(WireState {
     untaken: u64, "1", "answers that the robot has not taken";
     untaken_in_row: u32, "1", "answers in a row that the robot has not taken";
     off_course: u32, "1", "cycles in a row with a set-point that nobody here has sent";
+    early: u32, "1", "reports that came too early: the robot's cycle is shorter than it was";
     led_back: u32, "1", "cycles in a row in which the robot is away from its commands and led back within its limits";
     moving: u32, "1", "1 while what the robot is sent moves";
 });

@@ -26,6 +26,9 @@ pub trait Controller: Send {
     /// Period of its cycle.
     fn cycle(&self) -> Nanos;
 
+    /// Goes on with another cycle, for tests of what notices that.
+    fn change_cycle(&mut self, cycle: Nanos);
+
     /// Takes a datagram.
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox);
 

@@ -238,6 +238,11 @@ impl Rig {
         self.network.borrow_mut().facility().begin_again(robot, krc, 0, 0.0, Nanos(0));
     }
 
+    /// The controller of a robot (0 or 1) goes on with another cycle.
+    pub(crate) fn change_cycle(&mut self, robot: usize, cycle: Nanos) {
+        self.network.borrow_mut().facility().change_cycle(robot, cycle);
+    }
+
     /// The program stands still for a time.
     pub(crate) fn stall(&mut self, time: Nanos) {
         self.clock.sleep_until(self.clock.now() + time);
@@ -277,9 +282,9 @@ impl Rig {
 ///
 /// A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
 fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
-    let h = CYCLE.seconds();
     let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
     for three in seen.array_windows::<3>() {
+        let h = (three[2].at - three[1].at).seconds();
         let held = three[1].late_answers > three[0].late_answers;
         for (i, limit) in limits.iter().enumerate() {
             let step = three[2].axes[i] - three[1].axes[i];

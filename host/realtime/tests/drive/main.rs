@@ -1,5 +1,6 @@
 //! Whole drives in virtual time: in process, over the protocols, and with everything that can go wrong on the way.
 
+mod checks;
 mod delay;
 mod faults;
 mod fixture;
@@ -8,3 +9,4 @@ mod loopback;
 mod over_rsi;
 mod replay;
 mod safety;
+mod torque;

@@ -1,6 +1,6 @@
 //! A robot in its place as the drive path needs it: axes in the robot's own angles, and the part that they hold.
 
-use super::controller::course;
+use super::controller::{course, weight};
 use super::reach::{Reach, tool_pose};
 use super::{AXES, Cell, JOINTS, RAIL, joints};
 use crate::manipulator::link_frames;
@@ -44,6 +44,13 @@ impl Cell {
     pub fn flange(&self, position: &[f64; AXES]) -> Pose<f64> {
         let frames = link_frames(&self.robot, self.angles_from_start(position));
         frames[JOINTS - 1].compose(self.robot.flange)
+    }
+
+    /// Torques that the gears carry of the robot's weight and its load's, less the counterbalances \[N m\].
+    pub fn weight_torques(&self, position: &[f64; AXES]) -> [f64; JOINTS] {
+        let mut angle = [0.0; AXES];
+        angle[..JOINTS].copy_from_slice(&self.angles_from_start(position));
+        joints(weight(self, angle))
     }
 
     /// Limits of an axis in the robot's own angles; the rail's if there is one.

@@ -87,6 +87,7 @@ fn may_retract(cause: StopCause) -> bool {
         | StopCause::LinkFault
         | StopCause::RobotFault
         | StopCause::SetPoint
+        | StopCause::Rate
         | StopCause::NonFinite
         | StopCause::SensorStale
         | StopCause::SensorFault
@@ -109,6 +110,7 @@ fn may_retract(cause: StopCause) -> bool {
         | StopCause::LossBudget
         | StopCause::BlindSensor
         | StopCause::FreeForce
+        | StopCause::Torque
         | StopCause::CatchUp => true,
     }
 }

@@ -224,6 +224,7 @@ impl Core {
             return self.hold_position();
         };
         self.take_reading(inputs, &mut weighing);
+        self.torques.tare(&self.arms, &inputs.moved.robots);
         self.state = State::Taring { begun, weighing };
         if (inputs.now - begun).seconds() >= TARE_TIME && weighing.samples() > 0 {
             let checks = weighing.checks(&self.task.station);

@@ -92,6 +92,10 @@ impl Controller for EgmController {
         self.settings.cycle
     }
 
+    fn change_cycle(&mut self, cycle: Nanos) {
+        self.settings.cycle = cycle;
+    }
+
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], _out: Outbox) {
         let Some(line) = self.line.filter(|_| self.fault.is_none() && from.ip() == self.settings.client.ip()) else {
             return;

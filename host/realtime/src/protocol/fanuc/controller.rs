@@ -98,6 +98,10 @@ impl Controller for FanucController {
         self.cycle
     }
 
+    fn change_cycle(&mut self, cycle: Nanos) {
+        self.cycle = cycle;
+    }
+
     fn take(&mut self, _now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
         match Request::read(datagram) {
             Some(Request::Capability) => {

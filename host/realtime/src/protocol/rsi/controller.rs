@@ -148,6 +148,10 @@ impl Controller for Krc {
         self.settings.tags.cycle
     }
 
+    fn change_cycle(&mut self, cycle: Nanos) {
+        self.settings.tags.cycle = cycle;
+    }
+
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], _out: Outbox) {
         let running = self.fault.is_none() && self.start.is_some() && from.ip() == self.settings.client.ip();
         let Some(sen) = Sen::read(datagram, &self.settings.tags).ok().filter(|_| running) else {

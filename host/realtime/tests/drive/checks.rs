@@ -1,0 +1,186 @@
+//! Every check of the start-up by itself: one value beyond its limit fails that check, and no other.
+
+use crate::fixture::{CYCLE, Setting};
+use softdock_kernels::space::Parts;
+use softdock_kernels::vector::{Quat, vec3};
+use softdock_realtime::arms::Arms;
+use softdock_realtime::drive::checklist::{Answer, Check, Checklist, What};
+use softdock_realtime::drive::start::{Cell, StartUp, Watched};
+use softdock_realtime::log::codes::{force_flags, robot_flags};
+use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::log::table::Logged;
+use softdock_realtime::sensing::Sensing;
+use softdock_realtime::signals::{AXES, Capabilities};
+use softdock_realtime::time::Nanos;
+
+/// What a case changes: the setting, the start of the run, and the record of a cycle.
+#[derive(Clone)]
+struct Case {
+    what: What,
+    robot: Option<usize>,
+    setting: fn(&mut Setting),
+    start: fn(&mut Parts<f64>),
+    to_start: bool,
+    record: fn(&mut CycleRecord, u64),
+    /// Links that cannot go on.
+    broken: [bool; 3],
+}
+
+impl Case {
+    fn new(what: What, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
+        Self { what, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
+    }
+}
+
+/// The list that a start-up ends with, in at most 2,600 cycles of two robots at rest at the start.
+fn list(case: &Case) -> Checklist {
+    let mut setting = Setting::docking();
+    (case.setting)(&mut setting);
+    let arms = Arms::new(&setting.plant, &setting.station).expect("in reach");
+    let mut start = setting.plant.start;
+    let (home, _) = arms.positions_for(&start);
+    (case.start)(&mut start);
+    let (limits, sensing) = (arms.limits(&setting.station), Sensing::new(&setting.station));
+    let robots = [Capabilities { cycle: CYCLE, master: true, rail: true, torque: false, pose: true }; 2];
+    let (mut start_up, mut record) = (StartUp::default(), CycleRecord::BLANK);
+    for n in 1..=2_600_u64 {
+        let now = CYCLE * n as i64;
+        for (r, robot) in [&mut record.robot_1, &mut record.robot_2].into_iter().enumerate() {
+            robot.flags = robot_flags::PRESENT
+                | robot_flags::FRESH
+                | robot_flags::READY
+                | robot_flags::ASKED
+                | robot_flags::POSE
+                | robot_flags::TORQUE;
+            (robot.stamp, robot.received, robot.link.received) = (now, now, n);
+            (robot.position, robot.asked) = (home[r], home[r]);
+            robot.tool = arms.tool_pose(r, &home[r]);
+        }
+        let a = arms.part_on(0, &home[0], &[0.0; AXES]);
+        record.ft.flags = force_flags::PRESENT | force_flags::FRESH;
+        (record.ft.raw, record.ft.received) = (sensing.weight(&a), now);
+        (case.record)(&mut record, n);
+        let cell = Cell {
+            arms: &arms,
+            limits: &limits,
+            robots: &robots,
+            station: &setting.station,
+            plant: &setting.plant,
+            sensing: &sensing,
+            start: &start,
+            to_start: case.to_start,
+            now,
+        };
+        let found = start_up.check(&Watched::moved(&record, case.broken), &cell);
+        if let Some(found) = found.filter(|found| found.decides) {
+            return found.list;
+        }
+    }
+    panic!("{:?}: no answer", case.what)
+}
+
+/// The way to the start leads part A 0.3 m further, through part B.
+fn overlapping(parts: &mut Parts<f64>) {
+    let towards = parts.b.position - parts.a.position;
+    parts.a.position = parts.a.position + towards * (0.3 / towards.norm());
+}
+
+fn cases() -> Vec<Case> {
+    let new = Case::new;
+    vec![
+        new(What::Reports, Some(1), |r, _| r.robot_2.flags = 0),
+        new(What::Samples, None, |r, _| r.ft.flags = 0),
+        Case { broken: [true, false, false], ..new(What::Link, Some(0), |_, _| ()) },
+        Case { broken: [false, false, true], ..new(What::SensorLink, None, |_, _| ()) },
+        new(What::Foreign, Some(0), |r, n| r.robot_1.link.foreign = u64::from(n > 50)),
+        new(What::Still, Some(1), |r, n| {
+            let by = if n > 60 { 2e-3 } else { 0.0 };
+            (r.robot_2.asked[4], r.robot_2.position[4]) = (r.robot_2.asked[4] + by, r.robot_2.position[4] + by);
+        }),
+        // Half of its reports do not come, and it does not count them as lost: it sends at another rate.
+        new(What::Period, Some(0), |r, n| {
+            r.robot_1.received = Nanos(r.robot_1.received.0 / 10 * 11);
+            r.robot_1.stamp = r.robot_1.received;
+            r.robot_1.link.received = n;
+        }),
+        new(What::Loss, Some(0), |r, n| {
+            if n % 40 == 0 {
+                r.robot_1.flags &= !robot_flags::FRESH;
+                r.robot_1.link.lost += 1;
+                r.robot_1.received = r.robot_1.received - CYCLE;
+            }
+        }),
+        new(What::Late, Some(1), |r, n| r.robot_2.late_answers = n as u32 / 10),
+        new(What::Clock, Some(0), |r, _| r.robot_1.stamp = Nanos(r.robot_1.stamp.0 / 20 * 21)),
+        new(What::Ready, Some(1), |r, _| r.robot_2.flags &= !robot_flags::READY),
+        new(What::Servo, Some(0), |r, _| r.robot_1.asked[3] += 0.02),
+        Case {
+            setting: |s| s.station.limits[1].upper = s.station.limits[1].lower + 0.01,
+            ..new(What::Range, Some(0), |_, _| ())
+        },
+        new(What::ToolPosition, Some(1), |r, _| r.robot_2.tool.position.y += 2e-3),
+        new(What::ToolRotation, Some(0), |r, _| {
+            let turn = Quat { w: 1.0, v: vec3(0.01, 0.0, 0.0) };
+            r.robot_1.tool.attitude = r.robot_1.tool.attitude.compose(turn);
+        }),
+        Case {
+            setting: |s| s.station.torques.limits = Some([100.0; 6]),
+            ..new(What::Torques, Some(0), |r, _| r.robot_1.flags &= !robot_flags::TORQUE)
+        },
+        Case { start: |parts| parts.b.position.z += 9.0, ..new(What::Reach, Some(1), |_, _| ()) },
+        Case {
+            start: |parts| parts.b.position.z += 2e-3,
+            to_start: false,
+            ..new(What::StartPosition, Some(1), |_, _| ())
+        },
+        Case {
+            start: |parts| {
+                let turn = Quat { w: 1.0, v: vec3(0.0, 0.0, 0.01) };
+                parts.a.attitude = parts.a.attitude.compose(turn);
+            },
+            to_start: false,
+            ..new(What::StartRotation, Some(0), |_, _| ())
+        },
+        new(What::Status, None, |r, _| r.ft.flags |= force_flags::SATURATED),
+        new(What::Age, None, |r, _| r.ft.received = r.ft.received - Nanos::from_millis(9)),
+        new(What::RestSpread, None, |r, n| r.ft.raw.force.x += if n % 2 == 0 { 30.0 } else { 0.0 }),
+        new(What::RestForce, None, |r, _| r.ft.raw.force.y += 120.0),
+        new(What::RestMoment, None, |r, _| r.ft.raw.moment.z += 11.0),
+        Case { start: overlapping, ..new(What::Clearance, None, |_, _| ()) },
+    ]
+}
+
+#[test]
+fn each_check_fails_for_its_own_value_alone() {
+    for case in cases() {
+        let list = list(&case);
+        let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == Answer::Failed).collect();
+        let of: Vec<(What, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
+        assert!(of.contains(&(case.what, case.robot)), "{:?}: {of:?}", case.what);
+        assert_eq!(list.failed().map(|check| check.what), Some(case.what), "the first that fails: {of:?}");
+        // A robot that is not there, or a quarter of a circle away, has no other values.
+        assert!(of.iter().all(|(what, _)| *what == case.what || may_fail_too(case.what, *what)), "{of:?}");
+    }
+}
+
+/// Values that cannot be good when another one is not.
+fn may_fail_too(what: What, other: What) -> bool {
+    matches!(
+        (what, other),
+        (What::Reports, What::Loss)
+            | (What::Period, What::Loss | What::Clock)
+            | (What::Range, What::Range | What::Reach)
+    )
+}
+
+#[test]
+fn every_check_has_a_case() {
+    let cases = cases();
+    // The second attitude is measured by a session that moves: `a_tool_is_weighed_in_two_attitudes_before_an_armed_run`.
+    let elsewhere = [What::TurnedForce, What::TurnedMoment];
+    for what in What::ALL {
+        assert!(elsewhere.contains(what) || cases.iter().any(|case| case.what == *what), "{}", what.row().id);
+    }
+    let whole = list(&Case::new(What::Reports, None, |_, _| ()));
+    assert_eq!(whole.failed(), None, "robots at rest at the start pass");
+}
