@@ -117,7 +117,7 @@ fn a_torque_that_no_measured_force_explains_stops_the_session() {
     assert_eq!((found.robot, found.axis, found.limit, found.unit), (Some(1), Some(2), 200.0, "N m"));
     assert!((found.value - 250.0).abs() < 20.0, "{found:?}");
     let within = (at - from).seconds();
-    assert!(within >= 0.05 && within < 0.055, "{within} s: the time that the facility file allows");
+    assert!((0.05..0.055).contains(&within), "{within} s: the time that the facility file allows");
 }
 
 #[test]
