@@ -1,7 +1,7 @@
 //! From typed addresses to open links: real robots and sensors, or emulated ones in process.
 
 use crate::address::Address;
-use crate::words::refuse;
+use crate::words::{refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::Station;
 use softdock_realtime::clock::{Clock, Monotonic};
@@ -13,6 +13,7 @@ use softdock_realtime::protocol::ethercat::EtherCatRobot;
 use softdock_realtime::protocol::ethercat::config::EtherCatConfig;
 use softdock_realtime::protocol::ethercat::scale::AxisScale;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
+use softdock_realtime::protocol::netft::calibration::Calibration;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::fetch_calibration;
 use softdock_realtime::protocol::rsi::context::rsi_ethernet;
@@ -184,7 +185,12 @@ fn segment(station: &Station, index: usize) -> miette::Result<EtherCatConfig> {
 }
 
 /// Opens the link to the sensor.
-fn sensor(address: &Address, armed: bool, bench: Option<&Rc<RefCell<Bench>>>) -> miette::Result<Box<dyn ForceSensor>> {
+fn sensor(
+    address: &Address,
+    armed: bool,
+    station: &Station,
+    bench: Option<&Rc<RefCell<Bench>>>,
+) -> miette::Result<Box<dyn ForceSensor>> {
     match (address.scheme.as_str(), bench) {
         ("emulated", Some(bench)) => Ok(Box::new(EmulatedSensor::new(bench))),
         ("netft", _) => {
@@ -199,6 +205,7 @@ fn sensor(address: &Address, armed: bool, bench: Option<&Rc<RefCell<Bench>>>) ->
                         "is it switched on, and is its HTTP port 80? otherwise write netft://HOST?http=PORT",
                     )
                 })?;
+            check_box(&calibration, station)?;
             let period = Nanos::from_seconds(1.0 / rate.clamp(1.0, 1e5));
             let mut settings = NetFtSettings::new(place, calibration, period);
             settings.silence = Nanos(settings.silence.0.max(Nanos::from_millis(LEAST_SILENCE).0));
@@ -209,6 +216,31 @@ fn sensor(address: &Address, armed: bool, bench: Option<&Rc<RefCell<Bench>>>) ->
             Err(refuse(format!("`{other}://` is no sensor's protocol"), "sensors speak netft:// or are emulated://"))
         }
     }
+}
+
+/// Whether a box is the one that the facility file describes, and sends what its sensor measures.
+fn check_box(calibration: &Calibration, station: &Station) -> miette::Result<()> {
+    let Calibration { product, serial, .. } = calibration;
+    let stated = serial.as_deref().unwrap_or("none");
+    say(format!("  sensor    {product}, serial number {stated}"));
+    if let Some(wanted) = station.sensor_serial.as_deref().filter(|wanted| Some(*wanted) != serial.as_deref()) {
+        let message = format!("the sensor states serial number {stated}, the facility file {wanted}");
+        return Err(refuse(message, "connect the right sensor, or correct serial in [sensor] of the facility file"));
+    }
+    if let (true, Some(transform)) = (calibration.is_transformed(), calibration.transform) {
+        let message = format!("the Net Box shifts or turns what it sends by its tool transformation {transform:?}");
+        let remedy = "set the transformation of its active configuration to zero; the frame of the sensor is \
+                      position and rotation of [sensor] in the facility file";
+        return Err(refuse(message, remedy));
+    }
+    let limits = [station.rules.force, station.rules.moment];
+    if let Some(range) = calibration.range().filter(|range| range[0] < limits[0] || range[1] < limits[1]) {
+        warn(format!(
+            "the session's limits of {} N and {} N m are beyond the sensor's range of {:.0} N and {:.1} N m: it saturates first",
+            limits[0], limits[1], range[0], range[1]
+        ));
+    }
+    Ok(())
 }
 
 /// Opens all links of a drive: those that take the commands, and the real ones that a dry run only exercises.
@@ -225,7 +257,7 @@ pub(crate) fn open(
     let [one, two, ft] = &addresses.all;
     let linked = |bench: Option<&Rc<RefCell<Bench>>>| -> miette::Result<Links> {
         let robots = [robot(one, 0, station, bench)?, robot(two, 1, station, bench)?];
-        Ok(Links { robots, sensor: sensor(ft, armed, bench)? })
+        Ok(Links { robots, sensor: sensor(ft, armed, station, bench)? })
     };
     let emulated = addresses.all.iter().any(|address| address.scheme == "emulated");
     if !addresses.any_real() {

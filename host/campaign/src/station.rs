@@ -40,6 +40,8 @@ pub struct Station {
     pub robots: [StationRobot; 2],
     /// The sensor.
     pub sensor: StationSensor,
+    /// Serial number that the sensor must state.
+    pub sensor_serial: Option<String>,
     /// What a session tolerates of its links.
     pub links: LinkRules,
     /// What torques of the robots need no explanation.
@@ -243,6 +245,7 @@ impl Station {
             rail: file.rail.is_some(),
             robots,
             sensor,
+            sensor_serial: file.sensor.serial.as_ref().map(|serial| serial.value.clone()),
             links,
             torques,
             rules,

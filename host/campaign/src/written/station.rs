@@ -100,6 +100,8 @@ pub(crate) struct EtherCatTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SensorTable {
+    /// Serial number that the sensor must state; without it any sensor is taken.
+    pub(crate) serial: Option<At<String>>,
     /// Origin of the sensor's frame in part A's frame.
     pub(crate) position: Option<Quantities>,
     /// Rotation of the sensor's axes in part A's frame, as roll, pitch, yaw.

@@ -110,10 +110,6 @@ impl Controller for Armed {
         self.controller.cycle()
     }
 
-    fn change_cycle(&mut self, cycle: Nanos) {
-        self.controller.change_cycle(cycle);
-    }
-
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
         self.controller.take(now, from, datagram, out);
     }

@@ -39,6 +39,12 @@ const MOMENT_UNITS: [(&str, f64); 13] = [
 pub struct Calibration {
     /// Name of the product, as the box tells it.
     pub product: String,
+    /// Serial number of the calibration, which is that of the sensor (`cfgcalsn`), where the box states it.
+    pub serial: Option<String>,
+    /// Tool transformation that the box applies to what it sends (`cfgtfx`): three distances, three angles, its own units.
+    pub transform: Option<[f64; 6]>,
+    /// Rated range of each channel (`cfgmr`), in the units of force and moment.
+    pub ratings: Option<[f64; 6]>,
     /// Counts per unit of force (`cfgcpf`).
     pub counts_per_force: f64,
     /// Counts per unit of moment (`cfgcpt`).
@@ -101,6 +107,9 @@ impl Calibration {
         let newton_metres = size("scfgtu", &MOMENT_UNITS, moment_unit)?;
         Ok(Self {
             product: product.to_owned(),
+            serial: None,
+            transform: None,
+            ratings: None,
             counts_per_force,
             counts_per_moment,
             force_unit: force_unit.to_owned(),
@@ -121,7 +130,22 @@ impl Calibration {
             value.parse().map_err(|_| CalibrationError::Counts { field: name, value: value.to_owned() })
         };
         let (force_unit, moment_unit) = (field(xml, "scfgfu")?, field(xml, "scfgtu")?);
-        Self::with_units(product, counts("cfgcpf")?, counts("cfgcpt")?, force_unit, moment_unit)
+        let read = Self::with_units(product, counts("cfgcpf")?, counts("cfgcpt")?, force_unit, moment_unit)?;
+        let serial = field(xml, "cfgcalsn").ok().filter(|serial| !serial.is_empty()).map(str::to_owned);
+        Ok(Self { serial, transform: six(xml, "cfgtfx"), ratings: six(xml, "cfgmr"), ..read })
+    }
+
+    /// Whether the box turns or shifts what it sends by a tool transformation.
+    pub fn is_transformed(&self) -> bool {
+        self.transform.is_some_and(|transform| transform.iter().any(|value| *value != 0.0))
+    }
+
+    /// Least rated force \[N\] and moment \[N m\] of the channels, where the box states them.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let ratings = self.ratings?;
+        let least = |of: &[f64]| of.iter().copied().fold(f64::INFINITY, f64::min);
+        let force = least(&ratings[..3]) * self.newtons_per_count * self.counts_per_force;
+        Some([force, least(&ratings[3..]) * self.newton_metres_per_count * self.counts_per_moment])
     }
 
     /// The `netftapi2.xml` of an emulated box.
@@ -134,6 +158,7 @@ impl Calibration {
             ("cfgcpt", &moment),
             ("scfgfu", &self.force_unit),
             ("scfgtu", &self.moment_unit),
+            ("cfgcalsn", self.serial.as_deref().unwrap_or_default()),
         ] {
             // Writing to a String cannot fail.
             let _ = writeln!(xml, "<{name}>{value}</{name}>");
@@ -174,6 +199,12 @@ fn size(field: &'static str, units: &[(&str, f64)], name: &str) -> Result<f64, C
     unit.map(|&(_, size)| size).ok_or_else(|| CalibrationError::Unit { field, value: name.to_owned() })
 }
 
+/// Six numbers with semicolons, commas or blanks between them; none if the field is not there or holds anything else.
+fn six(xml: &str, name: &'static str) -> Option<[f64; 6]> {
+    let words = field(xml, name).ok()?.split([';', ',', ' ']).filter(|word| !word.is_empty());
+    words.map(|word| word.parse().ok()).collect::<Option<Vec<f64>>>()?.try_into().ok()
+}
+
 /// The text between `<name>` and `</name>`, without the blanks around it.
 fn field<'a>(xml: &'a str, name: &'static str) -> Result<&'a str, CalibrationError> {
     let missing = || CalibrationError::Field(name);
@@ -199,6 +230,21 @@ mod tests {
         assert!((wrench.force.x - 8.896_443_230_521).abs() < 1e-12);
         assert!((wrench.force.z + 4.448_221_615_260_5).abs() < 1e-12);
         assert!((wrench.moment.x - 0.338_954_487_082_850_1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_box_states_its_serial_number_its_tool_transformation_and_its_ranges() {
+        let more =
+            "<cfgcalsn>FT27462</cfgcalsn><cfgtfx>0;0;132.710;0;0;0</cfgtfx><cfgmr>330;330;990;30;30;30</cfgmr></netft>";
+        let xml = XML.replace("lbf-in", "Nm").replace("lbf", "N").replace("</netft>", more);
+        let calibration = Calibration::from_xml(&xml).unwrap();
+        assert_eq!(calibration.serial.as_deref(), Some("FT27462"));
+        assert!(calibration.is_transformed());
+        let [force, moment] = calibration.range().unwrap();
+        assert!((force - 330.0).abs() < 1e-9 && (moment - 30.0).abs() < 1e-9, "{force} {moment}");
+        let plain = Calibration::from_xml(&xml.replace("132.710", "0")).unwrap();
+        assert!(!plain.is_transformed());
+        assert!(!Calibration::from_xml(XML).unwrap().is_transformed(), "old firmware has no such field");
     }
 
     #[test]
