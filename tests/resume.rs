@@ -2,7 +2,7 @@
 
 use crate::cli::{Bench, assert_same, files, text};
 use serde_json::Value;
-use softdock_results::shards::read_runs;
+use softdock_results::shards::{ShardIndex, ShardPlan, shard_path};
 use softdock_results::{TableReader, runs::RunRow};
 use std::fs;
 use std::path::Path;
@@ -18,8 +18,15 @@ fn without_outer_loop() -> Bench {
     bench
 }
 
+/// All runs of a folder that holds every shard of its campaign.
 fn rows(results: &Path) -> Vec<RunRow> {
-    read_runs(results).expect("a folder").map(|row| row.expect("a row")).collect()
+    let manifest = json(&results.join("campaign.json"));
+    let first = TableReader::open(&shard_path(results, 0)).expect("a shard");
+    let plan = ShardPlan { runs: manifest["runs"].as_u64().expect("a number"), shard_runs: first.rows() };
+    let (hash, seed) = (manifest["hash"].as_str().expect("a hash"), manifest["seed"].as_u64().expect("a seed"));
+    let index = ShardIndex::scan(results, plan, hash, seed).expect("a folder");
+    assert!(index.is_complete() && index.foreign.is_empty(), "{:?}", index.foreign);
+    index.read_runs().map(|row| row.expect("a row")).collect()
 }
 
 fn json(path: &Path) -> Value {

@@ -9,7 +9,7 @@ use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::{Campaign, Cases};
 use softdock_results::foreign::{column_names, number_columns};
 use softdock_results::runs::requirement_columns;
-use softdock_results::shards::{read_columns, run_columns};
+use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, Kind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
 
@@ -56,7 +56,7 @@ pub(crate) fn failed_runs(args: &RunArgs) -> miette::Result<Option<(Campaign, Pa
         let message = format!("`{}` holds the runs that are to be repeated", out.display());
         return Err(refuse(message, "write --out DIR with a folder of its own"));
     }
-    let (table, counts) = failed_table(results, &folder.campaign.requirements)?;
+    let (table, counts) = failed_table(&index, &folder.campaign.requirements)?;
     let all = folder.campaign.runs;
     if table.rows() == 0 {
         warn(format!("{}  none of {all} runs failed: nothing to repeat", folder.campaign.id));
@@ -76,8 +76,8 @@ pub(crate) fn failed_runs(args: &RunArgs) -> miette::Result<Option<(Campaign, Pa
 }
 
 /// Numbers and inputs of the runs that did not pass, and how many failed in space, on the facility, or are invalid.
-fn failed_table(results: &Path, requirements: &[Requirement]) -> miette::Result<(Table, [u64; 3])> {
-    let all = run_columns(results).into_diagnostic()?;
+fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> miette::Result<(Table, [u64; 3])> {
+    let all = index.columns().into_diagnostic()?;
     let named = |is: &dyn Fn(&Column) -> bool| -> Vec<String> {
         all.columns.iter().filter(|column| is(column)).map(|column| column.name.clone()).collect()
     };
@@ -95,7 +95,7 @@ fn failed_table(results: &Path, requirements: &[Requirement]) -> miette::Result<
     let fixed = ["run", "status", "agreement"].map(str::to_owned);
     let names: Vec<String> = fixed.iter().chain(passes.iter().flatten()).chain(&inputs).cloned().collect();
     let (mut runs, mut values, mut counts) = (Vec::new(), vec![Vec::new(); inputs.len()], [0; 3]);
-    for batch in read_columns(results, &names).into_diagnostic()? {
+    for batch in index.read_columns(&names) {
         let batch = batch.into_diagnostic()?;
         let word = |name: &str, row| batch.column(name).and_then(|column| column.values.word(row)).unwrap_or_default();
         for (row, run) in batch.u64s("run").unwrap_or_default().iter().enumerate() {

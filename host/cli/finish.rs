@@ -9,7 +9,6 @@ use crate::traces::{Keeper, write_traces};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Summary, summarise, write_summary};
 use softdock_engine::Choice;
-use softdock_results::shards::read_runs;
 
 /// Ends a whole campaign; all of it follows from the shards, so that doing it twice changes nothing.
 pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
@@ -18,15 +17,15 @@ pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
     let (mut parity, mut half_step) = (ParityRuns::of(folder, &index), HalfStepRuns::of(folder, &index));
     let mut keeper = Keeper::new(&folder.campaign);
     // Run numbers of given cases may have gaps; the places of their rows have none.
-    for (place, row) in (0..).zip(read_runs(&folder.path).into_diagnostic()?) {
+    for (place, row) in (0..).zip(index.read_runs()) {
         let row = row.into_diagnostic()?;
         keeper.see(place, &row);
         half_step.see(place, &row);
         parity.see(place, row);
     }
-    write_traces(folder, &truth.ledger, &truth.provenance(), keeper.kept())?;
-    write_parity_of(folder, &mut truth, parity)?;
-    write_half_step_of(folder, &mut truth, half_step)?;
+    write_traces(folder, &truth.ledger, &truth.provenance(), &index, keeper.kept())?;
+    write_parity_of(folder, &mut truth, &index, parity)?;
+    write_half_step_of(folder, &mut truth, &index, half_step)?;
     judge(folder)
 }
 

@@ -44,7 +44,12 @@ impl HalfStepRuns {
 }
 
 /// Makes the chosen runs in f64 at the campaign's substep and at half of it, and writes both; without any, no file.
-pub(crate) fn write_half_step_of(folder: &Folder, truth: &mut Farm, chosen: HalfStepRuns) -> miette::Result<()> {
+pub(crate) fn write_half_step_of(
+    folder: &Folder,
+    truth: &mut Farm,
+    index: &ShardIndex,
+    chosen: HalfStepRuns,
+) -> miette::Result<()> {
     if chosen.rows.is_empty() {
         return Ok(());
     }
@@ -60,5 +65,5 @@ pub(crate) fn write_half_step_of(folder: &Folder, truth: &mut Farm, chosen: Half
     let progress = Progress::new("half step", inputs.len() as u64);
     let second = finer.make_rows(&inputs, &|ended| progress.add(ended)).map_err(crate::run::unusable)?;
     let rows = first.into_iter().zip(second).map(|(first, second)| RepeatedRow { first, second }).collect();
-    write_repetition(&HALF_STEP, &folder.path, &truth.ledger.schema, rows, &truth.provenance()).into_diagnostic()
+    write_repetition(&HALF_STEP, &folder.path, &truth.ledger.schema, rows, &truth.provenance(), index).into_diagnostic()
 }

@@ -69,9 +69,6 @@ fn judged(results: &Path, campaign: Campaign) -> miette::Result<Folder> {
 /// Writes and reports what the runs show.
 fn conclude(folder: &Folder, args: &JudgeArgs) -> miette::Result<Exit> {
     let index = folder.shards()?;
-    if let Some((path, reason)) = index.foreign.first() {
-        return Err(refuse(format!("{}: {reason}", path.display()), "move the file away, or run the campaign again"));
-    }
     if !index.is_complete() {
         tell(&summarise(&folder.path, &folder.facts()).into_diagnostic()?, args.json);
         warn(format!("{} of {} shards; `softdock run` makes the others", index.complete.len(), index.plan.shards()));

@@ -52,7 +52,12 @@ pub(crate) fn spread(run: u64, wanted: u64, runs: u64) -> bool {
 }
 
 /// Repeats the chosen runs and writes them beside their rows; without any, no file.
-pub(crate) fn write_parity_of(folder: &Folder, truth: &mut Farm, chosen: ParityRuns) -> miette::Result<()> {
+pub(crate) fn write_parity_of(
+    folder: &Folder,
+    truth: &mut Farm,
+    index: &ShardIndex,
+    chosen: ParityRuns,
+) -> miette::Result<()> {
     let Some((backend, device)) = chosen.made_on.filter(|_| !chosen.rows.is_empty()) else {
         return Ok(());
     };
@@ -63,5 +68,5 @@ pub(crate) fn write_parity_of(folder: &Folder, truth: &mut Farm, chosen: ParityR
     let rows = rows.map(|(first, second)| RepeatedRow { first, second }).collect();
     let mut provenance = truth.provenance();
     (provenance.backend, provenance.device) = (backend, device);
-    write_repetition(&PARITY, &folder.path, &truth.ledger.schema, rows, &provenance).into_diagnostic()
+    write_repetition(&PARITY, &folder.path, &truth.ledger.schema, rows, &provenance, index).into_diagnostic()
 }

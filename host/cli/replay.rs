@@ -11,7 +11,6 @@ use softdock_analysis::number::with_unit;
 use softdock_engine::Choice;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{RunRow, RunsSchema};
-use softdock_results::shards::read_run;
 use softdock_results::traces::write_trace_to;
 use softdock_results::{Column, Table, Values, content_hash};
 
@@ -22,7 +21,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> miette::Result<Exit> {
     };
     let folder = Folder::open(results)?;
     refuse_whole(&folder)?;
-    let row = read_run(&folder.path, run).into_diagnostic()?.ok_or_else(|| {
+    let row = folder.shards()?.read_run(run).into_diagnostic()?.ok_or_else(|| {
         let message = format!("`{}` holds no run {}", folder.path.display(), run);
         let remedy = match folder.campaign.cases() {
             Some(_) => "its table of cases names the runs".to_owned(),

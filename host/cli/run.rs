@@ -270,7 +270,7 @@ pub(crate) fn unusable(error: EngineError) -> miette::Report {
 fn partial(folder: &Folder, args: &RunArgs) -> miette::Result<Exit> {
     let index = folder.shards()?;
     let (done, planned) = (index.complete.len(), index.plan.shards());
-    if index.foreign.is_empty() && done > 0 {
+    if done > 0 {
         tell(&summarise(&folder.path, &folder.facts()).into_diagnostic()?, args.json);
     }
     let others = match partial_runs(&folder.path).into_diagnostic()? {

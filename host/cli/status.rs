@@ -4,7 +4,7 @@ use crate::args::{StatusArgs, default_results};
 use crate::folder::Folder;
 use crate::run::tell;
 use crate::variants;
-use crate::words::{Exit, explain, refuse, say, warn};
+use crate::words::{Exit, explain, refuse, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::summarise;
 use softdock_results::partial::partial_runs;
@@ -15,14 +15,6 @@ pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
     let folder = folder_of(&args.what, None)?;
     if !folder.campaign.variants.is_empty() {
         return variants::status(&folder, args.json);
-    }
-    let index = folder.shards()?;
-    if !index.foreign.is_empty() {
-        for (path, reason) in &index.foreign {
-            warn(format!("unusable: {} ({reason})", path.display()));
-        }
-        say(format!("{} of {} shards; `softdock run` resumes", index.complete.len(), index.plan.shards()));
-        return Ok(Exit::Incomplete);
     }
     let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
     tell(&summary, args.json);

@@ -12,7 +12,7 @@ use softdock_engine::{RunInput, cpu};
 use softdock_kernels::fields::from_slice;
 use softdock_kernels::outcome::Finished;
 use softdock_results::runs::{RunRow, Status};
-use softdock_results::shards::Provenance;
+use softdock_results::shards::{Provenance, ShardIndex};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
 use std::collections::BTreeMap;
 
@@ -95,11 +95,12 @@ pub(crate) fn write_traces(
     folder: &Folder,
     ledger: &Ledger,
     provenance: &Provenance,
+    index: &ShardIndex,
     kept: Vec<Kept>,
 ) -> miette::Result<()> {
     kept.into_par_iter().try_for_each(|(input, kept_as)| {
         let (_, trace) = record(ledger, folder.campaign.traces.every_ticks, input, kept_as);
-        write_trace(&folder.path, &trace, provenance).into_diagnostic()
+        write_trace(&folder.path, &trace, provenance, index).into_diagnostic()
     })
 }
 

@@ -11,6 +11,7 @@ use crate::words::{Exit, json, refuse, say, warn};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Compared, Summary, VariantInput, compare, compare_text, summarise, write_compare};
 use softdock_campaign::{Campaign, Variant};
+use softdock_results::shards::ShardIndex;
 use std::path::{Path, PathBuf};
 
 /// Runs every variant, or what is missing of it, then compares them.
@@ -107,9 +108,11 @@ fn judged(whole: &Folder) -> miette::Result<Compared> {
         .iter()
         .map(|folder| summarise(&folder.path, &folder.facts()).into_diagnostic())
         .collect::<miette::Result<_>>()?;
-    let variants = whole.campaign.variants.iter().zip(&folders).zip(summaries);
+    let indexes: Vec<ShardIndex> = folders.iter().map(Folder::shards).collect::<miette::Result<_>>()?;
+    let variants = whole.campaign.variants.iter().zip(&folders).zip(&indexes).zip(summaries);
     let inputs: Vec<VariantInput> = variants
-        .map(|((variant, folder), summary)| VariantInput {
+        .map(|(((variant, folder), shards), summary)| VariantInput {
+            shards,
             name: &variant.name,
             title: &variant.title,
             changes: &variant.changes,

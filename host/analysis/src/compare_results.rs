@@ -11,7 +11,7 @@ use std::path::Path;
 use serde::Serialize;
 use softdock_campaign::requirement::Requirement;
 use softdock_results::runs::requirement_columns;
-use softdock_results::shards::{ShardIndex, read_columns, run_columns};
+use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, Kind, Table, Values};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -179,9 +179,10 @@ pub fn compare_results(first: &ResultsInput, second: &ResultsInput) -> Result<Re
         .iter()
         .filter_map(|own| Some((own, second.facts.requirements.iter().find(|r| r.column_id() == own.column_id())?)))
         .collect();
-    let columns = [run_columns(first.results)?, run_columns(second.results)?];
+    let indexes = [first.facts.shards(first.results)?, second.facts.shards(second.results)?];
+    let columns = [indexes[0].columns()?, indexes[1].columns()?];
     let layout = Layout::of(&columns, &shared);
-    let mut cursors = [Cursor::open(first, &layout)?, Cursor::open(second, &layout)?];
+    let mut cursors = [Cursor::open(first, &indexes[0], &layout), Cursor::open(second, &indexes[1], &layout)];
     let mut sums = Sums::new(&layout);
     let mut rows = [cursors[0].next()?, cursors[1].next()?];
     loop {
@@ -220,7 +221,7 @@ pub fn compare_results(first: &ResultsInput, second: &ResultsInput) -> Result<Re
 
 fn described(input: &ResultsInput) -> Result<ComparedResults> {
     let facts = &input.facts;
-    let index = ShardIndex::scan(input.results, facts.plan, facts.hash, facts.seed)?;
+    let index = facts.shards(input.results)?;
     if let Some((path, reason)) = index.foreign.first() {
         return Err(Error::Results { path: path.clone(), what: reason.clone() });
     }
@@ -301,9 +302,9 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn open(input: &'a ResultsInput, layout: &'a Layout) -> Result<Self> {
-        let batches = Box::new(read_columns(input.results, &layout.names)?);
-        Ok(Self { batches, batch: Table::default(), row: 0, results: input.results, layout })
+    fn open(input: &'a ResultsInput, index: &ShardIndex, layout: &'a Layout) -> Self {
+        let batches = Box::new(index.read_columns(&layout.names));
+        Self { batches, batch: Table::default(), row: 0, results: input.results, layout }
     }
 
     fn next(&mut self) -> Result<Option<Row>> {

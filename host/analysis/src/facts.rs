@@ -1,7 +1,8 @@
 //! What summary and report must know of a campaign.
 
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
-use softdock_results::shards::ShardPlan;
+use softdock_results::shards::{ShardIndex, ShardPlan};
+use std::path::Path;
 
 use crate::summary::{Extension, Judgement};
 
@@ -45,4 +46,14 @@ pub struct CampaignFacts<'a> {
     pub requirements: &'a [Requirement],
     /// The requirements on the agreement of the facility with space.
     pub agreement: &'a [AgreementRequirement],
+}
+
+impl CampaignFacts<'_> {
+    /// The shards of a results folder that are this campaign's; every byte and run number of them has been checked.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn shards(&self, results: &Path) -> softdock_results::Result<ShardIndex> {
+        ShardIndex::scan(results, self.plan, self.hash, self.seed)
+    }
 }

@@ -137,6 +137,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         0 => Sample::default(),
         _ => Sample::read(input.results, &input.campaign, &columns)?,
     };
+    let (traces, _) = read_traces(input.results, &input.campaign.shards(input.results)?)?;
     let mut success = Vec::new();
     for column in &sample.inputs {
         success.extend(success_figure(&sample, column)?);
@@ -149,7 +150,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         requirement_figures: requirement_figures(input, summary, &sample)?,
         success,
         energy: energy_figure(&sample)?,
-        forces: force_figures(&read_traces(input.results)?, input.campaign.requirements)?,
+        forces: force_figures(&traces, input.campaign.requirements)?,
         tracking: tracking_rows(&sample),
         tracking_figures: tracking_figures(&sample)?,
         dispersions: dispersion_rows(input, &sample),

@@ -7,14 +7,15 @@ use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Su
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
 use softdock_results::runs::{Agreement, Status};
-use softdock_results::shards::{ShardIndex, read_columns};
+use softdock_results::shards::ShardIndex;
+use softdock_results::traces::read_traces;
 
 use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::parity::Parity;
 use crate::summary::{
-    Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, LoopSummary, OuterSummary, PerLoop,
-    RateSummary, RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
+    Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, IgnoredFile, LoopSummary, OuterSummary,
+    PerLoop, RateSummary, RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
 };
 use crate::tally::{AgreementCounts, DrawCount, LoopTally, Tally};
 use crate::{Error, Result};
@@ -24,22 +25,27 @@ const LISTED_SHARDS: usize = 100;
 
 /// Reads a results folder once and judges it.
 ///
-/// A file under `runs/` that is damaged or belongs to another campaign is an error: no run may be lost silently.
+/// A file under `runs/` that is damaged, stray or of another campaign counts for nothing and is listed: its shard is
+/// missing, unless another file holds it.
 pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
-    let index = ShardIndex::scan(results, facts.plan, facts.hash, facts.seed)?;
-    if let Some((path, reason)) = index.foreign.first() {
-        return Err(Error::Results { path: path.clone(), what: reason.clone() });
-    }
+    let index = facts.shards(results)?;
     let mut tally = Tally::new(facts);
-    for batch in read_columns(results, &Tally::columns(facts))? {
+    for batch in index.read_columns(&Tally::columns(facts)) {
         let misfit = |what| Error::Results { path: results.to_owned(), what };
         tally.add(&batch?, facts).map_err(misfit)?;
     }
-    let repeated = |kind: &Repetition| -> Result<Option<Parity>> {
-        Ok(read_repetition(kind, results)?.map(|table| Parity::of(kind, &table)))
+    let mut completeness = completeness(results, &index, &tally);
+    let mut repeated = |kind: &Repetition| match read_repetition(kind, results, &index) {
+        Ok(table) => table.map(|table| Parity::of(kind, &table)),
+        Err(error) => {
+            completeness.ignored.push(ignored(results, &results.join(kind.file), &error.to_string()));
+            None
+        }
     };
-    let (parity, half_step) = (repeated(&PARITY)?, repeated(&HALF_STEP)?);
-    Ok(Summary { parity, half_step, ..judge(facts, completeness(&index, &tally), &tally) })
+    let (parity, half_step) = (repeated(&PARITY), repeated(&HALF_STEP));
+    let (_, foreign) = read_traces(results, &index)?;
+    completeness.ignored.extend(foreign.iter().map(|(path, reason)| ignored(results, path, reason)));
+    Ok(Summary { parity, half_step, ..judge(facts, completeness, &tally) })
 }
 
 fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Summary {
@@ -104,7 +110,7 @@ fn overall(verdicts: impl Iterator<Item = Verdict>) -> Verdict {
     })
 }
 
-fn completeness(index: &ShardIndex, tally: &Tally) -> Completeness {
+fn completeness(results: &Path, index: &ShardIndex, tally: &Tally) -> Completeness {
     let mut devices: BTreeMap<(&str, &str), u32> = BTreeMap::new();
     for file in index.complete.values() {
         *devices.entry((&file.backend, &file.device)).or_default() += 1;
@@ -121,7 +127,15 @@ fn completeness(index: &ShardIndex, tally: &Tally) -> Completeness {
         shards_done: index.complete.len() as u32,
         shards_missing: index.missing().into_iter().take(LISTED_SHARDS).collect(),
         devices: devices.into_iter().map(device).collect(),
+        ignored: index.foreign.iter().map(|(path, reason)| ignored(results, path, reason)).collect(),
     }
+}
+
+/// A file by its name below the results folder: no path of the machine stands in a summary.
+fn ignored(results: &Path, path: &Path, reason: &str) -> IgnoredFile {
+    let below = path.strip_prefix(results).unwrap_or(path);
+    let (file, whole) = (below.display().to_string(), path.display().to_string());
+    IgnoredFile { reason: reason.replace(&format!("{whole}: "), ""), file }
 }
 
 fn accounting(tally: &Tally) -> Accounting {

@@ -146,6 +146,18 @@ pub struct Completeness {
     pub shards_missing: Vec<u32>,
     /// Who computed how many shards.
     pub devices: Vec<DeviceShards>,
+    /// Files among the shards that count for nothing: damaged, of another campaign, or stray.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ignored: Vec<IgnoredFile>,
+}
+
+/// A file that counts for nothing.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct IgnoredFile {
+    /// Its name below the results folder.
+    pub file: String,
+    /// Why it does not count.
+    pub reason: String,
 }
 
 impl Completeness {

@@ -26,6 +26,9 @@ pub fn verdict_text(summary: &Summary) -> String {
         summary.seed
     );
     made_on_line(&mut out, summary);
+    for ignored in &done.ignored {
+        let _ = writeln!(out, "  ignored  {}: {}", ignored.file, ignored.reason);
+    }
     for extension in &summary.extensions {
         let _ = writeln!(
             out,

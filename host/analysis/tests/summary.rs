@@ -266,10 +266,15 @@ fn every_outer_draw_must_be_verified() {
 }
 
 #[test]
-fn a_foreign_or_damaged_shard_is_an_error() {
+fn a_damaged_shard_is_missing_and_named() {
     let (results, requirements) = whole(1_000);
     std::fs::write(shard_path(results.path(), 1), b"damaged").unwrap();
-    assert!(summarise(results.path(), &facts(&requirements, 1_000)).unwrap_err().to_string().contains("shard=00001"));
+    let summary = summarise(results.path(), &facts(&requirements, 1_000)).unwrap();
+    let done = &summary.completeness;
+    assert_eq!((summary.exit_code, done.runs_done, done.shards_missing.clone()), (3, 500, vec![1]));
+    assert_eq!(done.ignored.len(), 1);
+    assert_eq!(done.ignored[0].file, "runs/shard=00001.parquet");
+    assert!(verdict_text(&summary).contains("ignored  runs/shard=00001.parquet"), "{}", verdict_text(&summary));
 }
 
 #[test]

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::parity::{HALF_STEP, PARITY, join_repetitions};
-use crate::shards::{ShardFile, ShardIndex, ShardPlan, parquet_files, shard_path, verify_shard};
+use crate::shards::{ShardFile, ShardIndex, ShardPlan, shard_path, verify_shard};
 use crate::{Error, Result, write_file};
 
 /// Why folders cannot be merged.
@@ -83,8 +82,8 @@ pub fn check_merge(
     Ok(whole)
 }
 
-/// Merges folders into `out`: shards and traces are linked, or copied where the file system cannot link; tables
-/// of repeated runs are joined. Folders that [`check_merge`] refuses leave `out` untouched.
+/// Merges folders into `out`: shards are linked, or copied where the file system cannot link. What is made from all runs
+/// together is made anew from the whole. Folders that [`check_merge`] refuses leave `out` untouched.
 pub fn merge(
     folders: &[PathBuf],
     out: &Path,
@@ -98,15 +97,6 @@ pub fn merge(
     }
     for (shard, file) in check_merge(&sources, plan, campaign_hash, seed)? {
         place(&file.path, &shard_path(out, shard))?;
-    }
-    for folder in folders {
-        for trace in parquet_files(&folder.join("traces"))? {
-            let name = trace.file_name().unwrap_or_default();
-            place(&trace, &out.join("traces").join(name))?;
-        }
-    }
-    for kind in [&PARITY, &HALF_STEP] {
-        join_repetitions(kind, &sources, out)?;
     }
     Ok(ShardIndex::scan(out, plan, campaign_hash, seed)?)
 }

@@ -1,14 +1,13 @@
 //! Runs made a second time, in f64 or at half the substep: one table each, the two rows of each run side by side.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::Result;
 use crate::read::TableReader;
 use crate::runs::{RunRow, RunsSchema};
-use crate::shards::Provenance;
-use crate::table::{Column, Kind, Table, Values};
+use crate::shards::{Provenance, ShardIndex};
+use crate::table::{Column, Kind, Table};
 use crate::write::write_table;
-use crate::{Error, Result};
 
 /// How some runs are made a second time, and where both rows stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,63 +56,34 @@ fn repetition_table(kind: &Repetition, schema: &RunsSchema, rows: &[RepeatedRow]
     Table { columns }
 }
 
-/// Writes the repeated runs of a results folder, sorted by run.
+/// Writes the repeated runs of the shards of a results folder, sorted by run.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_repetition(
     kind: &Repetition,
     results: &Path,
     schema: &RunsSchema,
     mut rows: Vec<RepeatedRow>,
     provenance: &Provenance,
+    index: &ShardIndex,
 ) -> Result<()> {
     rows.sort_by_key(|row| row.first.run);
-    let path = results.join(kind.file);
-    write_table(&path, &repetition_table(kind, schema, &rows), &provenance.metadata(kind.schema))
+    let mut metadata = provenance.metadata(kind.schema);
+    metadata.extend(index.origin());
+    write_table(&results.join(kind.file), &repetition_table(kind, schema, &rows), &metadata)
 }
 
 /// The repeated runs of a results folder, if it has any.
-pub fn read_repetition(kind: &Repetition, results: &Path) -> Result<Option<Table>> {
+///
+/// # Errors
+/// If the file is damaged, or was made from other runs than those of the index.
+pub fn read_repetition(kind: &Repetition, results: &Path, index: &ShardIndex) -> Result<Option<Table>> {
     let path = results.join(kind.file);
-    path.is_file().then(|| TableReader::open(&path)?.read()).transpose()
-}
-
-/// Joins the folders' tables into one, each run once, sorted; without any table nothing is written.
-pub(crate) fn join_repetitions(kind: &Repetition, folders: &[PathBuf], out: &Path) -> Result<()> {
-    let mut whole: Option<(Table, Vec<(String, String)>)> = None;
-    for folder in folders {
-        let Some(table) = read_repetition(kind, folder)? else { continue };
-        match &mut whole {
-            Some((joined, _)) => {
-                if !joined.append(table) {
-                    return Err(Error::contract(&folder.join(kind.file), "other columns than its sisters"));
-                }
-            }
-            None => {
-                let metadata = TableReader::open(&folder.join(kind.file))?.metadata();
-                whole = Some((table, metadata.into_iter().collect()));
-            }
-        }
+    if !path.exists() {
+        return Ok(None);
     }
-    let Some((table, metadata)) = whole else { return Ok(()) };
-    let first_of: BTreeMap<u64, usize> =
-        table.u64s("run").unwrap_or_default().iter().enumerate().rev().map(|(row, run)| (*run, row)).collect();
-    let order: Vec<usize> = first_of.into_values().collect();
-    write_table(&out.join(kind.file), &take(table, &order), &metadata)
-}
-
-/// The rows of a table in a new order.
-fn take(table: Table, order: &[usize]) -> Table {
-    let columns = table.columns.into_iter().map(|mut column| {
-        column.values = match column.values {
-            Values::U64(values) => Values::U64(order.iter().map(|row| values[*row]).collect()),
-            Values::I64(values) => Values::I64(order.iter().map(|row| values[*row]).collect()),
-            Values::U32(values) => Values::U32(order.iter().map(|row| values[*row]).collect()),
-            Values::F64(values) => Values::F64(order.iter().map(|row| values[*row]).collect()),
-            Values::Bool(values) => Values::Bool(order.iter().map(|row| values[*row]).collect()),
-            Values::Words { vocabulary, codes } => {
-                Values::Words { vocabulary, codes: order.iter().map(|row| codes[*row]).collect() }
-            }
-        };
-        column
-    });
-    Table { columns: columns.collect() }
+    let reader = TableReader::open(&path)?;
+    index.check_origin(&path, &reader.metadata(), kind.schema)?;
+    reader.read().map(Some)
 }

@@ -1,38 +1,47 @@
 //! Parquet files to tables, batch by batch, so that memory stays flat in the number of rows.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
+use crate::seal::{FILE_HASH, read_sealed};
 use crate::table::Table;
 use crate::{Error, Result};
 
 /// Rows decoded at a time.
 const BATCH_ROWS: usize = 8_192;
 
-/// An open file: its footer is read, its rows are not.
+/// An open file whose bytes are as its writer left them; its rows are not decoded yet.
 pub struct TableReader {
     path: PathBuf,
-    builder: ParquetRecordBatchReaderBuilder<File>,
+    builder: ParquetRecordBatchReaderBuilder<Bytes>,
     selected: Option<Vec<String>>,
 }
 
 impl TableReader {
-    /// Opens a file and reads its footer.
+    /// Opens a file: reads it whole, compares its bytes with the hash that it states, and decodes its footer.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has another hash or none, or is not a Parquet file.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(Error::parquet(path))?;
+        let bytes = read_sealed(path)?;
+        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(Error::parquet(path))?;
         Ok(Self { path: path.to_owned(), builder: builder.with_batch_size(BATCH_ROWS), selected: None })
     }
 
-    /// The file metadata, without the embedded Arrow schema.
+    /// The file metadata, without the embedded Arrow schema and the file's own hash.
     pub fn metadata(&self) -> BTreeMap<String, String> {
         let pairs = self.builder.metadata().file_metadata().key_value_metadata();
-        let pairs = pairs.into_iter().flatten().filter(|pair| pair.key != "ARROW:schema");
+        let pairs = pairs.into_iter().flatten().filter(|pair| pair.key != "ARROW:schema" && pair.key != FILE_HASH);
         pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect()
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Number of rows.

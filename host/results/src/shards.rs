@@ -16,6 +16,9 @@ pub const RUNS_SCHEMA: &str = "runs/2";
 /// Key of the place of a shard's first case in a table of given cases, whose run numbers may have gaps.
 const FIRST_CASE: &str = "softdock.first_case";
 
+/// Key of the hash of the runs that a file was made from.
+const ROWS_HASH: &str = "softdock.rows_hash";
+
 /// How a campaign's runs are cut into files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShardPlan {
@@ -104,7 +107,7 @@ pub fn write_shard(
     Ok(hash)
 }
 
-/// A shard whose footer says that it is whole and belongs to the campaign.
+/// A shard whose bytes, origin and run numbers say that it is whole and belongs to the campaign.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShardFile {
     /// Where it lies.
@@ -122,16 +125,27 @@ pub struct ShardFile {
 pub struct ShardIndex {
     /// How the campaign is cut.
     pub plan: ShardPlan,
+    /// Hash of the checked campaign.
+    pub campaign_hash: String,
+    /// The campaign's seed.
+    pub seed: u64,
     /// Whole shards by number.
     pub complete: BTreeMap<u32, ShardFile>,
-    /// Files under `runs/` that do not belong: damaged, of another campaign, seed or cut; with the reason.
+    /// Files under `runs/` that do not belong, with the reason: damaged, of another campaign, seed or cut, or stray. They
+    /// count for nothing, and no reader takes their rows.
     pub foreign: Vec<(PathBuf, String)>,
 }
 
 impl ShardIndex {
-    /// Looks at the footers of all shards of a results folder; an absent folder has none.
+    /// Looks at all shards of a results folder, every byte of them; an absent folder has none.
     pub fn scan(results: &Path, plan: ShardPlan, campaign_hash: &str, seed: u64) -> Result<Self> {
-        let mut index = Self { plan, complete: BTreeMap::new(), foreign: Vec::new() };
+        let mut index = Self {
+            plan,
+            campaign_hash: campaign_hash.to_owned(),
+            seed,
+            complete: BTreeMap::new(),
+            foreign: Vec::new(),
+        };
         for path in parquet_files(&results.join("runs"))? {
             match belongs(&path, plan, campaign_hash, seed) {
                 Ok((shard, file)) => drop(index.complete.insert(shard, file)),
@@ -144,6 +158,40 @@ impl ShardIndex {
     /// Numbers of the shards that are still to be computed.
     pub fn missing(&self) -> Vec<u32> {
         (0..self.plan.shards()).filter(|shard| !self.complete.contains_key(shard)).collect()
+    }
+
+    /// Hash of the rows of all whole shards: what is made from them states it.
+    pub fn rows_hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for (shard, file) in &self.complete {
+            hasher.update(&shard.to_le_bytes()).update(file.content_hash.as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// What a file that is made from these shards states of them.
+    pub(crate) fn origin(&self) -> [(String, String); 1] {
+        [(ROWS_HASH.to_owned(), self.rows_hash())]
+    }
+
+    /// Whether a file was made from these shards.
+    pub(crate) fn check_origin(&self, path: &Path, metadata: &BTreeMap<String, String>, schema: &str) -> Result<()> {
+        let (seed, rows) = (self.seed.to_string(), self.rows_hash());
+        let expected = [
+            ("softdock.schema", schema),
+            ("softdock.campaign_hash", &self.campaign_hash),
+            ("softdock.seed", &seed),
+            (ROWS_HASH, &rows),
+        ];
+        let stated = |key: &str| metadata.get(key).map_or("", String::as_str);
+        match expected.into_iter().find(|(key, value)| stated(key) != *value) {
+            None => Ok(()),
+            Some((ROWS_HASH, _)) => Err(Error::contract(path, "it was made from other runs than those that are there")),
+            Some((key, value)) => {
+                let found = stated(key);
+                Err(Error::contract(path, format!("{key} is `{found}`, expected `{value}`")))
+            }
+        }
     }
 
     /// True if every shard is there.
@@ -190,6 +238,12 @@ fn belongs(
     if path.file_name() != shard_path(Path::new(""), shard).file_name() {
         return Err(format!("the file says that it is shard {shard}"));
     }
+    let file = ShardFile {
+        path: path.to_owned(),
+        content_hash: text("content_hash"),
+        backend: text("backend"),
+        device: text("device"),
+    };
     let rows = range.end - range.start;
     // Given cases may have run numbers of their own; then the file states the place of its first case.
     let first = if metadata.contains_key(FIRST_CASE) { "first_case" } else { "first_run" };
@@ -198,13 +252,28 @@ fn belongs(
     if reader.rows() != rows {
         return Err(format!("{} rows, expected {rows}", reader.rows()));
     }
-    let file = ShardFile {
-        path: path.to_owned(),
-        content_hash: text("content_hash"),
-        backend: text("backend"),
-        device: text("device"),
-    };
+    let numbered = first == "first_run";
+    check_numbers(reader, numbered.then_some(range)).map_err(|error| error.to_string())?;
     Ok((shard, file))
+}
+
+/// Checks that each run stands once, in ascending order; and that they are those of a range, if one is given.
+fn check_numbers(reader: TableReader, range: Option<Range<u64>>) -> Result<()> {
+    let (mut expected, mut last) = (range, None);
+    let path = reader.path().to_owned();
+    for batch in reader.select(&["run"])?.batches()? {
+        let batch = batch?;
+        for run in batch.u64s("run").ok_or_else(|| Error::contract(&path, "no column `run` of whole numbers"))? {
+            if last.is_some_and(|last| *run <= last) {
+                return Err(Error::contract(&path, format!("run {run} stands twice, or out of order")));
+            }
+            if let Some(expected) = expected.as_mut().and_then(Iterator::next).filter(|expected| expected != run) {
+                return Err(Error::contract(&path, format!("run {run} stands in the place of run {expected}")));
+            }
+            last = Some(*run);
+        }
+    }
+    Ok(())
 }
 
 /// Changes the rows of a file of runs, whole or unfinished, and writes it again in one step.
@@ -260,19 +329,56 @@ pub fn verify_shard(file: &ShardFile) -> Result<()> {
     Ok(())
 }
 
-/// The columns of a results folder's runs, without rows.
-pub fn run_columns(results: &Path) -> Result<Table> {
-    let folder = results.join("runs");
-    let first = parquet_files(&folder)?.into_iter().next();
-    TableReader::open(&first.ok_or_else(|| Error::contract(&folder, "no shard"))?)?.columns()
-}
+impl ShardIndex {
+    /// The columns of the runs, without rows.
+    ///
+    /// # Errors
+    /// If there is no shard, or it cannot be read any more.
+    pub fn columns(&self) -> Result<Table> {
+        let first = self.complete.values().next().ok_or_else(|| Error::contract(Path::new("runs"), "no shard"))?;
+        TableReader::open(&first.path)?.columns()
+    }
 
-/// Streams selected columns of all runs, in the order of the shards, a few thousand rows at a time.
-pub fn read_columns(results: &Path, names: &[String]) -> Result<impl Iterator<Item = Result<Table>>> {
-    let files = parquet_files(&results.join("runs"))?.into_iter();
-    let names = names.to_vec();
-    let open = move |path: PathBuf| TableReader::open(&path)?.select(&names)?.batches();
-    Ok(files.flat_map(move |path| either(open(path))))
+    /// Streams selected columns of all runs, in the order of the shards, a few thousand rows at a time.
+    pub fn read_columns(&self, names: &[String]) -> impl Iterator<Item = Result<Table>> + use<> {
+        let names = names.to_vec();
+        let open = move |path: PathBuf| TableReader::open(&path)?.select(&names)?.batches();
+        self.paths().into_iter().flat_map(move |path| either(open(path)))
+    }
+
+    /// Streams all runs as rows, in the order of the shards.
+    pub fn read_runs(&self) -> impl Iterator<Item = Result<RunRow>> + use<> {
+        self.paths().into_iter().flat_map(|path| {
+            let batches = either(TableReader::open(&path).and_then(TableReader::batches));
+            batches.flat_map(move |batch| match batch.and_then(|table| rows_of(&path, &table)) {
+                Ok(rows) => rows.into_iter().map(Ok).collect::<Vec<_>>(),
+                Err(error) => vec![Err(error)],
+            })
+        })
+    }
+
+    /// One run; only the shards that can hold it are read.
+    ///
+    /// # Errors
+    /// If a shard cannot be read any more.
+    pub fn read_run(&self, run: u64) -> Result<Option<RunRow>> {
+        for (shard, file) in &self.complete {
+            let reader = TableReader::open(&file.path)?;
+            if !reader.metadata().contains_key(FIRST_CASE) && !self.plan.range(*shard).contains(&run) {
+                continue;
+            }
+            for batch in reader.batches()? {
+                if let Some(row) = rows_of(&file.path, &batch?)?.into_iter().find(|row| row.run == run) {
+                    return Ok(Some(row));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn paths(&self) -> Vec<PathBuf> {
+        self.complete.values().map(|file| file.path.clone()).collect()
+    }
 }
 
 /// The batches of a file, or the one error that stands in their place.
@@ -284,36 +390,6 @@ fn either(batches: Result<Batches>) -> impl Iterator<Item = Result<Table>> {
     batches.into_iter().flatten().chain(error)
 }
 
-/// Streams all runs as rows, in the order of the shards.
-pub fn read_runs(results: &Path) -> Result<impl Iterator<Item = Result<RunRow>>> {
-    let files = parquet_files(&results.join("runs"))?.into_iter();
-    Ok(files.flat_map(|path| {
-        let batches = either(TableReader::open(&path).and_then(TableReader::batches));
-        batches.flat_map(move |batch| match batch.and_then(|table| rows_of(&path, &table)) {
-            Ok(rows) => rows.into_iter().map(Ok).collect::<Vec<_>>(),
-            Err(error) => vec![Err(error)],
-        })
-    }))
-}
-
 fn rows_of(path: &Path, table: &Table) -> Result<Vec<RunRow>> {
     RunsSchema::of_table(table).rows(table).map_err(|what| Error::contract(path, what))
-}
-
-/// One run of a results folder; only the shard that holds it is read.
-pub fn read_run(results: &Path, run: u64) -> Result<Option<RunRow>> {
-    for path in parquet_files(&results.join("runs"))? {
-        let reader = TableReader::open(&path)?;
-        let metadata = reader.metadata();
-        let first = metadata.get("softdock.first_run").and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
-        if !metadata.contains_key(FIRST_CASE) && !(first..first + reader.rows()).contains(&run) {
-            continue;
-        }
-        for batch in reader.batches()? {
-            if let Some(row) = rows_of(&path, &batch?)?.into_iter().find(|row| row.run == run) {
-                return Ok(Some(row));
-            }
-        }
-    }
-    Ok(None)
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::read::TableReader;
-use crate::shards::{Provenance, parquet_files};
+use crate::shards::{Provenance, ShardIndex, parquet_files};
 use crate::table::{Column, Kind, Table, Values};
 use crate::write::write_table;
 use crate::{Error, Result};
@@ -84,20 +84,42 @@ impl Trace {
 }
 
 /// Writes a trace to a file of the user's choice.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_trace_to(path: &Path, trace: &Trace, provenance: &Provenance) -> Result<()> {
+    write_with(path, trace, provenance, [])
+}
+
+/// Writes a trace to its place below a results folder, for runs of the shards there.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_trace(results: &Path, trace: &Trace, provenance: &Provenance, index: &ShardIndex) -> Result<()> {
+    write_with(&trace.path(results), trace, provenance, index.origin())
+}
+
+fn write_with(
+    path: &Path,
+    trace: &Trace,
+    provenance: &Provenance,
+    origin: impl IntoIterator<Item = (String, String)>,
+) -> Result<()> {
     let mut metadata = provenance.metadata(TRACE_SCHEMA);
     metadata.push(("softdock.kept_as".to_owned(), trace.kept_as.clone()));
+    metadata.extend(origin);
     write_table(path, &trace.table(), &metadata)
 }
 
-/// Writes a trace to its place below a results folder.
-pub fn write_trace(results: &Path, trace: &Trace, provenance: &Provenance) -> Result<()> {
-    write_trace_to(&trace.path(results), trace, provenance)
+/// Reads one trace file.
+///
+/// # Errors
+/// If the file is damaged or is no trace.
+pub fn read_trace(path: &Path) -> Result<Trace> {
+    of_reader(path, TableReader::open(path)?)
 }
 
-/// Reads one trace file.
-pub fn read_trace(path: &Path) -> Result<Trace> {
-    let reader = TableReader::open(path)?;
+fn of_reader(path: &Path, reader: TableReader) -> Result<Trace> {
     let kept_as = reader.metadata().remove("softdock.kept_as").unwrap_or_default();
     let table = reader.read()?;
     let lacking = |name: &str| Error::contract(path, format!("no column `{name}`"));
@@ -112,7 +134,23 @@ pub fn read_trace(path: &Path) -> Result<Trace> {
     Ok(Trace { run, kept_as, time, signals: signals.collect() })
 }
 
-/// Reads all traces of a results folder, by file name.
-pub fn read_traces(results: &Path) -> Result<Vec<Trace>> {
-    parquet_files(&results.join("traces"))?.iter().map(|path| read_trace(path)).collect()
+/// Traces of a results folder by file name, and the files that are none of the shards there, each with the reason.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn read_traces(results: &Path, index: &ShardIndex) -> Result<(Vec<Trace>, Vec<(PathBuf, String)>)> {
+    let (mut traces, mut foreign) = (Vec::new(), Vec::new());
+    for path in parquet_files(&results.join("traces"))? {
+        let trace = TableReader::open(&path).and_then(|reader| {
+            index.check_origin(&path, &reader.metadata(), TRACE_SCHEMA)?;
+            let trace = of_reader(&path, reader)?;
+            let is_named = trace.path(results) == path;
+            if is_named { Ok(trace) } else { Err(Error::contract(&path, "its name is not that of its run")) }
+        });
+        match trace {
+            Ok(trace) => traces.push(trace),
+            Err(error) => foreign.push((path, error.to_string())),
+        }
+    }
+    Ok((traces, foreign))
 }

@@ -10,6 +10,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
 use crate::atomic::atomically;
+use crate::seal::{FILE_HASH, blank, seal};
 use crate::table::{Table, Values};
 use crate::{Error, Result};
 
@@ -35,11 +36,13 @@ pub(crate) fn write_batches<'a>(
     metadata: &[(String, String)],
 ) -> Result<()> {
     let first = tables.next().ok_or_else(|| Error::contract(path, "no columns to write"))??;
+    // A table that was read and is written again has the hash of the file that it came from.
+    let metadata: Metadata = metadata.iter().filter(|(key, _)| key != FILE_HASH).cloned().collect();
     atomically(path, |file| {
         // Arrow readers look for file metadata in the embedded schema, others in the footer: it stands in both.
         let schema = first.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
-        let mut writer =
-            ArrowWriter::try_new(file, Arc::new(schema), Some(properties(metadata))).map_err(Error::parquet(path))?;
+        let mut writer = ArrowWriter::try_new(&mut *file, Arc::new(schema), Some(properties(&metadata)))
+            .map_err(Error::parquet(path))?;
         for table in std::iter::once(Ok(first)).chain(tables) {
             let table = table?;
             check_rows(path, &table)?;
@@ -47,7 +50,7 @@ pub(crate) fn write_batches<'a>(
             writer.write(&batch).map_err(Error::parquet(path))?;
         }
         writer.close().map_err(Error::parquet(path))?;
-        Ok(())
+        seal(path, file)
     })
 }
 
@@ -63,7 +66,8 @@ fn check_rows(path: &Path, table: &Table) -> Result<()> {
 }
 
 fn properties(metadata: &[(String, String)]) -> WriterProperties {
-    let metadata = metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone())).collect();
+    let own = KeyValue::new(FILE_HASH.to_owned(), blank());
+    let metadata = metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone())).chain([own]).collect();
     WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))

@@ -10,6 +10,7 @@ use std::path::Path;
 use serde::Serialize;
 use softdock_campaign::compare::{Bands, CellMap, Comparison};
 use softdock_results::runs::Outcome;
+use softdock_results::shards::ShardIndex;
 
 use crate::Result;
 use crate::exact::{READING_CONFIDENCE, upper_bound};
@@ -35,6 +36,8 @@ pub struct VariantInput<'a> {
     pub title: &'a str,
     /// Keys of the scenario that it replaces, and parameters that it derives, each with what stands in its place.
     pub changes: &'a [(String, String)],
+    /// Its shards.
+    pub shards: &'a ShardIndex,
     /// Its results folder.
     pub results: &'a Path,
     /// Its summary.
@@ -230,7 +233,7 @@ pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]
     for input in inputs {
         let rows = match input.summary.completeness.runs_done {
             0 => Vec::new(),
-            _ => columns.read(input.results)?,
+            _ => columns.read(input.results, input.shards)?,
         };
         variants.push(variant(plan, &columns, input, &rows, reference.as_deref()));
         reference.get_or_insert(rows);

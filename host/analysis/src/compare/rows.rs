@@ -7,7 +7,7 @@ use softdock_kernels::fields::fields;
 use softdock_kernels::metrics::Metrics;
 use softdock_results::Table;
 use softdock_results::runs::Agreement;
-use softdock_results::shards::read_columns;
+use softdock_results::shards::ShardIndex;
 
 use crate::{Error, Result};
 
@@ -87,11 +87,11 @@ impl Columns {
     }
 
     /// All runs of a results folder, by run number.
-    pub(super) fn read(&self, results: &Path) -> Result<Vec<Row>> {
+    pub(super) fn read(&self, results: &Path, index: &ShardIndex) -> Result<Vec<Row>> {
         let names: Vec<String> =
             ["run", "agreement"].map(str::to_owned).into_iter().chain(self.names.iter().cloned()).collect();
         let mut rows = Vec::new();
-        for batch in read_columns(results, &names)? {
+        for batch in index.read_columns(&names) {
             self.add(&batch?, &mut rows).map_err(|name| Error::Results {
                 path: results.to_owned(),
                 what: format!("no column `{name}` of the expected type"),

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use softdock_results::Table;
 use softdock_results::runs::{Agreement, Outcome, input_fields, requirement_columns};
-use softdock_results::shards::{read_columns, run_columns};
 
 use crate::facts::CampaignFacts;
 use crate::moments::Moments;
@@ -63,7 +62,8 @@ pub(crate) struct Sample {
 impl Sample {
     /// Reads the runs of a campaign; `inputs` are column names.
     pub(crate) fn read(results: &Path, facts: &CampaignFacts, inputs: &[String]) -> Result<Self> {
-        let described = run_columns(results)?;
+        let index = facts.shards(results)?;
+        let described = index.columns()?;
         let input = |name: &String| {
             let column = described.column(name).ok_or_else(|| lacking(results, name))?;
             Ok(Input {
@@ -81,7 +81,7 @@ impl Sample {
             inputs: inputs.iter().map(input).collect::<Result<_>>()?,
             ..Self::default()
         };
-        for batch in read_columns(results, &columns(facts, inputs))? {
+        for batch in index.read_columns(&columns(facts, inputs)) {
             sample.add(&batch?, facts).map_err(|name| lacking(results, &name))?;
         }
         Ok(sample)

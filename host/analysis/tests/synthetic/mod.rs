@@ -13,7 +13,7 @@ use softdock_results::runs::{
     Agreement, Cause, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow, RunsSchema, Status,
     metric_fields,
 };
-use softdock_results::shards::{Provenance, ShardPlan, write_shard};
+use softdock_results::shards::{Provenance, ShardIndex, ShardPlan, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
 
 /// Every so many runs one is invalid.
@@ -203,6 +203,8 @@ pub(crate) fn write_shards(results: &Path, runs: u64, shards: impl Iterator<Item
 /// Writes a whole campaign with repeated runs and traces.
 pub(crate) fn write_campaign(results: &Path, runs: u64) {
     write_shards(results, runs, 0..plan(runs).shards());
+    let own = provenance();
+    let index = ShardIndex::scan(results, plan(runs), &own.campaign_hash, own.seed).expect("a folder");
     let pairs = (0..100).map(|run| {
         let (mut backend, truth) = (row(run * 7), row(run * 7));
         backend.space.metrics.peak_contact_force += 0.02 * (uniform(run, 20) - 0.5);
@@ -217,17 +219,17 @@ pub(crate) fn write_campaign(results: &Path, runs: u64) {
         }
         RepeatedRow { first: backend, second: truth }
     });
-    write_repetition(&PARITY, results, &schema(), pairs.collect(), &provenance()).expect("a parity table");
+    write_repetition(&PARITY, results, &schema(), pairs.collect(), &own, &index).expect("a parity table");
     let halved = (0..50).map(|run| {
         let (first, mut second) = (row(run * 9), row(run * 9));
         second.space.metrics.peak_contact_force += 0.3;
         RepeatedRow { first, second }
     });
-    write_repetition(&HALF_STEP, results, &schema(), halved.collect(), &provenance()).expect("a half-step table");
+    write_repetition(&HALF_STEP, results, &schema(), halved.collect(), &own, &index).expect("a half-step table");
     for (run, kept_as) in
         [(NOMINAL_RUN, "nominal"), (12, "worst DCK-010"), (99, "worst DCK-020"), (700, "random"), (1_500, "random")]
     {
-        write_trace(results, &trace(run, kept_as), &provenance()).expect("a trace");
+        write_trace(results, &trace(run, kept_as), &own, &index).expect("a trace");
     }
 }
 
