@@ -17,3 +17,4 @@ mod oracles;
 mod parity;
 mod resume;
 mod step;
+mod verify;

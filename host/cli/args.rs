@@ -40,6 +40,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Say how far a campaign is, and what it has shown so far.
     Status(StatusArgs),
+    /// Compare every file of a results folder with what it states, and summary and page with what the runs give.
+    Verify(StatusArgs),
     /// Join the results folders of several workers into one, and judge them.
     Merge(MergeArgs),
     /// Compare two results folders: failures, rates, runs that changed, metrics, and keys that differ.

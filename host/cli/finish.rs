@@ -1,5 +1,6 @@
 //! What follows the last shard: repeated runs, time histories, summary and page.
 
+use crate::changes::files_below;
 use crate::farm::Farm;
 use crate::folder::Folder;
 use crate::half_step::{HalfStepRuns, write_half_step_of};
@@ -9,6 +10,10 @@ use crate::traces::{Keeper, write_traces};
 use miette::IntoDiagnostic;
 use softdock_analysis::{Summary, summarise, write_summary};
 use softdock_engine::Choice;
+use softdock_results::parity::{HALF_STEP, PARITY};
+use softdock_results::traces::read_traces;
+use softdock_results::{hash_files, is_temporary};
+use std::path::Path;
 
 /// Ends a whole campaign; all of it follows from the shards, so that doing it twice changes nothing.
 pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
@@ -31,8 +36,32 @@ pub(crate) fn finish(folder: &Folder) -> miette::Result<Summary> {
 
 /// Writes summary and page of what is there.
 pub(crate) fn judge(folder: &Folder) -> miette::Result<Summary> {
-    let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
+    let summary = stated(folder)?;
     write_summary(&folder.path, &summary).into_diagnostic()?;
     write_page(folder, &summary)?;
     Ok(summary)
+}
+
+/// What the folder shows, with the hash of what it follows from.
+pub(crate) fn stated(folder: &Folder) -> miette::Result<Summary> {
+    let summary = summarise(&folder.path, &folder.facts()).into_diagnostic()?;
+    let hash = hash_files(&folder.path, &hashed(folder)?).into_diagnostic()?;
+    Ok(Summary { results_hash: Some(hash), ..summary })
+}
+
+/// Names of the files that the summary follows from, and of those made from the runs; files that count for nothing
+/// are not among them.
+fn hashed(folder: &Folder) -> miette::Result<Vec<String>> {
+    let index = folder.shards()?;
+    let (_, foreign) = read_traces(&folder.path, &index).into_diagnostic()?;
+    let ignored: Vec<&Path> = index.foreign.iter().chain(&foreign).map(|(path, _)| path.as_path()).collect();
+    let belongs = |name: &str| {
+        name == "campaign.json"
+            || [PARITY.file, HALF_STEP.file].contains(&name)
+            || ["campaign/", "runs/", "traces/"].iter().any(|folder| name.starts_with(folder))
+            || folder.campaign.cases().is_some_and(|cases| cases.file_name() == name)
+    };
+    let files = files_below(&folder.path).into_iter();
+    let own = files.filter(|(name, path)| belongs(name) && !is_temporary(path) && !ignored.contains(&path.as_path()));
+    Ok(own.map(|(name, _)| name).collect())
 }

@@ -43,17 +43,7 @@ pub(crate) fn clear(results: &Path, inputs: &[PathBuf]) -> miette::Result<()> {
         let message = format!("`{}` cannot be read, so that nothing in it is deleted: {error}", results.display());
         refuse(message, "delete the folder by hand")
     })?;
-    let mut known: Vec<String> =
-        crate::folder::named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
-    for variant in &folder.campaign.variants {
-        let own = known.iter().filter(|name| name.starts_with("campaign/")).cloned().collect::<Vec<_>>();
-        known.extend(own.into_iter().map(|name| format!("{}/{name}", variant.name)));
-    }
-    let variants: Vec<&str> = folder.campaign.variants.iter().map(|variant| variant.name.as_str()).collect();
-    let is_known = |name: &str| {
-        let inner = variants.iter().find_map(|variant| name.strip_prefix(variant)?.strip_prefix('/'));
-        known.iter().any(|known| known == without_temporary(name)) || is_own(inner.unwrap_or(name))
-    };
+    let is_known = is_known(&folder);
     let mut files = files_below(results);
     if let Some((name, path)) = files.iter().find(|(name, _)| !is_known(name)) {
         let message = format!("`{}` is not written by softdock: `{name}`", path.display());
@@ -68,6 +58,21 @@ pub(crate) fn clear(results: &Path, inputs: &[PathBuf]) -> miette::Result<()> {
     remove_empty(results);
     warn(format!("deleted {} files of `{}`, {shards} shards among them", files.len(), results.display()));
     Ok(())
+}
+
+/// Whether a name below a results folder is one that softdock writes there.
+pub(crate) fn is_known(folder: &Folder) -> impl Fn(&str) -> bool + use<> {
+    let mut known: Vec<String> =
+        crate::folder::named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
+    for variant in &folder.campaign.variants {
+        let own = known.iter().filter(|name| name.starts_with("campaign/")).cloned().collect::<Vec<_>>();
+        known.extend(own.into_iter().map(|name| format!("{}/{name}", variant.name)));
+    }
+    let variants: Vec<String> = folder.campaign.variants.iter().map(|variant| variant.name.clone()).collect();
+    move |name: &str| {
+        let inner = variants.iter().find_map(|variant| name.strip_prefix(variant.as_str())?.strip_prefix('/'));
+        known.iter().any(|known| known == without_temporary(name)) || is_own(inner.unwrap_or(name))
+    }
 }
 
 /// The name of the file that a killed writer was about to write: `NAME.x1Y2z3.tmp`.

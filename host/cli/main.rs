@@ -48,6 +48,7 @@ mod step;
 mod tests;
 mod traces;
 mod variants;
+mod verify;
 mod words;
 
 use args::{BenchCommand, Command};
@@ -60,6 +61,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::plan(&args),
         Command::Run(args) => run::run(&args),
         Command::Status(args) => status::status(&args),
+        Command::Verify(args) => verify::verify(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Judge(args) => judge::judge(&args),

@@ -3,7 +3,7 @@
 use crate::folder::Folder;
 use miette::IntoDiagnostic;
 use softdock_analysis::number::with_unit;
-use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, write_report};
+use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, report_page, write_report};
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
@@ -13,7 +13,16 @@ use softdock_results::runs::input_fields;
 
 /// Writes `report.html`.
 pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<()> {
-    let input = ReportInput {
+    write_report(&input(folder, summary), summary).into_diagnostic().map(drop)
+}
+
+/// The text of `report.html`.
+pub(crate) fn page_text(folder: &Folder, summary: &Summary) -> miette::Result<String> {
+    report_page(&input(folder, summary), summary).into_diagnostic()
+}
+
+fn input<'a>(folder: &'a Folder, summary: &Summary) -> ReportInput<'a> {
+    ReportInput {
         campaign: folder.facts(),
         results: &folder.path,
         dispersions: dispersions(&folder.campaign),
@@ -21,8 +30,7 @@ pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<(
         commands: commands(folder),
         criteria: sentences(&folder.campaign.scenario.model.task),
         rules: rules::in_force(&folder.campaign.scenario.model.facility),
-    };
-    write_report(&input, summary).into_diagnostic().map(drop)
+    }
 }
 
 fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {

@@ -70,7 +70,7 @@ pub(crate) fn conclude(whole: &Folder, as_json: bool, missing: impl Into<String>
 }
 
 /// The folders of the variants, below that of the campaign; what is not there is not made.
-fn folders(whole: &Folder) -> miette::Result<Vec<Folder>> {
+pub(crate) fn folders(whole: &Folder) -> miette::Result<Vec<Folder>> {
     let folder = |variant: &Variant| {
         let path = whole.path.join(&variant.name);
         let (extensions, judgements) = records(&path)?;

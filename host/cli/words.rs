@@ -8,7 +8,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 /// How a command ended; the numbers are part of the interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Exit {
     /// Every requirement is verified; for commands without a verdict, all went well.
     Done = 0,

@@ -31,7 +31,7 @@ pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page};
 pub use plots::scene::scene_svg;
-pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, write_report, write_summary};
+pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, summary_text, write_report, write_summary};
 pub use summarise::summarise;
 pub use summary::{Extension, Judgement, Summary, Verdict};
 pub use terminal::{table, verdict_text};

@@ -114,12 +114,18 @@ struct RequirementFigures {
     figures: Vec<Drawing>,
 }
 
-/// Writes `summary.json` below a results folder.
+/// The text of `summary.json`.
+pub fn summary_text(summary: &Summary) -> String {
+    serde_json::to_string_pretty(summary).expect("a summary has string keys only") + "\n"
+}
+
+/// Writes `summary.json` below the results folder.
+///
+/// # Errors
+/// If the file cannot be written.
 pub fn write_summary(results: &Path, summary: &Summary) -> Result<PathBuf> {
     let path = results.join("summary.json");
-    let mut json = serde_json::to_string_pretty(summary).expect("a summary has string keys only");
-    json.push('\n');
-    write_file(&path, json.as_bytes())?;
+    write_file(&path, summary_text(summary).as_bytes())?;
     Ok(path)
 }
 

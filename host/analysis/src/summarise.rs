@@ -89,6 +89,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
             InvalidRuns::ReportOnly => "report-only",
         }
         .to_owned(),
+        results_hash: None,
         completeness,
         accounting: accounting(tally),
         requirements,

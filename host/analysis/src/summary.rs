@@ -81,6 +81,10 @@ pub struct Summary {
     pub judgements: Vec<Judgement>,
     /// "count-as-failures" or "report-only".
     pub invalid_runs: String,
+    /// Hash of every file that the verdict follows from, and of what was made from the runs: `softdock verify` computes it
+    /// again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub results_hash: Option<String>,
     /// Shards and runs.
     pub completeness: Completeness,
     /// Runs by status and flag.

@@ -41,8 +41,8 @@ pub fn remove_abandoned(results: &Path) -> Result<usize> {
     Ok(removed)
 }
 
-/// Whether the name is one that [`atomically`] gives.
-fn is_temporary(path: &Path) -> bool {
+/// Whether a file's name is one that a writer gives it before it is whole.
+pub fn is_temporary(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let unique = name.strip_suffix(".tmp").and_then(|name| name.rsplit_once('.')).map(|(_, unique)| unique.to_owned());
     unique.is_some_and(|unique| unique.len() == UNIQUE && unique.chars().all(|c| c.is_ascii_alphanumeric()))

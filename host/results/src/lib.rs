@@ -19,9 +19,9 @@ mod table;
 pub mod traces;
 mod write;
 
-pub use atomic::{remove_abandoned, write_file};
+pub use atomic::{is_temporary, remove_abandoned, write_file};
 pub use error::{Error, Result};
 pub use read::TableReader;
-pub use seal::FILE_HASH;
+pub use seal::{FILE_HASH, hash_files};
 pub use table::{Column, Kind, Table, Values};
 pub use write::{Metadata, content_hash, write_table};

@@ -64,6 +64,21 @@ pub(crate) fn read_regular(path: &Path) -> Result<Bytes> {
     Ok(Bytes::from(std::fs::read(path).map_err(Error::io(path))?))
 }
 
+/// Hash of files below a folder, in the order of their names: every name and every byte.
+///
+/// # Errors
+/// If a file is not a regular one, or cannot be read.
+pub fn hash_files(folder: &Path, names: &[String]) -> Result<String> {
+    let mut names: Vec<&String> = names.iter().collect();
+    names.sort();
+    let mut hasher = blake3::Hasher::new();
+    for name in names {
+        let bytes = read_regular(&folder.join(name))?;
+        hasher.update(name.as_bytes()).update(&[0]).update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
 /// Where the hash stands: behind the last mention of its key.
 fn place(bytes: &[u8]) -> Option<usize> {
     let key = FILE_HASH.as_bytes();

@@ -1,0 +1,87 @@
+//! `softdock verify`: whatever is changed in a results folder shows.
+
+use crate::cli::{Bench, text};
+use softdock_test_size::sized;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// All files below a folder, in order.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() { files.append(&mut files_below(&path)) } else { files.push(path) }
+    }
+    files.sort();
+    files
+}
+
+fn whole() -> Bench {
+    let bench = Bench::new();
+    let output = bench.softdock("run c/smoke.toml --backend cpu --out r");
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{}", text(&output.stderr));
+    bench
+}
+
+#[test]
+fn one_changed_bit_anywhere_in_a_results_folder_is_found() {
+    let bench = whole();
+    let said = bench.softdock("verify r");
+    assert_eq!(said.status.code(), Some(0), "{}{}", text(&said.stdout), text(&said.stderr));
+    let files = files_below(&bench.path("r"));
+    let sizes: Vec<u64> = files.iter().map(|file| fs::metadata(file).expect("a file").len()).collect();
+    let all: u64 = sizes.iter().sum();
+    let changes: u64 = sized(60, 1000);
+    for change in 0..changes {
+        // Small files get their share too: every second change is in a file drawn without regard to its size.
+        let draw = |what: u32| softdock_kernels::philox::uniform(47, "verify", change, what);
+        let (mut at, mut file) = ((draw(0) * all as f64) as u64, 0);
+        while change % 2 == 0 && at >= sizes[file] {
+            (at, file) = (at - sizes[file], file + 1);
+        }
+        if change % 2 == 1 {
+            file = (draw(1) * files.len() as f64) as usize;
+            at = (draw(2) * sizes[file] as f64) as u64;
+        }
+        let mut bytes = fs::read(&files[file]).expect("a file");
+        let bit = (draw(3) * 8.0) as u32;
+        bytes[at as usize] ^= 1 << bit;
+        fs::write(&files[file], &bytes).expect("written");
+        let output = bench.softdock("verify r");
+        let name = files[file].display();
+        assert!(matches!(output.status.code(), Some(1..=3)), "bit {bit} of byte {at} of {name} is not found");
+        let said = text(&output.stderr);
+        assert!(!said.contains("panicked"), "bit {bit} of byte {at} of {name}: {said}");
+        bytes[at as usize] ^= 1 << bit;
+        fs::write(&files[file], &bytes).expect("written");
+    }
+    assert_eq!(bench.softdock("verify r").status.code(), Some(0), "and nothing else has changed");
+}
+
+#[test]
+fn damaged_and_stray_shards_are_named_and_made_again_without_a_doubled_run() {
+    let bench = whole();
+    let summary = fs::read(bench.path("r/summary.json")).expect("a summary");
+    fs::copy(bench.path("r/runs/shard=00000.parquet"), bench.path("r/runs/shard=00000 (copy).parquet")).expect("copied");
+    let shard = bench.path("r/runs/shard=00001.parquet");
+    let mut bytes = fs::read(&shard).expect("a shard");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&shard, bytes).expect("written");
+
+    let said = bench.softdock("status r");
+    let words = text(&said.stdout);
+    assert_eq!(said.status.code(), Some(3), "{words}");
+    assert!(words.contains("ignored  runs/shard=00001.parquet: damaged"), "{words}");
+    assert!(words.contains("ignored  runs/shard=00000 (copy).parquet"), "{words}");
+    let said = bench.softdock("verify r");
+    assert_eq!(said.status.code(), Some(1), "{}", text(&said.stdout));
+
+    let said = bench.softdock("run c/smoke.toml --backend cpu --out r");
+    assert!(text(&said.stderr).contains("1 shards to make"), "{}", text(&said.stderr));
+    // The stray file is still named, and counts for nothing.
+    fs::remove_file(bench.path("r/runs/shard=00000 (copy).parquet")).expect("removed");
+    assert_eq!(bench.softdock("report r").status.code(), said.status.code());
+    assert!(fs::read(bench.path("r/summary.json")).expect("a summary") == summary, "the same runs, each once");
+    assert_eq!(bench.softdock("verify r").status.code(), Some(0));
+}
