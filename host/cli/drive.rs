@@ -189,7 +189,8 @@ pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> miette::
 fn refuse_other_rules(scenario: &Scenario, station: &Station) -> miette::Result<()> {
     let judged = |station: &Station| {
         let robots = station.session_robots();
-        (station.rules, station.end_at_capture, robots.limits, robots.correction)
+        let capsules = robots.level.robot.capsules;
+        (station.rules.clone(), station.end_at_capture, robots.limits, robots.correction, robots.tool_radius, capsules)
     };
     if scenario.station.as_ref().is_some_and(|own| judged(own) == judged(station)) {
         return Ok(());

@@ -41,6 +41,10 @@ pub enum Refusal {
     NotAtStart(usize, f64, f64),
     /// The start of the run is beyond a robot's reach or limits: robot.
     Unreachable(usize),
+    /// The way to the start brings the arms too near each other: distance and what is allowed \[m\].
+    ArmsOnWay([f64; 2]),
+    /// The way to the start leads a link or a tool into a keep-out box: depth \[m\].
+    BoxOnWay(f64),
     /// The sensor's samples are invalid or saturated.
     BadSensor,
     /// At rest without contact the sensor's force spreads more than this \[N\].
@@ -107,6 +111,19 @@ impl fmt::Display for Refusal {
             Self::Unreachable(r) => write!(
                 f,
                 "robot {r} cannot reach the start of this run within its limits: move its base, or take another run"
+            ),
+            Self::ArmsOnWay([apart, least]) => write!(
+                f,
+                "the way to the start brings the arms within {:.0} mm of each other (arm_distance is {:.0} mm): move the robots \
+                 nearer to the start by hand",
+                mm(apart),
+                mm(least)
+            ),
+            Self::BoxOnWay(depth) => write!(
+                f,
+                "the way to the start leads a link or a tool {:.0} mm deep into a keep-out box: move the robots nearer to the \
+                 start by hand",
+                mm(depth)
             ),
             Self::BadSensor => write!(f, "the sensor's samples are invalid or saturated: see its status"),
             Self::Bias([force, moment], [most_force, most_moment]) => write!(

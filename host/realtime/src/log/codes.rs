@@ -91,6 +91,10 @@ codes! {
         BlindSensor "blind_sensor" "the parts overlap and the sensor feels nothing";
         FreeForce "free_force" "the sensor feels a force and the parts are apart";
         CatchUp "catch_up" "a robot that has missed commands does not come back to them in time";
+        ToolSpeed "tool_speed" "a command of a tool faster than allowed";
+        KeepOut "keep_out" "a command of a link or a tool into a keep-out box";
+        ArmDistance "arm_distance" "a command that brings the arms too near each other";
+        Singularity "singularity" "a command too near a singular posture";
     }
 }
 

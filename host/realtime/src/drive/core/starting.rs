@@ -9,11 +9,14 @@ use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
 use crate::signals::AXES;
 use crate::time::Nanos;
+use softdock_kernels::session::clearance_at;
 use softdock_kernels::space::Wrench;
 use std::sync::Arc;
 
 /// Time in which drives come up and brakes open \[s\].
 const ENABLE_TIME: f64 = 0.5;
+/// A way to the start is looked at in so many parts.
+const WAY_POSTURES: u32 = 200;
 /// How long the sensor is read for its tare \[s\].
 const TARE_TIME: f64 = 0.5;
 /// Spread of the force during the tare that still counts as rest, as a share of the touch force.
@@ -67,8 +70,25 @@ impl Core {
         if let (Some(refusal), false) = (self.off_start(), self.task.to_start) {
             return self.refuse(refusal);
         }
+        if let Some(refusal) = self.blocked() {
+            return self.refuse(refusal);
+        }
         self.state = State::Enabling { begun: now };
         self.hold_position()
+    }
+
+    /// A way to the start that a rule of the workspace forbids, by so many postures on it.
+    fn blocked(&self) -> Option<Refusal> {
+        self.off_start()?;
+        let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
+        let least = self.task.plant.facility.rules.arm_distance;
+        (0..=WAY_POSTURES).find_map(|posture| {
+            let axes = way.at(way.duration() * f64::from(posture) / f64::from(WAY_POSTURES));
+            let axes: [[f64; AXES]; 2] = std::array::from_fn(|robot| self.arms.in_model(robot, &axes[robot]));
+            let found = clearance_at(&self.task.plant, [&axes[0], &axes[1]]);
+            let arms = (least.is_finite() && found.arms < least).then_some(Refusal::ArmsOnWay([found.arms, least]));
+            arms.or_else(|| (found.depth > 0.0).then_some(Refusal::BoxOnWay(found.depth)))
+        })
     }
 
     /// Drives that have to be enabled and brakes that have to open get their time, told to stay where they are.
