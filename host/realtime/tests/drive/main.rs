@@ -8,3 +8,5 @@ mod loopback;
 mod over_rsi;
 mod replay;
 mod safety;
+mod scene;
+mod urdf;
