@@ -6,11 +6,12 @@ use softdock_campaign::criteria::first_breach;
 use softdock_engine::cpu::{CpuEngine, replay};
 use softdock_engine::{Engine, Job, RunInput};
 use softdock_kernels::metrics::Metrics;
-use softdock_kernels::model::SessionRules;
+use softdock_kernels::model::{KeepOut, SessionRules};
 use softdock_kernels::outcome::{Finished, Stop};
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::session::Rule;
+use softdock_kernels::session::{Rule, axes_asked};
+use softdock_kernels::vector::{Pose, vec3};
 use softdock_realtime::drive::core::Task;
 use softdock_realtime::drive::prediction::expect;
 use softdock_realtime::time::Nanos;
@@ -89,6 +90,64 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
     assert!(differing.is_empty(), "{} of {draws} differ:\n{}", differing.len(), differing.join("\n"));
     let kinds = pairs.iter().map(|(one, _)| one.word()).collect::<BTreeSet<_>>();
     assert!(kinds.len() > 3, "passes, failures and several rules: {kinds:?}");
+}
+
+/// Rules of the workspace, each alone and so tight that it binds in the shipped campaign.
+fn tight_rules(plant: &Plant) -> [(Rule, SessionRules); 4] {
+    let angle = axes_asked(plant, &plant.start).least_sine.asin();
+    // A sheet between the parts, which both approach.
+    let sheet = KeepOut { name: "sheet".to_owned(), frame: Pose::identity(), half: vec3(5e-3, 0.3, 0.3) };
+    let none = || SessionRules::NONE;
+    [
+        (Rule::ToolSpeed, SessionRules { tool_speed: 0.06, ..none() }),
+        (Rule::KeepOut, SessionRules { keep_out: vec![sheet], ..none() }),
+        (Rule::ArmDistance, SessionRules { arm_distance: 0.38, ..none() }),
+        (Rule::Singularity, SessionRules { singularity: angle - 1f64.to_radians(), ..none() }),
+    ]
+}
+
+#[test]
+fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
+    let (campaign, _) = docking(0);
+    let shipped = Plant::new(campaign.scenario.model.clone());
+    let key = philox::key(campaign.seed);
+    let cycle = Nanos::from_seconds(shipped.timing.tick());
+    for (rule, rules) in tight_rules(&shipped) {
+        let mut model = campaign.scenario.model.clone();
+        let mut station = campaign.scenario.station.clone().expect("it names its facility");
+        (model.facility.rules, station.rules) = (rules.clone(), rules);
+        model.facility.session_robots.as_mut().expect("the robots of its facility").tool_radius = [5e-3; 2];
+        let (plant, station) = (Arc::new(Plant::new(model)), Arc::new(station));
+        let inputs: Vec<RunInput> =
+            (0..sized(24, 200)).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+        let job = Job::new((*plant).clone(), campaign.seed, true);
+        let farm = CpuEngine::new().run(&job, &inputs, &|_| true).expect("the CPU is there");
+        let times: Vec<Option<f64>> = farm
+            .par_iter()
+            .map(|farm| {
+                let (plant, station) = (Arc::clone(&plant), Arc::clone(&station));
+                let task = Task { plant, station, run: farm.run, params: farm.params, armed: false, to_start: true };
+                let drive = expect(&task, key, &farm.params, cycle).expect("in reach");
+                let one = ended(&job.plant, farm.stop, &farm.hil, farm.hil.end_time);
+                let two = ended(&job.plant, drive.stop, &drive.metrics, drive.run_time);
+                let alike = one.is_alike(&two) && one.is_as_early(&two, cycle.seconds());
+                assert!(alike, "{rule:?}, run {}: {one:?} in the farm, {two:?} in drive", farm.run);
+                if let (Some(farm), Some(drive)) = (farm.stop, drive.stop) {
+                    let limit = (rule.row().limit)(&job.plant.facility);
+                    let least = matches!(rule, Rule::ArmDistance | Rule::Singularity);
+                    let is_beyond = |value: f64| if least { value < limit } else { value > limit };
+                    assert!(is_beyond(farm.value) && is_beyond(drive.value), "{farm:?}, {drive:?}, limit {limit}");
+                }
+                matches!(one, Ended::Stopped(met, _) if met == rule).then_some(()).and(match one {
+                    Ended::Stopped(_, time) => Some(time),
+                    _ => None,
+                })
+            })
+            .collect();
+        let late = times.iter().flatten().filter(|time| **time > 0.1).count();
+        println!("{rule:?}: {} of {} stopped, {late} of them after 0.1 s", times.iter().flatten().count(), times.len());
+        assert!(late > 3, "{rule:?} stops {late} of {} sessions on their way", times.len());
+    }
 }
 
 /// The shipped docking campaign, and its first runs.

@@ -62,7 +62,8 @@ fn one_changed_bit_anywhere_in_a_results_folder_is_found() {
 fn damaged_and_stray_shards_are_named_and_made_again_without_a_doubled_run() {
     let bench = whole();
     let summary = fs::read(bench.path("r/summary.json")).expect("a summary");
-    fs::copy(bench.path("r/runs/shard=00000.parquet"), bench.path("r/runs/shard=00000 (copy).parquet")).expect("copied");
+    fs::copy(bench.path("r/runs/shard=00000.parquet"), bench.path("r/runs/shard=00000 (copy).parquet"))
+        .expect("copied");
     let shard = bench.path("r/runs/shard=00001.parquet");
     let mut bytes = fs::read(&shard).expect("a shard");
     let middle = bytes.len() / 2;

@@ -21,7 +21,7 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
 use softdock_realtime::drive::checklist::{Answer, Check, Checklist};
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::{Task, Unprepared};
 use softdock_realtime::drive::guard::Alarm;
 use softdock_realtime::drive::runner::{Alarms, Keeping, run};
 use softdock_realtime::drive::session::Session;
@@ -30,6 +30,8 @@ use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::evidence::{Circumstances, Evidence};
 use softdock_realtime::log::mcap::{Attachment, Setup};
 use softdock_realtime::log::record::CycleRecord;
+use softdock_realtime::log::scene::Scene;
+use softdock_realtime::log::topics::default_names;
 use softdock_realtime::log::writer::LogWriter;
 use softdock_realtime::signals::{LinkFault, axis_name};
 use softdock_realtime::time::Nanos;
@@ -205,7 +207,8 @@ pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> miette::
 fn refuse_other_rules(scenario: &Scenario, station: &Station) -> miette::Result<()> {
     let judged = |station: &Station| {
         let robots = station.session_robots();
-        (station.rules, station.end_at_capture, robots.limits, robots.correction)
+        let capsules = robots.level.robot.capsules;
+        (station.rules.clone(), station.end_at_capture, robots.limits, robots.correction, robots.tool_radius, capsules)
     };
     if scenario.station.as_ref().is_some_and(|own| judged(own) == judged(station)) {
         return Ok(());
@@ -454,15 +457,18 @@ fn setup(plan: &Plan) -> miette::Result<Setup> {
     provenance.insert("campaign".to_owned(), plan.campaign_file.display().to_string());
     provenance.insert("facility".to_owned(), plan.facility_file.display().to_string());
     provenance.extend(plan.model_file.iter().map(|model| ("model".to_owned(), model.display().to_string())));
+    let axis_names = default_names();
+    let scene = Scene::new(&plan.task.plant, &plan.task.station, &axis_names);
     Ok(Setup {
         started,
+        scene: Some(scene.map_err(Unprepared::from).into_diagnostic()?),
+        axis_names,
         attachments: vec![
             file("scenario.toml", plan.campaign.scenario.text().as_bytes().to_vec()),
             file("facility.toml", plan.task.station.text().as_bytes().to_vec()),
             file("draw.json", crate::words::json(&draw).into_bytes()),
         ],
         provenance,
-        ..Setup::default()
     })
 }
 

@@ -33,6 +33,7 @@ pub mod plant;
 pub mod quads;
 pub mod real;
 pub mod robot;
+pub mod segment;
 pub mod sensor;
 pub mod session;
 pub mod space;

@@ -363,7 +363,7 @@ impl Facility {
 }
 
 /// The rules that stop a session on the robots; a limit that is not in force is infinite.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SessionRules {
     /// Measured force \[N\].
     pub force: f64,
@@ -386,6 +386,28 @@ pub struct SessionRules {
     pub tool_rotation: f64,
     /// Time during which commands may be cut without a pause \[s\].
     pub clamp_time: f64,
+    /// Speed of a commanded tool \[m/s\].
+    pub tool_speed: f64,
+    /// Boxes that no link and no tool may enter; at most [`MAX_KEEP_OUT`].
+    pub keep_out: Vec<KeepOut>,
+    /// Least distance between the arms, without the links that hold the parts \[m\].
+    pub arm_distance: f64,
+    /// Least angle of wrist, elbow and shoulder from their singular postures \[rad\].
+    pub singularity: f64,
+}
+
+/// The most keep-out boxes that a facility may have.
+pub const MAX_KEEP_OUT: usize = 4;
+
+/// A box of the laboratory that no link and no tool may enter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeepOut {
+    /// Its name.
+    pub name: String,
+    /// Its centre and axes in the laboratory.
+    pub frame: Pose<f64>,
+    /// Half edge lengths \[m\].
+    pub half: Vec3<f64>,
 }
 
 /// The robots that a session drives, and what it may ask of their axes.
@@ -397,6 +419,8 @@ pub struct SessionRobots {
     pub limits: [AxisRange; AXES],
     /// Greatest way of a joint from the start of the run, of robots 1 and 2 \[rad\].
     pub correction: [f64; 2],
+    /// Radius of each robot's tool about the line from the last link's frame to the part's origin \[m\].
+    pub tool_radius: [f64; 2],
 }
 
 /// What a session may ask of an axis; rad for joints, m for the rail.

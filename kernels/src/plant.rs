@@ -6,7 +6,7 @@ use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::model::{JointLevel, Model, Solid};
 use crate::robot::{command, robots_at};
-use crate::session::SessionRobot;
+use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Deref;
@@ -29,6 +29,8 @@ pub struct Plant {
     pub cells: Option<[Cell; 2]>,
     /// The robots that a session drives, in their places.
     pub session_robots: Option<[SessionRobot; 2]>,
+    /// What these keep out of; none without a rule that needs it.
+    pub workspace: Option<Workspace>,
     /// The effects that a run may have; the stages leave out the terms of all others.
     pub effects: EffectSet,
 }
@@ -62,9 +64,18 @@ impl Plant {
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
-        let (cells, session_robots, effects) = (None, None, EffectSet::ALL);
-        let mut plant =
-            Self { model, chain, tool_start, start, target_inverse_inertia, solids, cells, session_robots, effects };
+        let mut plant = Self {
+            model,
+            chain,
+            tool_start,
+            start,
+            target_inverse_inertia,
+            solids,
+            cells: None,
+            session_robots: None,
+            workspace: None,
+            effects: EffectSet::ALL,
+        };
         let placed = |level: &JointLevel| {
             place(&plant, level)
                 .unwrap_or_else(|(robot, why)| panic!("robot {robot}: {why:?}, which the loader refuses"))
@@ -73,10 +84,14 @@ impl Plant {
         let cells = facility.joint_level.as_ref().map(placed);
         let session_robots = facility.session_robots.as_ref().map(|robots| {
             let [cell1, cell2] = placed(&robots.level);
-            let [first, second] = robots.correction;
-            [SessionRobot::new(cell1, &robots.limits, first), SessionRobot::new(cell2, &robots.limits, second)]
+            let robot = |robot: usize, cell| {
+                SessionRobot::new(cell, &robots.limits, robots.correction[robot], robots.tool_radius[robot])
+            };
+            [robot(0, cell1), robot(1, cell2)]
         });
-        (plant.cells, plant.session_robots) = (cells, session_robots);
+        let workspace =
+            session_robots.as_ref().and_then(|robots| Workspace::new(&facility.rules, robots, &plant.start));
+        (plant.cells, plant.session_robots, plant.workspace) = (cells, session_robots, workspace);
         plant
     }
 

@@ -5,8 +5,10 @@
 //! facility then gives no answer.
 
 mod axes;
+mod workspace;
 
 pub use axes::{Asked, SessionRobot, axes_asked, range_used};
+pub use workspace::{Clearance, Workspace, clearance, clearance_at, deepest_in_box, far_apart};
 
 use crate::bundle;
 use crate::manipulator::cell::AXES;
@@ -26,6 +28,7 @@ bundle! {
         cut: R, "1", "1 if the command was cut to the limits of an axis";
         asked: Asked<R>, "1", "what the command asks of the axes";
         range_used: R, "1", "greatest share of its range that it needs of a joint, 0 far from every end";
+        clearance: Clearance<R>, "1", "how far the robots are from where they may not be";
         port_energy: R, "J", "energy through the port on the simulated side";
     }
 }
@@ -72,6 +75,14 @@ pub enum Rule {
     JointRange,
     /// Commands cut to the limits of an axis for too long.
     ClampTime,
+    /// Speed of a commanded tool.
+    ToolSpeed,
+    /// A link or a tool in a keep-out box.
+    KeepOut,
+    /// Distance between the arms.
+    ArmDistance,
+    /// Angle of a robot from a singular posture.
+    Singularity,
     /// Relative speed of the simulated parts: the loop diverges.
     Divergence,
 }
@@ -92,7 +103,7 @@ pub struct RuleRow {
 }
 
 /// All rules, in the order of their numbers; of several that are met in one cycle the first one counts.
-pub const RULES: [RuleRow; 12] = [
+pub const RULES: [RuleRow; 16] = [
     RuleRow {
         rule: Rule::Force,
         id: "force",
@@ -171,6 +182,34 @@ pub const RULES: [RuleRow; 12] = [
         limit: |f| f.rules.clamp_time,
     },
     RuleRow {
+        rule: Rule::ToolSpeed,
+        id: "tool_speed",
+        unit: "m/s",
+        stops_on: "a command of a tool faster than {}",
+        limit: |f| f.rules.tool_speed,
+    },
+    RuleRow {
+        rule: Rule::KeepOut,
+        id: "keep_out",
+        unit: "m",
+        stops_on: "a command of a link or a tool into a keep-out box",
+        limit: |f| if f.rules.keep_out.is_empty() { f64::INFINITY } else { 0.0 },
+    },
+    RuleRow {
+        rule: Rule::ArmDistance,
+        id: "arm_distance",
+        unit: "m",
+        stops_on: "a command that brings the arms within {} of each other, the links that hold the parts excepted",
+        limit: |f| f.rules.arm_distance,
+    },
+    RuleRow {
+        rule: Rule::Singularity,
+        id: "singularity",
+        unit: "rad",
+        stops_on: "a command within {} of a singular posture",
+        limit: |f| f.rules.singularity,
+    },
+    RuleRow {
         rule: Rule::Divergence,
         id: "divergence",
         unit: "m/s",
@@ -191,12 +230,22 @@ impl Rule {
     }
 
     /// A value in the rule's unit, from its measure in a session's state: lengths of vectors are kept as their squares,
-    /// angles as the square of the sine of their half.
+    /// angles as the square of the sine of their half; what must not be too small is kept negative, as a distance or as
+    /// the sine of an angle.
     pub fn in_unit(self, measure: f64) -> f64 {
         match self {
-            Self::Force | Self::Moment | Self::ForceRate | Self::FollowingError | Self::ToolReach => measure.sqrt(),
+            Self::Force | Self::Moment | Self::ForceRate | Self::FollowingError | Self::ToolReach | Self::ToolSpeed => {
+                measure.sqrt()
+            }
+            Self::ArmDistance => -measure,
+            Self::Singularity => (-measure).clamp(-1.0, 1.0).asin(),
             Self::FollowingRotation | Self::ToolRotation => 2.0 * measure.min(1.0).sqrt().asin(),
-            Self::Saturation | Self::InjectedEnergy | Self::JointRange | Self::ClampTime | Self::Divergence => measure,
+            Self::Saturation
+            | Self::InjectedEnergy
+            | Self::JointRange
+            | Self::ClampTime
+            | Self::KeepOut
+            | Self::Divergence => measure,
         }
     }
 }
@@ -214,6 +263,10 @@ impl SessionRules {
         tool_reach: f64::INFINITY,
         tool_rotation: f64::INFINITY,
         clamp_time: f64::INFINITY,
+        tool_speed: f64::INFINITY,
+        keep_out: Vec::new(),
+        arm_distance: f64::INFINITY,
+        singularity: f64::INFINITY,
     };
 
     /// Whether any of these rules can stop a session.
@@ -268,6 +321,7 @@ pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: 
     let reach = distance(told.a, start.a).max(distance(told.b, start.b));
     let reach_turn = half_turn(Quat::lit(start.a.attitude), told.a.attitude)
         .max(half_turn(Quat::lit(start.b.attitude), told.b.attitude));
+    let speed = square(told.a.velocity).max(square(told.b.velocity));
     let mut fast = zero.lt(seen.cut);
     if let Some([robot1, robot2]) = &m.session_robots {
         let (a, b) = (&seen.asked.rates_a, &seen.asked.rates_b);
@@ -289,6 +343,10 @@ pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: 
         (reach_turn, half_sine(rules.tool_rotation)),
         (seen.range_used, if m.facility.session_robots.is_some() { 1.0 } else { f64::INFINITY }),
         (clamped, rules.clamp_time),
+        (speed, rules.tool_speed * rules.tool_speed),
+        (seen.clearance.depth, if rules.keep_out.is_empty() { f64::INFINITY } else { 0.0 }),
+        (-seen.clearance.arms, -rules.arm_distance),
+        (-seen.asked.least_sine, if rules.singularity.is_finite() { -rules.singularity.sin() } else { f64::INFINITY }),
     ];
     let (mut rule, mut value) = (zero, zero);
     // No iterator: what it calls might be compiled for any processor.
@@ -344,7 +402,7 @@ fn distance<R: Real>(commanded: Motion<R>, start: Motion<f64>) -> R {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Facility, Model, Timing};
+    use crate::model::{Facility, KeepOut, Model, Timing};
     use crate::vector::{Pose, vec3};
 
     /// A plant of which only the rules count: two bodies at the origin.
@@ -364,9 +422,10 @@ mod tests {
     }
 
     fn observed(parts: Parts<f64>, wrench: Wrench<f64>) -> Observed<f64> {
-        let asked = Asked { rates_a: [0.0; AXES], rates_b: [0.0; AXES], near_limit: 0.0 };
-        let (commanded, cut, range_used) = (parts, 0.0, 0.0);
-        Observed { commanded, parts, wrench, saturated: 0.0, cut, asked, range_used, port_energy: 0.0 }
+        let rates = [0.0; AXES];
+        let asked = Asked { rates_a: rates, rates_b: rates, near_limit: 0.0, least_sine: 1.0, near_body: 0.0 };
+        let (commanded, cut, range_used, clearance) = (parts, 0.0, 0.0, far_apart());
+        Observed { commanded, parts, wrench, saturated: 0.0, cut, asked, range_used, clearance, port_energy: 0.0 }
     }
 
     /// The parts after a share of a relative motion: part A slides by 10 mm along x and turns by 0.1 rad about z relative
@@ -417,6 +476,10 @@ mod tests {
             tool_reach: 0.3,
             tool_rotation: 0.2,
             clamp_time: 2e-3,
+            tool_speed: 0.4,
+            keep_out: vec![KeepOut { name: "wall".to_owned(), frame: Pose::identity(), half: vec3(0.1, 0.1, 0.1) }],
+            arm_distance: 0.3,
+            singularity: 0.1,
         };
         let m = plant(rules);
         let start = m.start;
@@ -426,7 +489,14 @@ mod tests {
             let attitude = turn(vec3(0.0, 1.0, 0.0), angle).compose(start.b.attitude);
             Parts { b: Motion { position: start.b.position + vec3(0.0, way, 0.0), attitude, ..start.b }, ..start }
         };
-        let cases: [(Rule, Observed<f64>, f64); 10] = [
+        let hurried = |speed: f64| {
+            let mut seen = calm();
+            seen.commanded.b.velocity = vec3(0.0, speed, 0.0);
+            seen
+        };
+        let near = |clearance| Observed { clearance, ..calm() };
+        let bent = |angle: f64| Observed { asked: Asked { least_sine: angle.sin(), ..calm().asked }, ..calm() };
+        let cases: [(Rule, Observed<f64>, f64); 17] = [
             (Rule::Force, Observed { wrench: pushed(101.0, 0.0), ..calm() }, 101.0),
             (Rule::Force, Observed { wrench: pushed(f64::NAN, 0.0), ..calm() }, f64::NAN),
             (Rule::Moment, Observed { wrench: pushed(0.0, 21.0), ..calm() }, 21.0),
@@ -437,6 +507,13 @@ mod tests {
             (Rule::FollowingRotation, Observed { parts: moved(0.0, 0.11), ..calm() }, 0.11),
             (Rule::ToolReach, observed(moved(0.31, 0.0), Wrench::zero()), 0.31),
             (Rule::ToolRotation, observed(moved(0.0, 0.21), Wrench::zero()), 0.21),
+            (Rule::ToolSpeed, hurried(0.41), 0.41),
+            (Rule::KeepOut, near(Clearance { depth: 0.02, ..far_apart() }), 0.02),
+            (Rule::KeepOut, near(Clearance { depth: f64::NAN, ..far_apart() }), f64::NAN),
+            (Rule::ArmDistance, near(Clearance { arms: 0.29, ..far_apart() }), 0.29),
+            (Rule::ArmDistance, near(Clearance { arms: f64::NAN, ..far_apart() }), f64::NAN),
+            (Rule::Singularity, bent(0.09), 0.09),
+            (Rule::Singularity, bent(f64::NAN), f64::NAN),
         ];
         for (rule, seen, value) in cases {
             let before = supervise(&m, &new_session(), &calm(), 1e-3);

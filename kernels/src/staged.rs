@@ -15,7 +15,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::Robots;
 use crate::sensor::Sensor;
-use crate::session::{Asked, Observed, Session};
+use crate::session::{Asked, Clearance, Observed, Session};
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::test_motion::{Followed, Tracking};
 use crate::vector::{Quat, Vec3};
@@ -97,6 +97,8 @@ staged! {
     session::axes_asked(m; told: &'a Parts<L>) -> Asked<L>;
     /// [`crate::session::range_used`]
     session::range_used(m; asked: &'a Asked<L>, told: &'a Parts<L>) -> L;
+    /// [`crate::session::clearance`]
+    session::clearance(m; asked: &'a Asked<L>, told: &'a Parts<L>) -> Clearance<L>;
     /// [`crate::load::felt`]
     load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::compensator::compensate`]

@@ -189,8 +189,12 @@ fn watch_session(told: Parts, measured: Wrench, now: f32) {
     if (asked.near_limit > 0.0) {
         used = range_used(asked, commanded);
     }
+    var apart = far_apart();
+    if (asked.near_body > 0.0) {
+        apart = clearance(asked, commanded);
+    }
     let parts = mounted_parts(p, robot);
-    session = supervise(session, parts, commanded, asked, used, measured, sensed, hil_watch.port_energy, TICK);
+    session = supervise(session, parts, commanded, asked, used, apart, measured, sensed, hil_watch.port_energy, TICK);
     if (session.rule > 0.0) {
         hil_watch.done = 1.0;
         hil_watch.end_time = now;

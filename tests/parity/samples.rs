@@ -21,7 +21,7 @@ use softdock_kernels::philox::{key, uniform};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{Robots, carry_on, command, mounted_parts};
 use softdock_kernels::sensor::Sensor;
-use softdock_kernels::session::{Asked, Session, axes_asked};
+use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
 use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
@@ -393,10 +393,11 @@ fn bundle<const N: usize>(
         "Load" => optional::<N, Load<f64>>(plant, shot, "load_"),
         "Touch" => flat(&s.touch),
         "Asked" => {
-            // As if a joint were near the end of its range, in every other sample.
-            let near_limit = f64::from(index as u32 % 2);
-            flat(&Asked { near_limit, ..axes_asked(plant, &command(plant, &s.simulated)) })
+            // As if a joint were near the end of its range, and the robots near each other, in every other sample.
+            let near = f64::from(index as u32 % 2);
+            flat(&Asked { near_limit: near, near_body: near, ..axes_asked(plant, &command(plant, &s.simulated)) })
         }
+        "Clearance" => flat(&Clearance { arms: 0.5 * draws.normal(), depth: 0.1 * draws.normal() }),
         "Session" => optional::<N, Session<f64>>(plant, shot, "session_"),
         "Yielding" => optional::<N, Yielding<f64>>(plant, shot, "yielding_"),
         "Tracking" => optional::<N, Tracking<f64>>(plant, shot, "tracking_"),

@@ -20,7 +20,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
-use softdock_kernels::session::{self, Asked, Observed, Session};
+use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
@@ -125,9 +125,11 @@ fn facility_rows() -> Vec<Row<Twin>> {
         new_session() => session::new_session::<f64>(), 0.0, COPIED;
         axes_asked(told: Parts<f64>) => session::axes_asked(m, &told), 100.0, "rates of a posture far from singular, from its lengths and turns";
         range_used(asked: Asked<f64>, told: Parts<f64>) => session::range_used(m, &asked, &told), 100.0, "angles of a posture";
-        supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, asked: Asked<f64>, range_used: f64, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
-            let (saturated, cut) = (sensed.saturated, 0.0);
-            let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, port_energy };
+        far_apart() => session::far_apart::<f64>(), 0.0, COPIED;
+        clearance(asked: Asked<f64>, told: Parts<f64>) => session::clearance(m, &asked, &told), 8.0, "points of the links at the end of six turns, metres from the base";
+        supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, asked: Asked<f64>, range_used: f64, apart: Clearance<f64>, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
+            let (saturated, cut, clearance) = (sensed.saturated, 0.0, apart);
+            let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, clearance, port_energy };
             session::supervise(m, &s, &seen, cycle)
         }, 100.0, "the work of a wrench over a difference of places";
         substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";

@@ -12,13 +12,14 @@ use crate::ranges::{ANGLE, DAMPING, FORCE, LENGTH, MASS, RATE, Range, STIFFNESS}
 use crate::read;
 use crate::source::Source;
 use crate::written::robot::{
-    DriveTable, FrictionTable, JointTable, KinematicsTable, LimitsTable, LinkTable, RobotFile,
+    CapsuleTable, DriveTable, FrictionTable, JointTable, KinematicsTable, LimitsTable, LinkTable, RobotFile,
 };
 use crate::written::{At, Quantity as Written};
 use softdock_kernels::manipulator::{
-    Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, Limits, Manipulator, Workspace,
+    Capsule, Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, Limits, MAX_CAPSULES, Manipulator, Workspace,
 };
 use softdock_kernels::model::{Link, MAX_JOINTS};
+use softdock_kernels::segment::Segment;
 use softdock_kernels::vector::{Pose, Sym3, Vec3, vec3};
 use std::path::Path;
 
@@ -39,6 +40,8 @@ pub struct Robot {
     pub model: Manipulator,
     /// What the constants do not hold, joint by joint.
     pub joints: Vec<JointFacts>,
+    /// Where the values of each capsule come from.
+    pub capsule_sources: Vec<String>,
     /// Where the limits of the robot as a whole come from.
     pub workspace_source: String,
     /// Columns of a recording, by signal.
@@ -97,6 +100,8 @@ impl Robot {
             c.refuse(&file.joint.span, message, "write one [[joint]] for each axis that moves");
         }
         let (joints, facts) = written.iter().map(|table| joint(&mut c, table)).unzip();
+        let capsules = capsules(&mut c, &file.capsule, written.len());
+        let capsule_sources = file.capsule.iter().map(|table| table.value.source.value.clone()).collect();
         let length = Range::above(0.0, LENGTH);
         let workspace = Workspace {
             reach: c.number(&file.workspace.reach, "m", length),
@@ -106,9 +111,19 @@ impl Robot {
         let workspace_source = file.workspace.source.value.clone();
         let log = log::read(&mut c, &file.log, written.len());
         Problems::check(std::mem::take(&mut c.problems))?;
-        let model = Manipulator { joints, flange: Pose::identity(), gravity: vec3(0.0, 0.0, -GRAVITY), workspace };
+        let (flange, gravity) = (Pose::identity(), vec3(0.0, 0.0, -GRAVITY));
+        let model = Manipulator { joints, flange, gravity, workspace, capsules };
         let name = c.source.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        Ok(Self { id, title: file.title.value, model, joints: facts, workspace_source, log, file: name })
+        Ok(Self {
+            id,
+            title: file.title.value,
+            model,
+            joints: facts,
+            capsule_sources,
+            workspace_source,
+            log,
+            file: name,
+        })
     }
 }
 
@@ -137,6 +152,26 @@ fn joint(c: &mut Checker, table: &At<JointTable>) -> (Joint, JointFacts) {
         limits: t.limits.source.value.clone(),
     };
     (joint, JointFacts { name: t.name.value.clone(), row, sources })
+}
+
+/// The capsules in the order of their joints.
+fn capsules(c: &mut Checker, tables: &[At<CapsuleTable>], joints: usize) -> Vec<Capsule> {
+    if let Some(table) = tables.get(MAX_CAPSULES) {
+        let message = format!("{} capsules: a robot has {MAX_CAPSULES} at most", tables.len());
+        c.refuse(&table.span, message, "enclose a link by one capsule, and the longest links by two");
+    }
+    let mut capsules: Vec<Capsule> = Vec::new();
+    for table in tables {
+        let t = &table.value;
+        let joint = c.count(&t.joint, 1, joints as u64) as usize - 1;
+        if capsules.last().is_some_and(|before| before.joint > joint) {
+            c.refuse(&t.joint.span, "a capsule of an outer link stands before this one", "sort the capsules by joint");
+        }
+        let (from, to) = (c.vector(&t.from, "m", Range::size(LENGTH)), c.vector(&t.to, "m", Range::size(LENGTH)));
+        let radius = c.number(&t.radius, "m", Range::above(0.0, LENGTH));
+        capsules.push(Capsule { joint, axis: Segment { from, to }, radius });
+    }
+    capsules
 }
 
 fn row(c: &mut Checker, t: &KinematicsTable) -> DhRow {

@@ -7,13 +7,14 @@ use crate::read;
 use crate::robot::Robot;
 use crate::scenario::mount;
 use crate::source::Source;
+use crate::written::At;
 use crate::written::station::{
-    EtherCatTable, JointsTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile,
+    EtherCatTable, JointsTable, KeepOutTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile,
 };
 use softdock_kernels::manipulator::cell::{AXES, Carriage, Feedforward, Mount, Servo};
 use softdock_kernels::manipulator::{Drive, Friction, Joint, Limits, Manipulator, VelocityLoop};
-use softdock_kernels::model::{AxisRange, JointLevel, Link, SessionRobots, SessionRules};
-use softdock_kernels::vector::{Pose, Sym3, Vec3};
+use softdock_kernels::model::{AxisRange, JointLevel, KeepOut, Link, MAX_KEEP_OUT, SessionRobots, SessionRules};
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3};
 use std::path::Path;
 
 /// Format that this version reads.
@@ -83,6 +84,8 @@ pub struct StationRobot {
     pub tool: Pose<f64>,
     /// Greatest way of a joint from where the session begins \[rad\].
     pub correction: f64,
+    /// Radius of what it holds, about the line from its last link's frame to the part's origin \[m\].
+    pub tool_radius: f64,
     /// Counts per radian (or metre) and counts at zero of its drives, axis by axis, if it is an EtherCAT segment.
     pub drives: Vec<(f64, i32)>,
 }
@@ -188,6 +191,7 @@ impl Station {
             level: self.joint_level(),
             limits: self.limits.map(range),
             correction: [self.robots[0].correction, self.robots[1].correction],
+            tool_radius: [self.robots[0].tool_radius, self.robots[1].tool_radius],
         }
     }
 
@@ -233,7 +237,7 @@ impl Station {
         let robots = [&file.robot1, &file.robot2].map(|table| robot(&mut c, table));
         let sensor = sensor(&mut c, &file.sensor);
         let (links, torques) = (links(&mut c, &file.safety), torques(&mut c, &file.safety));
-        let rules = rules(&mut c, &file.safety);
+        let rules = rules(&mut c, &file.safety, &model);
         Problems::check(std::mem::take(&mut c.problems))?;
         let (title, end_at_capture) = (file.title.value, file.safety.end_at_capture);
         Ok(Self {
@@ -302,6 +306,7 @@ fn robot(c: &mut Checker, table: &RobotTable) -> StationRobot {
         mount: mount(c, &table.mount.value),
         tool: c.pose(&table.tool_position, &table.tool_rotation),
         correction: c.number_or(&table.correction, 30f64.to_radians(), "rad", Range::above(0.0, ANGLE)),
+        tool_radius: c.number_or(&table.tool_radius, 0.0, "m", Range::within(0.0, LENGTH)),
         drives: table.ethercat.as_ref().map_or_else(Vec::new, |table| drives(c, table)),
     }
 }
@@ -376,8 +381,15 @@ fn links(c: &mut Checker, table: &SafetyTable) -> LinkRules {
     }
 }
 
-/// The rules that farm and robots step alike. None has a default: each can decide what a session answers.
-fn rules(c: &mut Checker, table: &SafetyTable) -> SessionRules {
+/// The rules that farm and robots step alike.
+fn rules(c: &mut Checker, table: &SafetyTable, model: &Manipulator) -> SessionRules {
+    let off = f64::INFINITY;
+    let of_capsules =
+        [table.arm_distance.as_ref().map(|written| &written.span), table.keep_out.first().map(|b| &b.span)];
+    if let (Some(span), true) = (of_capsules.into_iter().flatten().next(), model.capsules.is_empty()) {
+        let message = "the robot's model has no capsules, so that nothing says where its links are";
+        c.refuse(span, message, "add a [[capsule]] for each link to the robot model file, or remove this key");
+    }
     SessionRules {
         force: c.number(&table.force, "N", Range::above(0.0, FORCE)),
         moment: c.number(&table.moment, "N m", Range::above(0.0, FORCE)),
@@ -389,6 +401,51 @@ fn rules(c: &mut Checker, table: &SafetyTable) -> SessionRules {
         tool_reach: c.number(&table.tool_reach, "m", Range::above(0.0, LENGTH)),
         tool_rotation: c.number(&table.tool_rotation, "rad", Range::above(0.0, ANGLE / 4.0)),
         clamp_time: c.number(&table.clamp_time, "s", Range::within(0.0, 1e3)),
+        tool_speed: c.number_or(&table.tool_speed, off, "m/s", Range::above(0.0, SPEED)),
+        keep_out: keep_out(c, &table.keep_out),
+        arm_distance: c.number_or(&table.arm_distance, off, "m", Range::within(0.0, 5.0)),
+        singularity: c.number_or(&table.singularity, off, "rad", Range::above(0.0, ANGLE / 8.0)),
+    }
+}
+
+fn keep_out(c: &mut Checker, tables: &[At<KeepOutTable>]) -> Vec<KeepOut> {
+    if let Some(table) = tables.get(MAX_KEEP_OUT) {
+        let message = format!("{} keep-out boxes: a facility has {MAX_KEEP_OUT} at most", tables.len());
+        c.refuse(&table.span, message, "unite boxes that are next to each other");
+    }
+    let mut boxes: Vec<KeepOut> = Vec::new();
+    for table in tables {
+        let name = c.name(&table.value.name);
+        if boxes.iter().any(|before| before.name == name) {
+            c.refuse(&table.value.name.span, format!("two keep-out boxes are called `{name}`"), "rename one of them");
+        }
+        let (frame, half) = place_of_box(c, table);
+        boxes.push(KeepOut { name, frame, half });
+    }
+    boxes
+}
+
+/// Frame and half edge lengths of a keep-out box.
+fn place_of_box(c: &mut Checker, table: &At<KeepOutTable>) -> (Pose<f64>, Vec3<f64>) {
+    let (t, length) = (&table.value, Range::size(LENGTH));
+    match (&t.min, &t.max, &t.centre, &t.size) {
+        (Some(min), Some(max), None, None) if t.rotation.is_none() => {
+            let (lower, upper) = (c.vector(min, "m", length), c.vector(max, "m", length));
+            let half = (upper - lower) * 0.5;
+            if half.x.min(half.y).min(half.z) <= 0.0 {
+                c.refuse(&max.span, "this corner is not beyond `min` along x, y and z", "write a greater max");
+            }
+            (Pose { position: (lower + upper) * 0.5, attitude: Quat::identity() }, half)
+        }
+        (None, None, Some(_), Some(size)) => {
+            let frame = c.pose(&t.centre, &t.rotation);
+            (frame, c.vector(size, "m", Range::above(0.0, LENGTH)) * 0.5)
+        }
+        _ => {
+            let message = "nothing says where this box is, or it is said twice";
+            c.refuse(&table.span, message, "write min and max, or centre and size, with rotation if it is turned");
+            (Pose::identity(), Vec3::splat(1.0))
+        }
     }
 }
 
@@ -417,3 +474,6 @@ fn rail_joint(limits: &AxisLimits) -> Joint {
         Limits { lower: limits.lower, upper: limits.upper, speed: limits.speed, acceleration: limits.acceleration };
     Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }
 }
+
+#[cfg(test)]
+mod tests;

@@ -80,7 +80,13 @@ impl Arms {
         })
     }
 
-    fn in_model(&self, robot: usize, position: &[f64; AXES]) -> [f64; AXES] {
+    /// The model's axes where a robot's controller says zero.
+    pub fn zero(&self, robot: usize) -> [f64; AXES] {
+        self.zero[robot]
+    }
+
+    /// Axes of a robot in the model's angles, from where its controller counts them.
+    pub fn in_model(&self, robot: usize, position: &[f64; AXES]) -> [f64; AXES] {
         std::array::from_fn(|i| position[i] + self.zero[robot][i])
     }
 }

@@ -40,7 +40,7 @@ fn docking() -> (Task, World) {
     (rules.injected_energy, rules.force_rate, rules.following_error) = (1e3, 1e9, 1.0);
     rules.clamp_time = 10.0;
     let mut model = campaign.scenario.model.clone();
-    model.facility.rules = *rules;
+    model.facility.rules = rules.clone();
     let plant = Arc::new(Plant::new(model));
     let (run, key) = (1244, philox::key(campaign.seed));
     let params = campaign.draw(run).params;

@@ -20,8 +20,8 @@ use crate::sensor::Sensor;
 use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
-    axes_asked, by_differences, carry_on, command, compensate, displaced, feed_back, felt, in_place, interpolate,
-    kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
+    axes_asked, by_differences, carry_on, clearance, command, compensate, displaced, feed_back, felt, in_place,
+    interpolate, kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
 use crate::vector::Vec3;
@@ -349,6 +349,7 @@ impl<L: Lane> FacilityLanes<L> {
             cut: L::lit(0.0),
             asked,
             range_used: range_used(m, &asked, &commanded),
+            clearance: clearance(m, &asked, &commanded),
             port_energy: watch.port_energy,
         };
         let before = if all::<L>(live) { None } else { Some(self.session) };

@@ -63,8 +63,11 @@ pub struct Posture<R> {
     pub(crate) turns: [Turn<R>; 6],
     /// 1 where the pose is out of reach or singular (the posture is then that of the nearest arm that is stretched).
     pub singular: R,
+    /// Least of the sines of the wrist's bend, of the elbow's, and of the angle from axis 1 at which the stretched arm
+    /// would have the wrist's centre as far from that axis.
+    pub(crate) least_sine: R,
     /// The wrist's centre, base axes \[m\].
-    wrist: Vec3<R>,
+    pub(crate) wrist: Vec3<R>,
     /// 1 over its distance from axis 1, negative behind the robot's back, bounded \[1/m\].
     per_out: R,
     /// From joint 3 to the wrist's centre in the arm's plane, outwards and downwards \[m\].
@@ -154,8 +157,10 @@ impl SphericalWrist {
         let stretched = bent.sin.abs().lt(R::lit(SINGULAR_SINE));
         let overhead = out.abs().lt(R::lit(SINGULAR_DISTANCE));
         let singular = R::select(stretched | overhead | bend.lt(R::lit(SINGULAR_SINE)), one, zero);
+        let per_length = R::lit(1.0 / (upper + lower));
+        let least_sine = bend.min(bent.sin.abs()).min(out.abs() * per_length);
         let lower = (forearm.cos * R::lit(lower), forearm.sin * R::lit(lower));
-        Posture { turns, singular, wrist, per_out: outwards, lower, third: frame3, per_bend: unit }
+        Posture { turns, singular, least_sine, wrist, per_out: outwards, lower, third: frame3, per_bend: unit }
     }
 
     /// Joint angles of a posture \[rad\], each within half a turn of its frame's offset.
@@ -198,6 +203,50 @@ impl SphericalWrist {
         rate
     }
 
+    /// Joint 3 at a posture, base axes.
+    #[inline(always)]
+    pub(crate) fn elbow<R: Real>(&self, posture: &Posture<R>) -> Vec3<R> {
+        let [first, second, ..] = posture.turns;
+        let out = second.cos.mul_add(R::lit(self.upper), R::lit(self.shoulder));
+        vec3(out * first.cos, out * first.sin, second.sin.mul_add(R::lit(-self.upper), R::lit(self.height)))
+    }
+
+    /// Axes and origins of the six frames at a posture, base axes.
+    #[inline(always)]
+    pub(crate) fn frames<R: Real>(&self, posture: &Posture<R>) -> [(Mat3<R>, Vec3<R>); 6] {
+        let (zero, one) = (R::lit(0.0), R::lit(1.0));
+        let [first, second, _, fourth, fifth, sixth] = posture.turns;
+        let column = Mat3 {
+            x: vec3(first.cos, first.sin, zero),
+            y: vec3(-first.sin, first.cos, zero),
+            z: vec3(zero, zero, one),
+        };
+        let shoulder = column.x.scale_add(R::lit(self.shoulder), vec3(zero, zero, R::lit(self.height)));
+        let (upper, third) = (plane_axes(first, second), posture.third);
+        let forearm = turned(Mat3 { x: third.x, y: -third.z, z: third.y }, fourth);
+        let wrist = turned(Mat3 { x: forearm.x, y: forearm.z, z: -forearm.y }, fifth);
+        let hand = turned(Mat3 { x: wrist.x, y: -wrist.z, z: wrist.y }, sixth);
+        let centre = posture.wrist;
+        [
+            (column, vec3(zero, zero, R::lit(self.height))),
+            (upper, shoulder),
+            (third, self.elbow(posture)),
+            (forearm, centre),
+            (wrist, centre),
+            (hand, hand.z.scale_add(R::lit(self.hand), centre)),
+        ]
+    }
+
+    /// Height of joint 2 above the base and its distance from axis 1 \[m\].
+    pub(crate) fn shoulder(&self) -> [f64; 2] {
+        [self.height, self.shoulder]
+    }
+
+    /// Lengths from joint 2 to joint 3, from there to axis 4 and along it to the wrist's centre, and on to frame 6 \[m\].
+    pub(crate) fn lengths(&self) -> [f64; 4] {
+        [self.upper, self.elbow, self.forearm, self.hand]
+    }
+
     /// The angle of a joint's frame from the one before it, at an angle of the joint \[rad\].
     pub(crate) fn frame_angle(&self, joint: usize, angle: f64) -> f64 {
         self.offset[joint] + self.sign[joint] * angle
@@ -209,6 +258,12 @@ impl SphericalWrist {
 fn away_from_zero<R: Real>(value: R) -> R {
     let least = R::lit(LEAST);
     R::select(value.lt(R::lit(0.0)), value.min(-least), value.max(least))
+}
+
+/// Axes turned about their own z axis.
+#[inline(always)]
+fn turned<R: Real>(axes: Mat3<R>, Turn { cos, sin }: Turn<R>) -> Mat3<R> {
+    Mat3 { x: axes.y.scale_add(sin, axes.x * cos), y: axes.x.scale_add(-sin, axes.y * cos), z: axes.z }
 }
 
 /// Axes of a frame in the arm's plane: Rz(first) Rx(-90) Rz(plane).

@@ -21,6 +21,7 @@ pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, near
 pub use kinematics::{flange, joint_axis, link_frames};
 
 use crate::model::Link;
+use crate::segment::Segment;
 use crate::vector::{Pose, Quat, Vec3, vec3};
 
 /// Standard gravity \[m/s^2\].
@@ -37,6 +38,22 @@ pub struct Manipulator {
     pub gravity: Vec3<f64>,
     /// What the robot as a whole may do.
     pub workspace: Workspace,
+    /// Capsules that enclose its links, in the order of their joints; at most [`MAX_CAPSULES`].
+    pub capsules: Vec<Capsule>,
+}
+
+/// The most capsules that a robot may have.
+pub const MAX_CAPSULES: usize = 8;
+
+/// All points within a radius of a segment that a link moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// The joint that moves the link, from 0.
+    pub joint: usize,
+    /// Its axis in the link's frame \[m\].
+    pub axis: Segment<f64>,
+    /// Radius \[m\].
+    pub radius: f64,
 }
 
 /// What a robot as a whole may do.

@@ -1,8 +1,11 @@
 //! An industrial robot of plain bodies in its place, for tests and benchmarks: no model of any one robot.
 
 use super::cell::{Carriage, Feedforward, Mount, Payload, Servo};
-use super::{DhRow, Drive, DriveParams, Friction, GRAVITY, Joint, Limits, Manipulator, VelocityLoop, Workspace};
+use super::{
+    Capsule, DhRow, Drive, DriveParams, Friction, GRAVITY, Joint, Limits, Manipulator, VelocityLoop, Workspace,
+};
 use crate::model::Link;
+use crate::segment::Segment;
 use crate::vector::{Pose, Quat, Sym3, vec3};
 
 /// Geometry of a KUKA KR 300 R2500 ultra with plain bodies.
@@ -53,7 +56,20 @@ pub fn robot() -> Manipulator {
         flange: Pose::identity(),
         gravity: vec3(0.0, 0.0, -GRAVITY),
         workspace,
+        capsules: vec![
+            capsule(0, [0.0, 0.0, -0.1], [0.35, 0.0, 0.0], 0.3),
+            capsule(1, [0.0, 0.0, 0.0], [1.15, 0.0, 0.0], 0.25),
+            capsule(2, [0.0, 0.0, 0.0], [-0.041, 0.3, 0.0], 0.25),
+            capsule(3, [0.0, 0.0, -0.7], [0.0, 0.0, 0.0], 0.2),
+            capsule(4, [0.0, 0.0, 0.0], [0.0, 0.1, 0.0], 0.15),
+            capsule(5, [0.0, 0.0, -0.1], [0.0, 0.0, 0.0], 0.12),
+        ],
     }
+}
+
+fn capsule(joint: usize, from: [f64; 3], to: [f64; 3], radius: f64) -> Capsule {
+    let point = |[x, y, z]: [f64; 3]| vec3(x, y, z);
+    Capsule { joint, axis: Segment { from: point(from), to: point(to) }, radius }
 }
 
 /// A carriage of 2 t with a drive of 400 N s/mm.

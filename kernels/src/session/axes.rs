@@ -5,7 +5,7 @@
 
 use crate::bundle;
 use crate::chain::Turn;
-use crate::manipulator::cell::{AXES, Cell, RAIL, commanded, commanded_axes};
+use crate::manipulator::cell::{AXES, Cell, Commanded, RAIL, commanded, commanded_axes};
 use crate::model::AxisRange;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -18,6 +18,8 @@ bundle! {
         rates_a: [R; AXES], "1/s", "rates of robot 1's axes";
         rates_b: [R; AXES], "1/s", "rates of robot 2's axes";
         near_limit: R, "1", "1 where a joint may be at the end of its range, or a robot out of reach";
+        least_sine: R, "1", "least of the sines of the angles from the singular postures";
+        near_body: R, "1", "1 where the arms may be too near each other, or a robot in a keep-out box";
     }
 }
 
@@ -35,6 +37,8 @@ pub struct SessionRobot {
     limits: [AxisRange; AXES],
     /// Greatest way of a joint from the start \[rad\].
     correction: f64,
+    /// Radius of the tool about the line from the last link's frame to the part's origin \[m\].
+    pub(super) tool_radius: f64,
     /// Where each joint is far from the ends of its range.
     windows: [Window; RAIL],
 }
@@ -50,7 +54,7 @@ struct Window {
 
 impl SessionRobot {
     /// A robot in its place, with the limits of its axes.
-    pub(crate) fn new(cell: Cell, limits: &[AxisRange; AXES], correction: f64) -> Self {
+    pub(crate) fn new(cell: Cell, limits: &[AxisRange; AXES], correction: f64, tool_radius: f64) -> Self {
         let windows = std::array::from_fn(|joint| {
             // From the start, where the closed form gives angles within half a turn.
             let start = cell.start[joint];
@@ -63,13 +67,19 @@ impl SessionRobot {
             let frame = cell.frame_angle(joint, middle);
             Window { middle: Turn { cos: frame.cos(), sin: frame.sin() }, cosine }
         });
-        Self { cell, limits: *limits, correction, windows }
+        Self { cell, limits: *limits, correction, tool_radius, windows }
     }
 
-    /// Rates that a commanded motion asks of the axes, and whether a joint may be at the end of its range.
+    /// What a commanded motion asks of the axes.
     #[inline(always)]
-    fn ask<R: Real>(&self, told: &Motion<R>) -> ([R; AXES], R::Mask) {
-        let (zero, asked) = (R::lit(0.0), commanded(&self.cell, told));
+    pub(super) fn commanded<R: Real>(&self, told: &Motion<R>) -> Commanded<R> {
+        commanded(&self.cell, told)
+    }
+
+    /// The same, and whether a joint may be at the end of its range.
+    #[inline(always)]
+    fn ask<R: Real>(&self, told: &Motion<R>) -> (Commanded<R>, R::Mask) {
+        let (zero, asked) = (R::lit(0.0), self.commanded(told));
         let mut near = zero.lt(asked.singular);
         for i in 0..RAIL {
             let (Turn { cos, sin }, window) = (asked.turns[i], &self.windows[i]);
@@ -80,7 +90,7 @@ impl SessionRobot {
         if self.cell.axes() > RAIL {
             near = near | !range_share(&self.limits[RAIL], 0.0, asked.place).le(R::lit(NEAR));
         }
-        (asked.rate, near)
+        (asked, near)
     }
 
     /// Greatest share of its range, or of its correction, that a joint needs; above 1 it cannot be commanded.
@@ -126,10 +136,23 @@ fn range_share<R: Real>(limit: &AxisRange, start: f64, place: R) -> R {
 pub fn axes_asked<R: Real>(m: &Plant, told: &Parts<R>) -> Asked<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some([robot1, robot2]) = &m.session_robots else {
-        return Asked { rates_a: [zero; AXES], rates_b: [zero; AXES], near_limit: zero };
+        let rates = [zero; AXES];
+        return Asked { rates_a: rates, rates_b: rates, near_limit: zero, least_sine: one, near_body: zero };
     };
-    let ((rates_a, near_a), (rates_b, near_b)) = (robot1.ask(&told.a), robot2.ask(&told.b));
-    Asked { rates_a, rates_b, near_limit: R::select(near_a | near_b, one, zero) }
+    let ((a, near_a), (b, near_b)) = (robot1.ask(&told.a), robot2.ask(&told.b));
+    let at = [a, b];
+    let mut near_body = zero;
+    if let Some(workspace) = &m.workspace {
+        near_body = R::select(workspace.is_near(&at), one, zero);
+    }
+    Asked {
+        rates_a: a.rate,
+        rates_b: b.rate,
+        near_limit: R::select(near_a | near_b, one, zero),
+        // A NaN of either robot stands.
+        least_sine: R::select(a.least_sine.le(R::lit(2.0)), a.least_sine.min(b.least_sine), a.least_sine),
+        near_body,
+    }
 }
 
 /// Greatest share of its range, or of its correction, that a joint of either robot needs for commanded motions; 0 where
@@ -160,7 +183,7 @@ mod tests {
         let rail = on_rail.then(|| (Rail { axis: vec3(1.0, 0.0, 0.0), share: 0.5 }, sample::carriage()));
         let servo = sample::servo(Feedforward::Full);
         let cell = Cell::new(&sample::robot(), &mount, &servo, rail, Pose::identity(), &timing).unwrap();
-        SessionRobot::new(cell, &[limit; AXES], correction)
+        SessionRobot::new(cell, &[limit; AXES], correction, 0.1)
     }
 
     /// Numbers from -1 to 1.
@@ -200,7 +223,7 @@ mod tests {
                     continue;
                 }
                 seen += 1;
-                let (rates, _) = robot.ask(&told);
+                let rates = robot.ask(&told).0.rate;
                 for (i, found) in rates.into_iter().enumerate().take(robot.cell.axes()) {
                     let rate = (after.0[i] - before.0[i]) / (2.0 * step);
                     assert!((rate - found).abs() < 1e-5 * (1.0 + rate.abs()), "axis {i}: {rate}, not {found}");
@@ -242,13 +265,14 @@ mod tests {
         let robot = robot(AxisRange { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 4.0 }, 1.0, false);
         let still = Vec3::splat(0.0);
         let told = Motion { position: still, attitude: Quat::identity(), velocity: still, omega: still };
-        let (rates, near) = robot.ask(&told);
+        let (asked, near) = robot.ask(&told);
+        let rates = asked.rate;
         assert!(!near && !robot.too_fast(&rates, &rates, 1e-3));
         let (_, near) = robot.ask(&Motion { position: vec3(f64::NAN, 0.0, 0.0), ..told });
         assert!(near);
-        let (wrong, _) = robot.ask(&Motion { velocity: vec3(0.0, f64::NAN, 0.0), ..told });
+        let wrong = robot.ask(&Motion { velocity: vec3(0.0, f64::NAN, 0.0), ..told }).0.rate;
         assert!(robot.too_fast(&rates, &wrong, 1e-3));
-        let (fast, _) = robot.ask(&Motion { velocity: vec3(0.0, 0.01, 0.0), ..told });
+        let fast = robot.ask(&Motion { velocity: vec3(0.0, 0.01, 0.0), ..told }).0.rate;
         assert!(robot.too_fast(&rates, &fast, 1e-3) && !robot.too_fast(&fast, &fast, 1e-3), "a step of the speed");
     }
 }

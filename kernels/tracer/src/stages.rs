@@ -18,7 +18,7 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::real::Real;
 use softdock_kernels::robot::{self, Robots};
 use softdock_kernels::sensor::{self, Sensor};
-use softdock_kernels::session::{self, Asked, Observed, Session};
+use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::test_motion::{self, Followed, Tracking};
 use softdock_kernels::vector::Vec3;
@@ -72,6 +72,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Load<Sym>>(),
         structure::<Session<Sym>>(),
         structure::<Asked<Sym>>(),
+        structure::<Clearance<Sym>>(),
         structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
         structure::<Yielding<Sym>>(),
@@ -169,10 +170,13 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(new_session() -> Session<Sym> => session::new_session()),
         stage!(axes_asked(told: Parts<Sym>) -> Asked<Sym> => session::axes_asked(m, &told)),
         stage!(range_used(asked: Asked<Sym>, told: Parts<Sym>) -> Sym => session::range_used(m, &asked, &told)),
-        stage!(supervise(s: Session<Sym>, parts: Parts<Sym>, commanded: Parts<Sym>, asked: Asked<Sym>,
-            range_used: Sym, w: Wrench<Sym>, sensed: Sensor<Sym>, port_energy: Sym, cycle: Sym) -> Session<Sym> => {
-            let (saturated, cut) = (sensed.saturated, Sym::lit(0.0));
-            let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, port_energy };
+        stage!(far_apart() -> Clearance<Sym> => session::far_apart()),
+        stage!(clearance(asked: Asked<Sym>, told: Parts<Sym>) -> Clearance<Sym> => session::clearance(m, &asked, &told)),
+        stage!(supervise(s: Session<Sym>, parts: Parts<Sym>, commanded: Parts<Sym>, asked: Asked<Sym>, range_used: Sym,
+            apart: Clearance<Sym>, w: Wrench<Sym>, sensed: Sensor<Sym>, port_energy: Sym, cycle: Sym) -> Session<Sym> => {
+            let (saturated, cut, clearance) = (sensed.saturated, Sym::lit(0.0), apart);
+            let seen =
+                Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, clearance, port_energy };
             session::supervise(m, &s, &seen, cycle)
         }),
         stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),

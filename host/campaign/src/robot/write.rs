@@ -2,7 +2,7 @@
 
 use super::{FORMAT, Robot};
 use softdock_kernels::manipulator::Joint;
-use softdock_kernels::vector::Sym3;
+use softdock_kernels::vector::{Sym3, Vec3};
 use std::fmt::Write;
 
 impl Robot {
@@ -26,6 +26,18 @@ impl Robot {
         );
         for index in 0..self.joints.len() {
             self.joint(&mut out, index);
+        }
+        for (capsule, source) in self.model.capsules.iter().zip(&self.capsule_sources) {
+            let point = |p: Vec3<f64>| format!("[\"{} m\", \"{} m\", \"{} m\"]", p.x, p.y, p.z);
+            let _ = writeln!(
+                out,
+                "\n[[capsule]]\njoint = {}\nfrom = {}\nto = {}\nradius = \"{} m\"\nsource = {}",
+                capsule.joint + 1,
+                point(capsule.axis.from),
+                point(capsule.axis.to),
+                capsule.radius,
+                text(source)
+            );
         }
         if !self.log.is_empty() {
             let _ = writeln!(out, "\n[log]");

@@ -5,6 +5,7 @@ use crate::check::Checker;
 use crate::ranges::{LENGTH, MASS, Range, SPEED};
 use crate::source::Source;
 use crate::station::Station;
+use crate::units::show;
 use crate::written::At;
 use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
 use softdock_kernels::model::{
@@ -12,6 +13,7 @@ use softdock_kernels::model::{
 };
 use softdock_kernels::params::{Params, UNLIMITED};
 use softdock_kernels::plant::{Plant, place};
+use softdock_kernels::session::{axes_asked, clearance, deepest_in_box};
 use softdock_kernels::vector::{Vec3, vec3};
 
 /// Lost commands are carried on along their twist for this many ticks.
@@ -62,7 +64,7 @@ pub(crate) fn read(
         load: table.sensor.load.as_ref().map(|load| sensor_load(c, load, p)),
         tared: table.sensor.tared.as_ref().is_some_and(|tared| tared.value),
         unstable_speed: unstable_speed(c, written),
-        rules: station.map_or(SessionRules::NONE, |station| station.rules),
+        rules: station.map_or(SessionRules::NONE, |station| station.rules.clone()),
         session_robots: None,
         impedance: table.impedance.as_ref().and_then(|table| impedance::read(c, table)),
         test_motion: table.test_motion.as_ref().map(|table| test_motion(c, table, p)),
@@ -99,11 +101,39 @@ pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Stat
 pub(crate) fn check_robots(c: &mut Checker, station: &Station, written: &At<String>, model: &mut Model) {
     let robots = station.session_robots();
     match place(&Plant::new(model.clone()), &robots.level) {
-        Ok(_) => model.facility.session_robots = Some(robots),
+        Ok(_) => {
+            model.facility.session_robots = Some(robots);
+            check_start(c, written, &Plant::new(model.clone()));
+        }
         Err((robot, why)) => {
             let message = format!("robot {robot} of this facility cannot hold its part at the start ({why:?})");
             c.refuse(&written.span, message, "move its base in the facility file, or move the start");
         }
+    }
+}
+
+/// Refuses a start at which a rule of the workspace would stop every session.
+fn check_start(c: &mut Checker, written: &At<String>, plant: &Plant) {
+    let (asked, rules) = (axes_asked(plant, &plant.start), &plant.facility.rules);
+    let apart = clearance(plant, &asked, &plant.start).arms;
+    let angle = asked.least_sine.clamp(0.0, 1.0).asin();
+    let move_them = "move the bases of its robots in the facility file, or the start";
+    if rules.arm_distance.is_finite() && apart < rules.arm_distance {
+        let (apart, least) = (show(apart, "m"), show(rules.arm_distance, "m"));
+        let message =
+            format!("the arms of this facility are {apart} apart at the start: safety.arm_distance is {least}");
+        c.refuse(&written.span, message, format!("{move_them}, or lower arm_distance"));
+    }
+    if let Some((robot, name, depth)) = deepest_in_box(plant, &plant.start) {
+        let depth = show(depth, "m");
+        let message =
+            format!("robot {robot} of this facility is {depth} deep in the keep-out box `{name}` at the start");
+        c.refuse(&written.span, message, format!("{move_them}, or shrink the box"));
+    }
+    if rules.singularity.is_finite() && angle < rules.singularity {
+        let (angle, least) = (show(angle.to_degrees(), "deg"), show(rules.singularity.to_degrees(), "deg"));
+        let message = format!("a robot of this facility starts {angle} from singular: safety.singularity is {least}");
+        c.refuse(&written.span, message, format!("{move_them}, or lower singularity"));
     }
 }
 

@@ -23,6 +23,9 @@ pub(crate) struct RobotFile {
     pub(crate) workspace: WorkspaceTable,
     /// Joints from the base outwards.
     pub(crate) joint: At<Vec<At<JointTable>>>,
+    /// Capsules that enclose the links; default none.
+    #[serde(default)]
+    pub(crate) capsule: Vec<At<CapsuleTable>>,
     /// Columns of a recording by signal: `"r1.q.1" = { column = "...", unit = "deg" }`.
     #[serde(default)]
     pub(crate) log: BTreeMap<String, At<LogTable>>,
@@ -60,6 +63,22 @@ pub(crate) struct JointTable {
     pub(crate) counterweight: Option<CounterweightTable>,
     /// What the joint may do.
     pub(crate) limits: LimitsTable,
+}
+
+/// All points within a radius of a line that a link moves.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CapsuleTable {
+    /// Number of the joint that moves the link, from 1.
+    pub(crate) joint: At<u64>,
+    /// One end of the line, in the link's frame.
+    pub(crate) from: Quantities,
+    /// The other end.
+    pub(crate) to: Quantities,
+    /// Radius.
+    pub(crate) radius: Quantity,
+    /// Where the values come from.
+    pub(crate) source: At<String>,
 }
 
 /// T = Rx(alpha) Tx(a) Rz(sign q + offset) Tz(d).

@@ -82,6 +82,8 @@ pub(crate) struct RobotTable {
     pub(crate) tool_rotation: Option<Quantities>,
     /// Greatest way of a joint from where the session begins; default 30 degrees.
     pub(crate) correction: Option<Quantity>,
+    /// Radius of what it holds, about the line from its last link's frame to the part's origin; default zero: that line alone.
+    pub(crate) tool_radius: Option<Quantity>,
     /// Its drives, if it is an EtherCAT segment.
     pub(crate) ethercat: Option<EtherCatTable>,
 }
@@ -124,7 +126,8 @@ pub(crate) struct SensorTable {
     pub(crate) touch_force: Option<Quantity>,
 }
 
-/// When a session is stopped or over. The rules have no default: each can decide what a session answers.
+/// When a session is stopped or over. Its rules up to `clamp_time` have no default: each can decide what a session answers.
+/// Those of the workspace behind it are off unless they are written.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SafetyTable {
@@ -179,4 +182,32 @@ pub(crate) struct SafetyTable {
     pub(crate) tool_rotation: Quantity,
     /// Time during which commands may be cut without a pause.
     pub(crate) clamp_time: Quantity,
+    /// Greatest speed of a commanded tool.
+    pub(crate) tool_speed: Option<Quantity>,
+    /// Least distance between the arms, by the capsules of their robot model, without the links that hold the parts.
+    pub(crate) arm_distance: Option<Quantity>,
+    /// Least angle of a commanded posture from the singular ones: bend of the wrist (axis 5), bend of the elbow, and the angle
+    /// from axis 1 at which the stretched arm would have the wrist's centre as far from that axis.
+    pub(crate) singularity: Option<Quantity>,
+    /// Boxes of the laboratory that no link and no tool may enter; 4 at most.
+    #[serde(default)]
+    pub(crate) keep_out: Vec<At<KeepOutTable>>,
+}
+
+/// A box, by two corners along the laboratory's axes, or by centre, size and rotation.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KeepOutTable {
+    /// Its name: letters, digits, - and _.
+    pub(crate) name: At<String>,
+    /// The corner with the least coordinates.
+    pub(crate) min: Option<Quantities>,
+    /// The corner with the greatest ones.
+    pub(crate) max: Option<Quantities>,
+    /// Its centre, in the place of corners.
+    pub(crate) centre: Option<Quantities>,
+    /// Its edge lengths.
+    pub(crate) size: Option<Quantities>,
+    /// Its rotation, as roll, pitch, yaw; default none.
+    pub(crate) rotation: Option<Quantities>,
 }

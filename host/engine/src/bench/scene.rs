@@ -86,7 +86,8 @@ pub fn supervised(plant: &Plant) -> Plant {
     level.mounts.iter_mut().for_each(|mount| mount.base.position.z = -1.0);
     let mut model = Model::clone(plant);
     let limit = AxisRange { lower: -FAR, upper: FAR, speed: 1.0, acceleration: 4.0 };
-    model.facility.session_robots = Some(SessionRobots { level, limits: [limit; AXES], correction: [FAR; 2] });
+    let (limits, correction, tool_radius) = ([limit; AXES], [FAR; 2], [0.1; 2]);
+    model.facility.session_robots = Some(SessionRobots { level, limits, correction, tool_radius });
     model.facility.rules = SessionRules {
         force: FAR,
         moment: FAR,
@@ -98,8 +99,18 @@ pub fn supervised(plant: &Plant) -> Plant {
         tool_reach: FAR,
         tool_rotation: PI,
         clamp_time: FAR,
+        tool_speed: FAR,
+        keep_out: [("floor", -2.0, vec3(0.0, 0.0, 1.0)), ("wall", 4.0, vec3(0.0, 1.0, 0.0))].map(keep_out).into(),
+        arm_distance: 0.02,
+        singularity: 1e-3,
     };
     Plant::new(model)
+}
+
+/// A slab across an axis of the laboratory, 1 m thick.
+fn keep_out((name, place, axis): (&str, f64, Vec3<f64>)) -> KeepOut {
+    let half = vec3(5.0, 5.0, 5.0) - axis * 4.5;
+    KeepOut { name: name.to_owned(), frame: Pose { position: axis * place, attitude: Quat::identity() }, half }
 }
 
 /// Parameters of every run of the scene: soft contact with friction, delay, lagging robots, a noisy sensor.

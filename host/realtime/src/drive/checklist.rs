@@ -191,6 +191,10 @@ checks! {
         AtMost, "check tool_centre and rotation of [sensor] in the facility file";
     Clearance "clearance" Parts, "least distance of the parts, on the way to the start of the run too", Unit::Metres,
         AtLeast, "move the robots apart by hand";
+    ArmDistance "arm_distance" Parts, "least distance of the arms, on the way to the start of the run too", Unit::Metres,
+        AtLeast, "move the robots nearer to the start by hand";
+    KeepOut "keep_out" Parts, "depth in a keep-out box, on the way to the start of the run too", Unit::Metres,
+        AtMost, "move the robots nearer to the start by hand";
 }
 
 /// A check with what it found.

@@ -11,7 +11,7 @@ use softdock_kernels::contact::overlap::deepest_overlap;
 use softdock_kernels::frame::single::{Measured, Progress};
 use softdock_kernels::outcome::Stop;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::session::{Observed, Rule, Session, axes_asked, new_session, range_used, supervise};
+use softdock_kernels::session::{Observed, Rule, Session, axes_asked, clearance, new_session, range_used, supervise};
 use softdock_kernels::space::{Parts, Wrench};
 use std::sync::Arc;
 
@@ -311,6 +311,7 @@ impl Guard {
             cut: f64::from(u8::from(self.cut)),
             asked,
             range_used: range_used(&self.plant, &asked, commanded),
+            clearance: clearance(&self.plant, &asked, commanded),
             port_energy,
         };
         self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
@@ -408,6 +409,10 @@ pub fn cause_of(rule: Rule) -> StopCause {
         Rule::FollowingError | Rule::FollowingRotation => StopCause::Tracking,
         Rule::ToolReach | Rule::ToolRotation => StopCause::ToolLimit,
         Rule::JointRange | Rule::ClampTime => StopCause::AxisLimit,
+        Rule::ToolSpeed => StopCause::ToolSpeed,
+        Rule::KeepOut => StopCause::KeepOut,
+        Rule::ArmDistance => StopCause::ArmDistance,
+        Rule::Singularity => StopCause::Singularity,
         Rule::Divergence => StopCause::NonFinite,
     }
 }

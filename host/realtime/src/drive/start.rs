@@ -12,6 +12,7 @@ use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::contact::overlap::deepest_overlap;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::session::clearance_at;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 
@@ -41,8 +42,8 @@ const GAP: f64 = 1.6;
 pub(super) const RESTLESS: f64 = 2.0;
 /// Samples of a weighing.
 const WEIGHING_SAMPLES: u32 = 100;
-/// Poses of a way at which the distance of the parts is computed.
-const WAY_POSES: u32 = 100;
+/// Poses of a way at which distances are computed.
+const WAY_POSES: u32 = 200;
 
 /// Distance \[m\] and angle \[rad\] between two poses.
 pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
@@ -218,7 +219,7 @@ pub struct StartUp {
     samples: u64,
     weighings: [Weighing; 2],
     cycles: u64,
-    clearance: Option<f64>,
+    way: Option<OnTheWay>,
 }
 
 impl StartUp {
@@ -302,9 +303,17 @@ impl StartUp {
         }
         if self.robots.iter().all(|seen| seen.first.is_some()) {
             if settled {
-                self.clearance.get_or_insert_with(|| clearance(links, cell));
+                self.way.get_or_insert_with(|| on_the_way(links, cell));
             }
-            list.push(Check::new(What::Clearance, self.clearance.unwrap_or(f64::NAN), 0.0));
+            let way = self.way.unwrap_or(OnTheWay { parts: f64::NAN, arms: f64::NAN, depth: f64::NAN });
+            let rules = &cell.plant.facility.rules;
+            list.push(Check::new(What::Clearance, way.parts, 0.0));
+            if rules.arm_distance.is_finite() {
+                list.push(Check::new(What::ArmDistance, way.arms, rules.arm_distance));
+            }
+            if !rules.keep_out.is_empty() {
+                list.push(Check::new(What::KeepOut, way.depth, 0.0));
+            }
         }
         list
     }
@@ -393,18 +402,35 @@ fn of_sensor(sensor: &ForceRecord, cell: &Cell, list: &mut Checklist) {
     list.push(Check::new(What::Age, age, cell.station.links.sensor_age));
 }
 
-/// Least distance of the parts where the robots stand and on their way to the start of the run \[m\]; NaN if nothing
-/// of them can touch.
-fn clearance(links: &Watched, cell: &Cell) -> f64 {
+/// What the robots come near to where they stand and on their way to the start of the run.
+#[derive(Clone, Copy, Debug)]
+struct OnTheWay {
+    /// Least distance of the parts \[m\]; NaN if nothing of them can touch.
+    parts: f64,
+    /// Least distance of the arms \[m\].
+    arms: f64,
+    /// Greatest depth in a keep-out box \[m\].
+    depth: f64,
+}
+
+fn on_the_way(links: &Watched, cell: &Cell) -> OnTheWay {
     let from = links.robots.map(|robot| robot.position);
     let (to, reachable) = cell.arms.positions_for(cell.start);
     let way = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);
-    let distance = |k: u32| {
+    let near = |k: u32| {
         let axes = way.at(way.duration() * f64::from(k) / f64::from(WAY_POSES));
         let parts = cell.arms.parts_on(&axes, &[[0.0; AXES]; 2]);
-        deepest_overlap(cell.plant, &parts).map_or(f64::NAN, |overlap| -overlap.depth)
+        let parts = deepest_overlap(cell.plant, &parts).map_or(f64::NAN, |overlap| -overlap.depth);
+        let axes: [[f64; AXES]; 2] = std::array::from_fn(|robot| cell.arms.in_model(robot, &axes[robot]));
+        let found = clearance_at(cell.plant, [&axes[0], &axes[1]]);
+        OnTheWay { parts, arms: found.arms, depth: found.depth }
     };
-    (0..=WAY_POSES).map(distance).reduce(f64::min).unwrap_or(f64::NAN)
+    let nearest = |one: OnTheWay, two: OnTheWay| OnTheWay {
+        parts: one.parts.min(two.parts),
+        arms: one.arms.min(two.arms),
+        depth: one.depth.max(two.depth),
+    };
+    (1..=WAY_POSES).map(near).fold(near(0), nearest)
 }
 
 /// The robots that take the commands: the emulated ones of a dry run, else the real ones.

@@ -96,6 +96,10 @@ codes! {
         Checked "checked" "the checks are done, as asked for; nothing has moved";
         Torque "torque" "torques of a robot that its weight and the measured force do not explain";
         Rate "rate" "a robot reports faster than in the cycle that its session began with";
+        ToolSpeed "tool_speed" "a command of a tool faster than allowed";
+        KeepOut "keep_out" "a command of a link or a tool into a keep-out box";
+        ArmDistance "arm_distance" "a command that brings the arms too near each other";
+        Singularity "singularity" "a command too near a singular posture";
     }
 }
 

@@ -5,9 +5,10 @@
 
 use super::cdr::Encoder;
 use super::record::CycleRecord;
+use super::scene::Scene;
 use super::schemas;
 use super::table::{Value, store};
-use super::topics::{DESCRIPTION_TOPIC, Topics, default_names};
+use super::topics::{DESCRIPTION_TOPIC, FIXED_FRAMES_TOPIC, Topics, default_names, fixed_frames};
 use crate::signals::AXES;
 use crate::time::Nanos;
 use mcap::records::{MessageHeader, Metadata};
@@ -53,12 +54,12 @@ pub struct Attachment {
 }
 
 /// What a log says once, at its start.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Start of the drive since the Unix epoch.
     pub started: Nanos,
-    /// URDF of the robots, for tools that draw them.
-    pub robot_description: Option<String>,
+    /// Robots, sensor and parts, for tools that draw them.
+    pub scene: Option<Scene>,
     /// Names of the axes of robots 1 and 2, rail last, as the URDF has them.
     pub axis_names: [[String; AXES]; 2],
     /// Campaign, draw, facility file.
@@ -71,7 +72,7 @@ impl Default for Setup {
     fn default() -> Self {
         Self {
             started: Nanos(0),
-            robot_description: None,
+            scene: None,
             axis_names: default_names(),
             attachments: Vec::new(),
             provenance: BTreeMap::new(),
@@ -126,7 +127,7 @@ impl<W: Write + Seek> LogFile<W> {
             .chunk_size(None)
             .disable_seeking(true);
         let mut writer = options.create(medium)?;
-        let topics = Topics::new(setup.axis_names.clone());
+        let topics = Topics::new(setup.axis_names.clone(), setup.scene.clone());
         let channels = topics.list().map(|(name, schema)| channel(&mut writer, name, &schema, false));
         let channels = channels.collect::<Result<_, _>>()?;
         let values = topics.blank();
@@ -145,12 +146,12 @@ impl<W: Write + Seek> LogFile<W> {
 
     fn prologue(&mut self, setup: &Setup) -> Result<(), LogError> {
         let time = setup.started.0.max(0) as u64;
-        if let Some(description) = &setup.robot_description {
-            let id = channel(&mut self.writer, DESCRIPTION_TOPIC, &schemas::string(), true)?;
+        if let Some(scene) = &setup.scene {
             self.message.start();
-            self.message.string(description);
-            let header = MessageHeader { channel_id: id, sequence: 0, log_time: time, publish_time: time };
-            self.writer.write_to_known_channel(&header, self.message.bytes())?;
+            self.message.string(&scene.urdf);
+            self.latch(DESCRIPTION_TOPIC, &schemas::string(), time)?;
+            fixed_frames(&mut self.message, setup.started.0, scene);
+            self.latch(FIXED_FRAMES_TOPIC, &schemas::tf_message(), time)?;
         }
         let provenance = Metadata { name: PROVENANCE.to_owned(), metadata: setup.provenance.clone() };
         self.writer.write_metadata(&provenance)?;
@@ -164,6 +165,13 @@ impl<W: Write + Seek> LogFile<W> {
             })?;
         }
         self.flush()
+    }
+
+    /// Writes the message that stands ready, once and for all.
+    fn latch(&mut self, topic: &str, schema: &schemas::Schema, time: u64) -> Result<(), LogError> {
+        let id = channel(&mut self.writer, topic, schema, true)?;
+        let header = MessageHeader { channel_id: id, sequence: 0, log_time: time, publish_time: time };
+        Ok(self.writer.write_to_known_channel(&header, self.message.bytes())?)
     }
 
     /// Adds a record.

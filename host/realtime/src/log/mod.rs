@@ -16,6 +16,7 @@ pub mod reader;
 pub mod record;
 #[cfg(test)]
 pub(crate) mod sample;
+pub mod scene;
 mod schemas;
 pub mod topics;
 pub mod writer;

@@ -77,7 +77,7 @@ impl<R: Read> LogReader<R> {
     pub fn new(source: R) -> Self {
         let options =
             LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(LONGEST);
-        let topics = Topics::new(default_names());
+        let topics = Topics::new(default_names(), None);
         let blank = topics.blank();
         Self {
             source,

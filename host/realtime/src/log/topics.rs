@@ -6,16 +6,21 @@
 
 use super::cdr::{Decoder, Encoder};
 use super::record::CycleRecord;
+use super::scene::{LABORATORY_FRAME, Scene};
 use super::schemas::{self, Schema};
 use super::table::{Column, Logged, Type, Value, columns};
 use crate::signals::AXES;
+use softdock_kernels::vector::{Pose, Quat};
 
 /// Topic of the columns that no standard message carries; its message closes a record.
 pub const CYCLE_TOPIC: &str = "/hil/cycle";
 /// Topic of the robots' description.
 pub const DESCRIPTION_TOPIC: &str = "/robot_description";
 
-/// The frame in which the parts' poses are given.
+/// Topic of the frames that stand still in their parents.
+pub const FIXED_FRAMES_TOPIC: &str = "/tf_static";
+
+/// The frame in which the parts' poses are given: it moves in the laboratory, without turning.
 pub const CONTACT_FRAME: &str = "contact_frame";
 
 /// Scalars of a wrench.
@@ -55,6 +60,10 @@ pub struct Topics {
     /// Names of the axes of robots 1 and 2, rail last, as the robots' description has them.
     names: [[String; AXES]; 2],
     wall_offset: usize,
+    /// The robots' frames, and where robots 1 and 2 have their axes: emulated ones, then real ones.
+    scene: Option<Scene>,
+    axes: [[usize; 2]; 2],
+    part_a: usize,
 }
 
 /// `robot_1_joint_1` to `robot_1_joint_6` and `robot_1_rail`; likewise for robot 2.
@@ -68,8 +77,8 @@ pub fn default_names() -> [[String; AXES]; 2] {
 }
 
 impl Topics {
-    /// The topics, with these names of the axes.
-    pub fn new(names: [[String; AXES]; 2]) -> Self {
+    /// The topics, with these names of the axes, and the robots' frames among the transforms if they are known.
+    pub fn new(names: [[String; AXES]; 2], scene: Option<Scene>) -> Self {
         let columns = columns::<CycleRecord>();
         let at = |name: &str| {
             let found = columns.iter().position(|column| column.name == name);
@@ -84,7 +93,9 @@ impl Topics {
         let rest = rest.map(|place| (columns[place].kind, Some(place))).collect();
         topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), carried: Carried::Cycle(rest) });
         let wall_offset = at("wall_offset_ns");
-        Self { columns, topics, names, wall_offset }
+        let axes = [1, 2].map(|robot| ["emulated", "robot"].map(|kind| at(&format!("{kind}_{robot}_position_1_rad"))));
+        let part_a = at("part_a_position_x_m");
+        Self { columns, topics, names, wall_offset, scene, axes, part_a }
     }
 
     /// Name, schema and position of each topic.
@@ -152,13 +163,54 @@ impl Topics {
                 wrench.iter().for_each(|value| out.f64(value.real()));
                 !wrench.is_empty()
             }
-            Carried::Frames(frames) => transforms(out, stamp, frames, values),
+            Carried::Frames(frames) => self.transforms(out, stamp, frames, values),
             Carried::Cycle(fields) => {
                 header(out, stamp, "");
                 fields.iter().filter_map(|(_, place)| *place).for_each(|place| scalar(out, values[place]));
                 true
             }
         }
+    }
+
+    /// The poses of parts that are known, and the robots' frames, as transforms; false without any.
+    fn transforms(&self, out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[Value]) -> bool {
+        let known =
+            || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
+        // Those who take the commands: the emulated robots of a dry run, else the real ones.
+        let axes = self.axes.map(|kinds| {
+            let kinds = kinds.map(|at| told(values, at, AXES));
+            kinds.into_iter().find(|axes| !axes.is_empty()).unwrap_or_default()
+        });
+        let robots = || {
+            let scene = self.scene.iter().flat_map(|scene| scene.moving.iter().zip(axes));
+            scene.filter(|(_, axes)| !axes.is_empty())
+        };
+        let contact_frame = self.scene.as_ref().filter(|_| !axes[0].is_empty()).and_then(|scene| {
+            let [x, y, z, ..] = told(values, self.part_a, POSE) else { return None };
+            let held = scene.part_a(|axis| axes[0][axis].real()).position;
+            let position = softdock_kernels::vector::vec3(held.x - x.real(), held.y - y.real(), held.z - z.real());
+            Some(Pose { position, attitude: Quat::identity() })
+        });
+        let moving: usize = robots().map(|(frames, _)| frames.len()).sum();
+        let count = known().count() + moving + usize::from(contact_frame.is_some());
+        out.u32(count as u32);
+        for (name, pose) in known() {
+            header(out, stamp, CONTACT_FRAME);
+            out.string(name);
+            // ROS puts the scalar part of a quaternion last.
+            for place in [0, 1, 2, 4, 5, 6, 3] {
+                out.f64(pose[place].real());
+            }
+        }
+        if let Some(pose) = contact_frame {
+            transform(out, stamp, [LABORATORY_FRAME, CONTACT_FRAME], &pose);
+        }
+        for (frames, axes) in robots() {
+            for frame in frames {
+                transform(out, stamp, [&frame.parent, &frame.child], &frame.pose(axes[frame.axis].real()));
+            }
+        }
+        count > 0
     }
 
     /// Puts what a message says into its places; `None` if it is not a message of this topic.
@@ -299,20 +351,21 @@ fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [Value]) ->
     Some(())
 }
 
-/// The poses that are known as transforms; false without any.
-fn transforms(out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[Value]) -> bool {
-    let known = || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
-    let count = known().count();
-    out.u32(count as u32);
-    for (name, pose) in known() {
-        header(out, stamp, CONTACT_FRAME);
-        out.string(name);
-        // ROS puts the scalar part of a quaternion last.
-        for place in [0, 1, 2, 4, 5, 6, 3] {
-            out.f64(pose[place].real());
-        }
+/// A geometry_msgs/TransformStamped from a parent to a child.
+fn transform(out: &mut Encoder, stamp: i64, [parent, child]: [&str; 2], pose: &Pose<f64>) {
+    header(out, stamp, parent);
+    out.string(child);
+    let (p, q) = (pose.position, pose.attitude);
+    [p.x, p.y, p.z, q.v.x, q.v.y, q.v.z, q.w].into_iter().for_each(|value| out.f64(value));
+}
+
+/// The message of the frames that stand still in their parents.
+pub(crate) fn fixed_frames(out: &mut Encoder, stamp: i64, scene: &Scene) {
+    out.start();
+    out.u32(scene.fixed.len() as u32);
+    for frame in &scene.fixed {
+        transform(out, stamp, [&frame.parent, &frame.child], &frame.pose);
     }
-    count > 0
 }
 
 fn take_transforms(read: &mut Decoder, frames: &[(&str, usize)], values: &mut [Value]) -> Option<()> {

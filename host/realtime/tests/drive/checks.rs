@@ -147,6 +147,15 @@ fn cases() -> Vec<Case> {
         new(What::RestForce, None, |r, _| r.ft.raw.force.y += 120.0),
         new(What::RestMoment, None, |r, _| r.ft.raw.moment.z += 11.0),
         Case { start: overlapping, ..new(What::Clearance, None, |_, _| ()) },
+        Case { setting: |s| s.with_rules(|rules| rules.arm_distance = 2.5), ..new(What::ArmDistance, None, |_, _| ()) },
+        Case {
+            setting: |s| {
+                s.with_rules(|rules| {
+                    rules.keep_out.iter_mut().for_each(|keep_out| keep_out.half = vec3(3.0, 3.0, 3.0))
+                });
+            },
+            ..new(What::KeepOut, None, |_, _| ())
+        },
     ]
 }
 

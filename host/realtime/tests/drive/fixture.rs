@@ -102,7 +102,7 @@ impl Setting {
     pub(crate) fn with_rules(&mut self, change: impl FnOnce(&mut SessionRules)) {
         change(&mut self.station.rules);
         let mut model = (**self.plant).clone();
-        model.facility.rules = self.station.rules;
+        model.facility.rules = self.station.rules.clone();
         self.plant = Arc::new(Plant::new(model));
     }
 

@@ -9,4 +9,6 @@ mod loopback;
 mod over_rsi;
 mod replay;
 mod safety;
+mod scene;
 mod torque;
+mod urdf;

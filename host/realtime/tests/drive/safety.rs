@@ -2,6 +2,10 @@
 
 use crate::fixture::{CYCLE, Rig, Setting, rule, tags};
 use softdock_campaign::station::AxisLimits;
+use softdock_kernels::model::{KeepOut, SessionRules};
+use softdock_kernels::plant::Plant;
+use softdock_kernels::session::axes_asked;
+use softdock_kernels::vector::{Pose, vec3};
 use softdock_realtime::drive::checklist::{Check, What};
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{LimitKind, OrderKind, Phase, StopCause, robot_flags};
@@ -10,6 +14,7 @@ use softdock_realtime::protocol::rsi::codec::Sen;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+use std::sync::Arc;
 
 /// Ever after.
 const FOREVER: Nanos = Nanos(i64::MAX);
@@ -157,6 +162,55 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     assert!(stop_of(&rig).robot_1.limits.has(LimitKind::Position, 1));
     assert_within(&rig, &setting.station.limits);
     assert_ramped_down(&rig);
+}
+
+#[test]
+fn a_rule_of_the_workspace_ends_the_session_in_a_ramp() {
+    let docking = Setting::docking();
+    let angle = axes_asked(&docking.plant, &docking.plant.start).least_sine.asin();
+    // A sheet between the parts, which both approach.
+    let sheet = KeepOut { name: "sheet".to_owned(), frame: Pose::identity(), half: vec3(5e-3, 0.3, 0.3) };
+    type Change = Box<dyn Fn(&mut SessionRules)>;
+    let cases: [(StopCause, Change); 4] = [
+        (StopCause::ToolSpeed, Box::new(|rules| rules.tool_speed = 0.02)),
+        (StopCause::KeepOut, Box::new(move |rules| rules.keep_out = vec![sheet.clone()])),
+        (StopCause::ArmDistance, Box::new(|rules| rules.arm_distance = 0.38)),
+        (StopCause::Singularity, Box::new(move |rules| rules.singularity = angle - 0.2_f64.to_radians())),
+    ];
+    for (cause, change) in cases {
+        let mut setting = Setting::docking();
+        let mut model = (**setting.plant).clone();
+        model.facility.session_robots.as_mut().expect("the robots of its facility").tool_radius = [5e-3; 2];
+        setting.plant = Arc::new(Plant::new(model));
+        setting.with_rules(change);
+        let mut rig = Rig::new(&setting, Relay::default());
+        rig.finish();
+        assert_eq!(stop_of(&rig).cause, cause);
+        let stop = rig.session.core().rule_met().expect("a rule of the session");
+        let limit = (stop.rule.row().limit)(&setting.plant.facility);
+        assert!((stop.value - limit).abs() < 0.01, "{stop:?} with a limit of {limit}");
+        assert_within(&rig, &setting.station.limits);
+        assert_ramped_down(&rig);
+    }
+}
+
+#[test]
+fn a_way_to_the_start_through_a_box_or_too_near_is_refused() {
+    let setting = Setting::docking();
+    // The robots stand at the nominal start, away from that of this run: around part A there.
+    let frame = Pose { position: setting.plant.start.a.position, attitude: setting.plant.start.a.attitude };
+    let around = KeepOut { name: "around".to_owned(), frame, half: vec3(1e-3, 1e-3, 1e-3) };
+    let mut boxed = setting.clone();
+    let mut model = (**boxed.plant).clone();
+    model.facility.session_robots.as_mut().expect("the robots of its facility").tool_radius = [5e-3; 2];
+    boxed.plant = Arc::new(Plant::new(model));
+    boxed.with_rules(|rules| rules.keep_out = vec![around.clone()]);
+    let refusal = refused(&boxed, Relay::default(), |_| ());
+    assert!(refusal.what == What::KeepOut && refusal.value > 0.0, "{refusal}");
+    let mut near = setting;
+    near.with_rules(|rules| rules.arm_distance = 0.6);
+    let refusal = refused(&near, Relay::default(), |_| ());
+    assert!(refusal.what == What::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6, "{refusal}");
 }
 
 #[test]

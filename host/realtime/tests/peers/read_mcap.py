@@ -7,6 +7,7 @@ Needs mcap-ros2-support from PyPI.
 
 import math
 import sys
+import xml.etree.ElementTree as ElementTree
 from collections import Counter
 
 from mcap.reader import make_reader
@@ -19,13 +20,14 @@ ROBOTS = ["robot_1", "robot_2", "emulated_1", "emulated_2"]
 EXPECTED = {f"/{robot}/joint_states": CYCLES for robot in ROBOTS}
 EXPECTED |= {f"/{robot}/joint_commands": CYCLES for robot in ROBOTS[2:]}
 EXPECTED |= {"/ft/wrench": CYCLES, "/ft/wrench_raw": CYCLES, "/tf": CYCLES, "/hil/cycle": CYCLES}
-EXPECTED |= {"/robot_description": 1}
+EXPECTED |= {"/robot_description": 1, "/tf_static": 1}
 SCHEMAS = {
     "joint_states": "sensor_msgs/msg/JointState",
     "joint_commands": "sensor_msgs/msg/JointState",
     "wrench": "geometry_msgs/msg/WrenchStamped",
     "wrench_raw": "geometry_msgs/msg/WrenchStamped",
     "tf": "tf2_msgs/msg/TFMessage",
+    "tf_static": "tf2_msgs/msg/TFMessage",
     "cycle": "softdock_msgs/msg/Cycle",
     "robot_description": "std_msgs/msg/String",
 }
@@ -57,8 +59,115 @@ def check_joints(topic, cycle, message):
     check(f"{topic} efforts", len(message.effort), 0 if command else 7)
 
 
+class Pose:
+    """A rotation by columns and a translation."""
+
+    def __init__(self, rows=((1, 0, 0), (0, 1, 0), (0, 0, 1)), place=(0, 0, 0)):
+        self.rows, self.place = rows, place
+
+    def compose(self, other):
+        """The pose of a frame that is posed `other` in this one."""
+        columns = list(zip(*other.rows))
+        rows = [[sum(a * b for a, b in zip(row, column)) for column in columns] for row in self.rows]
+        turned = [sum(a * b for a, b in zip(row, other.place)) for row in self.rows]
+        return Pose(rows, [a + b for a, b in zip(self.place, turned)])
+
+    def apart(self, other):
+        """Greatest difference of the elements of two poses."""
+        rows = [a - b for one, two in zip(self.rows, other.rows) for a, b in zip(one, two)]
+        return max(abs(value) for value in rows + [a - b for a, b in zip(self.place, other.place)])
+
+
+def about(axis, angle):
+    """A turn about a coordinate axis, or about its opposite."""
+    place = max(range(3), key=lambda index: abs(axis[index]))
+    cosine, sine = math.cos(angle), math.copysign(1, axis[place]) * math.sin(angle)
+    first, second = (place + 1) % 3, (place + 2) % 3
+    rows = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    rows[place][place] = 1
+    rows[first][first] = rows[second][second] = cosine
+    rows[second][first], rows[first][second] = sine, -sine
+    return Pose(rows)
+
+
+def numbers(text):
+    return [float(word) for word in text.split()]
+
+
+class Viewer:
+    """Robots as a viewer has them: from the description and joint states, and from the transforms."""
+
+    def __init__(self):
+        self.joints, self.positions, self.frames = {}, {}, {}
+
+    def describe(self, text):
+        for joint in ElementTree.fromstring(text).iter("joint"):
+            self.joints[joint.find("child").get("link")] = joint
+
+    def take(self, message):
+        for transform in message.transforms:
+            move, turn = transform.transform.translation, transform.transform.rotation
+            x, y, z, w = turn.x, turn.y, turn.z, turn.w
+            rows = [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+            pose = Pose(rows, [move.x, move.y, move.z])
+            self.frames[transform.child_frame_id] = (transform.header.frame_id, pose)
+
+    def of_urdf(self, link):
+        """Pose of a link in the laboratory, by the description and the joint states."""
+        if link == "laboratory":
+            return Pose()
+        joint = self.joints[link]
+        origin, kind = joint.find("origin"), joint.get("type")
+        roll, pitch, yaw = numbers(origin.get("rpy"))
+        turn = about((0, 0, 1), yaw).compose(about((0, 1, 0), pitch)).compose(about((1, 0, 0), roll))
+        pose = self.of_urdf(joint.find("parent").get("link")).compose(Pose(turn.rows, numbers(origin.get("xyz"))))
+        if kind == "fixed":
+            return pose
+        axis, position = numbers(joint.find("axis").get("xyz")), self.positions[joint.get("name")]
+        if kind == "prismatic":
+            return pose.compose(Pose(place=[part * position for part in axis]))
+        return pose.compose(about(axis, position))
+
+    def of_transforms(self, frame):
+        """The same by the transforms."""
+        if frame == "laboratory":
+            return Pose()
+        parent, pose = self.frames[frame]
+        return self.of_transforms(parent).compose(pose)
+
+    def compare(self):
+        """Ends the program unless both put every link into the same place, and part A where robot 1 holds it."""
+        for link in self.joints:
+            apart = self.of_urdf(link).apart(self.of_transforms(link))
+            if apart > 1e-9:
+                sys.exit(f"read_mcap.py: {link}: {apart} between the URDF and the transforms")
+        places = [self.of_urdf("robot_1_part").place, self.of_transforms("part_a").place]
+        if max(abs(a - b) for a, b in zip(*places)) > 1e-9:
+            sys.exit(f"read_mcap.py: part A by the URDF and by the transforms: {places}")
+        names = {joint.get("name") for joint in self.joints.values()}
+        check("joints without a position", [name for name in self.positions if name not in names], [])
+        moving = {joint.get("name") for joint in self.joints.values() if joint.get("type") != "fixed"}
+        check("joints that move", len(moving), 13)
+        check("positions without a joint", moving - self.positions.keys(), set())
+
+
+VIEWER = Viewer()
+
+
 def check_message(topic, cycle, message):
     """Compares a message with the sample drive's cycle."""
+    if topic.startswith("/emulated") and topic.endswith("states"):
+        VIEWER.positions |= zip(message.name, message.position)
+    elif topic == "/robot_description":
+        VIEWER.describe(message.data)
+    elif topic.startswith("/tf"):
+        VIEWER.take(message)
+        if topic == "/tf" and cycle % 100 == 0:
+            VIEWER.compare()
     if "joint_" in topic:
         check_joints(topic, cycle, message)
     elif topic == "/ft/wrench":
@@ -69,7 +178,8 @@ def check_message(topic, cycle, message):
         check("raw force z", message.wrench.force.z, 0.3 - 98.1)
     elif topic == "/tf":
         frames = [transform.child_frame_id for transform in message.transforms]
-        check("frames", frames, ["part_a", "part_b", "simulated_part_a", "simulated_part_b"])
+        check("frames", frames[:5], ["part_a", "part_b", "simulated_part_a", "simulated_part_b", "contact_frame"])
+        check("frames of the axes", len(frames[5:]), 14)
         pose = message.transforms[1].transform
         check("part B", (pose.translation.x, pose.translation.z), (0.5, 0.25))
         turn = pose.rotation

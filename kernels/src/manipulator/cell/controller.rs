@@ -69,6 +69,10 @@ pub struct Commanded<R> {
     pub(crate) rate: [R; AXES],
     /// 1 where the motion is out of reach or near a singular posture.
     pub(crate) singular: R,
+    /// Least of the sines of the angles from the singular postures.
+    pub(crate) least_sine: R,
+    /// Joint 3, the wrist's centre and the part's origin in base axes, without the rail's place.
+    pub(crate) points: [Vec3<R>; 3],
 }
 
 /// What a motion of the part commands the axes, exact to the scalar's rounding of metres: enough to compare it with
@@ -78,7 +82,9 @@ pub fn commanded<R: Real>(cell: &Cell, told: &Motion<R>) -> Commanded<R> {
     let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
     let found = closed_form(cell, &left);
     let rate = axis_rates(cell, &left, &found, speed);
-    Commanded { turns: found.0.turns, place, rate, singular: found.0.singular }
+    let points = [cell.wrist.elbow(&found.0), found.0.wrist, found.1];
+    let Posture { turns, singular, least_sine, .. } = found.0;
+    Commanded { turns, place, rate, singular, least_sine, points }
 }
 
 /// Angles of the axes from the start posture for a motion of the part, as exact as [`commanded`], and 1 where it is out

@@ -66,7 +66,7 @@ impl Cell {
     }
 
     /// Joint angles counted from the start posture.
-    fn angles_from_start(&self, position: &[f64; AXES]) -> [f64; JOINTS] {
+    pub(super) fn angles_from_start(&self, position: &[f64; AXES]) -> [f64; JOINTS] {
         std::array::from_fn(|i| position[i] - self.start[i])
     }
 }

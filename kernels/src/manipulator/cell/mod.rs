@@ -3,11 +3,13 @@
 //! Joint angles count from the start posture, and the tool's place from its start, so that f32 does not freeze: the
 //! tool moves by a product of screws about the joint axes of the start posture, each written as a small change.
 
+mod capsules;
 mod controller;
 mod drives;
 mod kinematics;
 mod reach;
 
+pub(crate) use capsules::{Extent, Links, links, links_at, wrapped};
 pub use controller::{Commanded, commanded, commanded_axes, first_set_point, set_point};
 pub use drives::{drive, drives_at, held_part};
 pub use kinematics::Axes;

@@ -8,11 +8,14 @@ use crate::log::codes::StopCause;
 use crate::signals::AXES;
 use crate::time::Nanos;
 use softdock_kernels::frame::single::Measured;
+use softdock_kernels::session::clearance_at;
 use softdock_kernels::space::{Motion, Parts};
 use softdock_kernels::vector::Vec3;
 
 /// Greatest mean speed of a retract \[m/s\].
 const SPEED: f64 = 0.01;
+/// Poses of the way at which boxes and arms are looked at.
+const WAY_POSES: u32 = 20;
 
 /// A straight way back of part A, from rest to rest.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +55,19 @@ impl Core {
         // The speed of the axes is bounded by that of the way between its ends; the limiter has the last word.
         let way = JointMove::new(at, [axes.position, at[1]], &self.limits);
         let duration = way.duration().max(distance / SPEED);
+        // The way keeps out of the boxes, and brings the arms no nearer than they may be.
+        let poses = (1..=WAY_POSES).map(|k| {
+            let way = distance * f64::from(k) / f64::from(WAY_POSES);
+            let part = Motion { position: direction.scale_add(way, from.position), ..from };
+            [self.arms.axes_for(0, &part).0.position, at[1]]
+        });
+        let is_clear = |axes: [[f64; AXES]; 2]| {
+            let found =
+                clearance_at(&self.task.plant, [0, 1].map(|r: usize| self.arms.in_model(r, &axes[r])).each_ref());
+            let least = self.task.plant.facility.rules.arm_distance;
+            found.depth <= 0.0 && (!least.is_finite() || found.arms >= least)
+        };
+        let reachable = reachable && { poses }.all(is_clear);
         reachable.then_some(Retreat { from, other: at[1], direction, distance, duration, force: None })
     }
 
@@ -89,6 +105,8 @@ fn may_retract(cause: StopCause) -> bool {
         | StopCause::SetPoint
         | StopCause::Rate
         | StopCause::NonFinite
+        | StopCause::KeepOut
+        | StopCause::Singularity
         | StopCause::SensorStale
         | StopCause::SensorFault
         | StopCause::StartRefused
@@ -111,6 +129,8 @@ fn may_retract(cause: StopCause) -> bool {
         | StopCause::BlindSensor
         | StopCause::FreeForce
         | StopCause::Torque
+        | StopCause::ToolSpeed
+        | StopCause::ArmDistance
         | StopCause::CatchUp => true,
     }
 }

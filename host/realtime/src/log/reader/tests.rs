@@ -3,15 +3,26 @@
 use super::*;
 use crate::log::mcap::{LogFile, Setup};
 use crate::log::sample::{self, STARTED, assert_same};
+use crate::log::scene::Scene;
 use crate::time::Nanos;
 use proptest::prelude::*;
+use softdock_campaign::Campaign;
+use softdock_kernels::plant::Plant;
 use std::io::Cursor;
 use std::time::Instant;
+
+/// The shipped facility.
+fn scene() -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/probe_drogue.toml");
+    let scenario = Campaign::load(&file).expect("the shipped campaign").scenario;
+    let station = scenario.station.as_ref().expect("it names its facility");
+    Scene::new(&Plant::new(scenario.model.clone()), station, &default_names()).expect("in reach")
+}
 
 fn setup() -> Setup {
     Setup {
         started: Nanos(STARTED),
-        robot_description: Some("<robot name=\"facility\"/>".to_owned()),
+        scene: Some(scene()),
         attachments: vec![Attachment {
             name: "campaign.toml".to_owned(),
             media_type: "application/toml".to_owned(),
@@ -54,7 +65,8 @@ fn twenty_thousand_records_come_back_bit_for_bit() {
     println!("write {per_record:.1} us and {} bytes a record, read {took:.1} us", bytes.len() / 20_000);
     assert_same(&log.records, &records);
     assert_eq!(log.ends_early, None);
-    let Setup { robot_description, attachments, provenance, .. } = setup();
+    let Setup { scene, attachments, provenance, .. } = setup();
+    let robot_description = scene.map(|scene| scene.urdf);
     assert_eq!(log.prologue, Prologue { robot_description, attachments, provenance });
 }
 

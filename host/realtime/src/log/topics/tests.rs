@@ -6,7 +6,7 @@ use crate::log::table::store;
 use proptest::prelude::*;
 
 fn topics() -> Topics {
-    Topics::new(default_names())
+    Topics::new(default_names(), None)
 }
 
 #[test]
