@@ -160,23 +160,33 @@ impl Rig {
 
     /// The same with a facility other than the file says.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
-        let mut rig = Self::before_go(there, setting, relay);
+        let mut rig = Self::before_go(there, setting, relay, |_| {});
+        rig.session.go();
+        rig
+    }
+
+    /// The same with controllers that repeat their IPOC until it is answered, as the ROS-Industrial simulator does.
+    pub(crate) fn repeating(setting: &Setting) -> Self {
+        let mut rig = Self::before_go(setting, setting, Relay::default(), |settings| settings.repeats = true);
         rig.session.go();
         rig
     }
 
     /// A drive whose robots wait for GO.
     pub(crate) fn waiting(setting: &Setting) -> Self {
-        Self::before_go(setting, setting, Relay::default())
+        Self::before_go(setting, setting, Relay::default(), |_| {})
     }
 
-    fn before_go(there: &Setting, setting: &Setting, relay: Relay) -> Self {
+    fn before_go(there: &Setting, setting: &Setting, relay: Relay, change: fn(&mut KrcSettings)) -> Self {
         let clock = Virtual::default();
         let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
         let period = Nanos::from_millis(1);
         let sensor = Box::new(NetBox::new(calibration.clone(), period));
-        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
-            ROBOTS.map(|endpoint| Box::new(Krc::new(krc(endpoint))) as _);
+        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] = ROBOTS.map(|endpoint| {
+            let mut settings = krc(endpoint);
+            change(&mut settings);
+            Box::new(Krc::new(settings)) as _
+        });
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();

@@ -22,6 +22,8 @@ pub struct KrcSettings {
     pub accumulate: bool,
     /// Whether it waits for the client: missing answers count only after the first one.
     pub patient: bool,
+    /// Whether it repeats its IPOC until that is answered, as the ROS-Industrial simulator does and no KRC.
+    pub repeats: bool,
     /// `HOLDON`: a lost answer leaves the last value standing; otherwise it falls back to 0.
     pub hold_on: bool,
     /// `AXISCORR` lower limits: joints \[deg\], rail \[mm\]; a correction is clamped there.
@@ -45,6 +47,7 @@ impl KrcSettings {
             timeout: 100,
             accumulate: false,
             patient: true,
+            repeats: false,
             hold_on,
             lower: upper.map(|limit| -limit),
             upper,
@@ -183,7 +186,9 @@ impl Controller for Krc {
             self.line = Line { from: start, to: start, since: now };
         } else {
             self.close_cycle(now);
-            self.ipoc += self.settings.tags.cycle_millis();
+            if self.answered || !self.settings.repeats {
+                self.ipoc += self.settings.tags.cycle_millis();
+            }
         }
         self.answered = false;
         if self.fault.is_some() {

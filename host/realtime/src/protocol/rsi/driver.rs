@@ -44,8 +44,36 @@ struct Session {
     /// A correction other than zero has been asked for.
     moved: bool,
     ipoc: u64,
+    /// An answer to that IPOC has been sent: no second one may follow.
+    answered: bool,
+    /// Arrival and `Delay` of the last report with that IPOC.
+    received: Nanos,
+    delay: u32,
     /// Smallest growth of IPOC seen: one cycle in the controller's own count.
     growth: u64,
+}
+
+impl Session {
+    /// A session that begins with a report.
+    fn new(start: [f64; AXES], rob: &Rob, received: Nanos) -> Self {
+        Self {
+            start,
+            asked: start,
+            moved: false,
+            ipoc: rob.ipoc,
+            answered: false,
+            received,
+            delay: rob.delay,
+            growth: u64::MAX,
+        }
+    }
+
+    /// Whether a report repeats an unanswered IPOC in a later cycle of its controller, as the ROS-Industrial simulator
+    /// does until it is answered. A second copy of one report is none: `Delay` has not grown, and no cycle has passed.
+    fn is_repeated_by(&self, rob: &Rob, received: Nanos, cycle: Nanos) -> bool {
+        let later = rob.delay > self.delay || rob.delay == self.delay && received >= self.received + cycle;
+        rob.ipoc == self.ipoc && !self.answered && later
+    }
 }
 
 /// A report that wants its answer.
@@ -112,9 +140,13 @@ fn take(
     }
     let Some(known) = session else {
         let start = state.set_point();
-        *session = Some(Session { start, asked: start, moved: false, ipoc: rob.ipoc, growth: u64::MAX });
+        *session = Some(Session::new(start, &rob, now));
         return Ok(Some(Report { state, ipoc: rob.ipoc }));
     };
+    if known.is_repeated_by(&rob, now, tags.cycle) {
+        (known.received, known.delay) = (now, rob.delay);
+        return Ok(Some(Report { state, ipoc: rob.ipoc }));
+    }
     if rob.ipoc <= known.ipoc {
         counters.stale += 1;
         return Ok(None);
@@ -124,7 +156,7 @@ fn take(
         counters.malformed += 1;
         return Ok(None);
     }
-    known.ipoc = rob.ipoc;
+    (known.ipoc, known.answered, known.received, known.delay) = (rob.ipoc, false, now, rob.delay);
     known.growth = known.growth.min(growth);
     let cycles = growth / known.growth;
     counters.lost += cycles - 1;
@@ -285,6 +317,7 @@ impl<P: Port> Robot for RsiRobot<P> {
         }
         self.port.send(self.message.as_bytes(), to)?;
         session.asked = target;
+        session.answered = true;
         session.moved |= matches!(order, Order::Move(_));
         self.session = Some(session);
         self.ended |= sen.stop;
