@@ -286,6 +286,28 @@ mod tests {
     }
 
     #[test]
+    fn kukas_client_library_finds_external_axes_in_their_place_without_a_rail() {
+        let mut rob = Rob::new(357, 15);
+        rob.set(Group::Axes, [5.32, 6.4, 111.3, 12.2, 0.0, 12.5]);
+        let mut message = Message::new();
+        rob.write(&TagMap::kroshu(), &mut message).unwrap();
+        let text = std::str::from_utf8(message.as_bytes()).unwrap();
+        // The order of its own tests, to which its offsets are fixed.
+        let places = ["<RIst X=", "<AIPos A1=", "/><EIPos E1=", "/><Delay D=\"15\"/><IPOC>357</IPOC></Rob>"];
+        let found: Vec<_> = places.iter().map(|place| text.find(place)).collect();
+        assert!(found.iter().all(Option::is_some) && found.is_sorted(), "{text}");
+        let sen = Sen { axes: [Some(0.0); 6], rail: None, stop: false, ipoc: 357 };
+        sen.write(&TagMap::kroshu(), &mut message).unwrap();
+        let text = std::str::from_utf8(message.as_bytes()).unwrap();
+        assert!(text.contains("/><EK E1=\"0.000000\"/><Stop>0</Stop><IPOC>357</IPOC></Sen>"), "{text}");
+        // What the library itself answers for six axes: Stop first, no external axes.
+        let theirs = "<Sen Type=\"KROSHU\"><Stop>0</Stop><AK A1=\"-1.000000\" A2=\"-1.000000\" A3=\"-1.000000\" \
+            A4=\"-1.000000\" A5=\"-1.000000\" A6=\"-1.000000\"/><IPOC>0</IPOC></Sen>";
+        let read = Sen::read(theirs.as_bytes(), &TagMap::kroshu()).unwrap();
+        assert_eq!((read.axes, read.rail, read.stop), ([Some(-1.0); 6], None, false));
+    }
+
+    #[test]
     fn an_answer_of_another_type_is_refused() {
         let text = b"<Sen Type=\"ImFree\"><Stop>0</Stop><AK A1=\"1.0\"/><IPOC>7</IPOC></Sen>";
         assert_eq!(Sen::read(text, &TagMap::im_free()).map(|sen| (sen.axes[0], sen.ipoc)), Ok((Some(1.0), 7)));

@@ -161,7 +161,8 @@ impl Controller for Krc {
             return;
         }
         (self.answered, self.ever_answered) = (true, true);
-        for (axis, given) in sen.axes.into_iter().chain([sen.rail]).enumerate() {
+        let rail = sen.rail.filter(|_| self.settings.tags.rail);
+        for (axis, given) in sen.axes.into_iter().chain([rail]).enumerate() {
             let kept = if self.settings.hold_on { self.correction[axis] } else { 0.0 };
             self.correction[axis] = given.unwrap_or(kept);
         }
@@ -213,7 +214,8 @@ impl Controller for Krc {
 /// The message of a cycle.
 fn report(tags: &TagMap, state: &RobotState, asked: [f64; AXES], late: u32, ipoc: u64) -> Rob {
     let joints = |axes: &[f64; AXES]| std::array::from_fn(|axis| axes[axis].to_degrees());
-    let external = |axes: &[f64; AXES]| [axes[RAIL] * 1e3, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let rail = if tags.rail { 1e3 } else { 0.0 };
+    let external = |axes: &[f64; AXES]| [axes[RAIL] * rail, 0.0, 0.0, 0.0, 0.0, 0.0];
     let pose = state.pose.map_or([0.0; 6], |pose| {
         let [a, b, c] = attitude::to_zyx(pose.attitude).map(f64::to_degrees);
         let position = pose.position * 1e3;

@@ -173,12 +173,13 @@ fn take(
     Ok(Some(Report { state, ipoc: rob.ipoc }))
 }
 
-fn axes(joints: [f64; 6], external: [f64; 6]) -> [f64; AXES] {
+/// Axes of a report: joints \[rad\], rail \[m\]; 0 without a rail, whatever the external axes say.
+fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
     let mut axes = [0.0; AXES];
     for (axis, degrees) in axes.iter_mut().zip(joints) {
         *axis = degrees.to_radians();
     }
-    axes[RAIL] = external[0] * 1e-3;
+    axes[RAIL] = if rail { external[0] * 1e-3 } else { 0.0 };
     axes
 }
 
@@ -186,7 +187,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
     let asked = (tags.axes_asked.is_some()).then(|| {
         // Without set-points of its own the rail is asked for where it is.
         let external = if tags.external_asked.is_some() { Group::ExternalAsked } else { Group::External };
-        axes(rob.group(Group::AxesAsked), rob.group(external))
+        axes(rob.group(Group::AxesAsked), rob.group(external), tags.rail)
     });
     let torque = tags.torque.as_ref().map(|_| {
         let joints = rob.group(Group::Torque);
@@ -200,7 +201,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
     RobotState {
         stamp: Nanos(rob.ipoc as i64 * 1_000_000),
         received: now,
-        position: axes(rob.group(Group::Axes), rob.group(Group::External)),
+        position: axes(rob.group(Group::Axes), rob.group(Group::External), tags.rail),
         asked,
         torque,
         pose,
@@ -230,8 +231,8 @@ fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<
         Correction::Relative => session.asked,
     };
     let correction: [f64; AXES] = std::array::from_fn(|axis| target[axis] - from[axis]);
-    if tags.external_correction.is_none() && correction[RAIL].abs() > 1e-9 {
-        return Err(LinkFault::Unsendable("the tag map has no correction of the rail"));
+    if !tags.rail && correction[RAIL].abs() > 1e-9 {
+        return Err(LinkFault::Unsendable("this robot has no rail"));
     }
     let written: [f64; AXES] = std::array::from_fn(|axis| match axis {
         RAIL => as_written(correction[RAIL] * 1e3),
@@ -261,7 +262,7 @@ impl<P: Port> Robot for RsiRobot<P> {
         Capabilities {
             cycle: self.tags.cycle,
             master: true,
-            rail: self.tags.external.is_some() && self.tags.external_correction.is_some(),
+            rail: self.tags.rail,
             torque: self.tags.torque.is_some(),
             pose: self.tags.pose.is_some(),
         }

@@ -293,6 +293,36 @@ fn no_wild_order_leaves() {
 }
 
 #[test]
+fn external_axes_without_a_rail_are_zero_both_ways() {
+    let mut bench = Bench::new(TagMap::kroshu(), |_| {});
+    let mut start = START;
+    start[RAIL] = 0.0;
+    for _ in 0..3 {
+        let state = bench.cycle(&Order::Hold).unwrap();
+        assert_near(state.position, start, 1e-8);
+    }
+    assert!(!bench.driver.capabilities().rail);
+    bench.begin_cycle();
+    bench.driver.receive(bench.now).unwrap().unwrap();
+    let mut target = start;
+    target[0] += 1e-3;
+    bench.driver.send(&Order::Move(target)).unwrap();
+    let sent = bench.port.sent();
+    let text = String::from_utf8_lossy(&sent[0].1);
+    assert!(text.contains("<EK E1=\"0.000000\"/>"), "{text}");
+    bench.begin_cycle();
+    bench.driver.receive(bench.now).unwrap().unwrap();
+    target[RAIL] = 0.1;
+    assert_eq!(bench.driver.send(&Order::Move(target)), Err(LinkFault::Unsendable("this robot has no rail")));
+    // A client that corrects a rail all the same moves nothing.
+    let text = text.replace("E1=\"0.000000\"", "E1=\"50.000000\"").replace("<IPOC>4208163646<", "<IPOC>4208163650<");
+    bench.krc.take(bench.now, local(), text.as_bytes(), &mut |_, _| {});
+    bench.begin_cycle();
+    assert_eq!(bench.krc.correction()[RAIL], 0.0);
+    assert!(bench.krc.correction()[0] > 0.05);
+}
+
+#[test]
 fn a_map_that_is_not_the_contexts_is_refused_at_once() {
     let mut settings = KrcSettings::new(TagMap::kroshu(), local());
     settings.timeout = 1;
