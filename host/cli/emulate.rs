@@ -4,7 +4,7 @@ use crate::address::Address;
 use crate::args::EmulateArgs;
 use crate::band::parameters;
 use crate::drive::{facility_of, run_asked};
-use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_PORT, anywhere, bind, tag_map, towards};
+use crate::links::{EGM_PORT, FANUC_PORT, RDT_PORT, RSI_OPTIONS, RSI_PORT, anywhere, bind, tag_map, towards};
 use crate::realtime::apply;
 use crate::secret::with_secret;
 use crate::words::{Exit, explain, json, refuse, say};
@@ -62,7 +62,7 @@ struct Servers {
 pub(crate) fn emulate(args: &EmulateArgs) -> miette::Result<Exit> {
     let truth = truth(args)?;
     let mut servers = Servers::default();
-    let (one, first) = controller(args.robot1.as_deref(), true, &mut servers)?;
+    let (one, first) = controller(args.robot1.as_deref(), truth.station.rail, &mut servers)?;
     let (two, second) = controller(args.robot2.as_deref(), false, &mut servers)?;
     let (sensor, third) = sensor_box(args.ft.as_deref(), &mut servers)?;
     let world = World::new(&truth.plant, &truth.station, truth.key, truth.run, &truth.params, truth.bias)
@@ -168,7 +168,7 @@ fn controller(
     let address = Address::parse(text)?;
     match address.scheme.as_str() {
         "rsi" => {
-            address.only(&["cycle_ms", "type", "mode"])?;
+            address.only(&RSI_OPTIONS)?;
             let client = address.socket(RSI_PORT)?;
             let settings = KrcSettings::new(tag_map(&address, rail)?, client);
             Ok((Box::new(Krc::new(settings)), bind(towards(client))?))

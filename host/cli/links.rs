@@ -1,7 +1,7 @@
 //! From typed addresses to open links: real robots and sensors, or emulated ones in process.
 
 use crate::address::Address;
-use crate::words::refuse;
+use crate::words::{refuse, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::Station;
 use softdock_realtime::clock::{Clock, Monotonic};
@@ -17,12 +17,14 @@ use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence
 use softdock_realtime::protocol::netft::http::fetch_calibration;
 use softdock_realtime::protocol::rsi::context::rsi_ethernet;
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
+use softdock_realtime::protocol::rsi::ethernet_file::{Expected, read_rsi_ethernet};
 use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
 use softdock_realtime::signals::{ForceSensor, Robot};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
 use std::cell::RefCell;
 use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -73,14 +75,11 @@ impl Addresses {
     }
 }
 
-/// The tag map that an address asks for.
+/// Options of an RSI address, beside the host that may speak.
+pub(crate) const RSI_OPTIONS: [&str; 5] = ["cycle_ms", "type", "mode", "tags", "torque"];
+
+/// The tag map that an address asks for: the controller's own file, or one of the usual ones.
 pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
-    let kind: String = address.option("type", "ImFree")?.unwrap_or_else(|| "ImFree".to_owned());
-    let tags = match kind.as_str() {
-        "ImFree" => TagMap::im_free(),
-        "KROSHU" => TagMap::kroshu(),
-        _ => return Err(refuse(format!("`type={kind}` is no known tag map"), "write type=ImFree or type=KROSHU")),
-    };
     let mode: String = address.option("mode", "absolute")?.unwrap_or_else(|| "absolute".to_owned());
     let mode = match mode.as_str() {
         "absolute" => Correction::Absolute,
@@ -92,8 +91,50 @@ pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
             ));
         }
     };
-    let tags = TagMap { mode, cycle: address.cycle(4.0)?, ..tags };
+    let (kind, file): (Option<String>, Option<PathBuf>) =
+        (address.option("type", "ImFree")?, address.option("tags", "rsi_ethernet.xml")?);
+    let torque: Option<String> = address.option("torque", "GearTorque")?;
+    let cycle = address.cycle(4.0)?;
+    if let Some(file) = file {
+        if let Some(kind) = kind {
+            let remedy = "leave type away: SENTYPE of the file says it";
+            return Err(refuse(format!("`type={kind}` beside `tags={}`", file.display()), remedy));
+        }
+        let expected = Expected { mode, cycle, rail, torque: torque.as_deref() };
+        return tag_map_of(&file, address, &expected);
+    }
+    if let Some(torque) = torque {
+        return Err(refuse(format!("`torque={torque}` names an element of no file"), "add tags=rsi_ethernet.xml"));
+    }
+    let kind = kind.unwrap_or_else(|| "ImFree".to_owned());
+    let tags = match kind.as_str() {
+        "ImFree" => TagMap::im_free(),
+        "KROSHU" => TagMap::kroshu(),
+        _ => {
+            let remedy = "write type=ImFree, type=KROSHU, or tags=FILE with the controller's rsi_ethernet.xml";
+            return Err(refuse(format!("`type={kind}` is no known tag map"), remedy));
+        }
+    };
+    let tags = TagMap { mode, cycle, ..tags };
     Ok(if rail { tags.with_rail() } else { tags })
+}
+
+/// The tag map of a controller's file; a warning if the file sends to another port.
+fn tag_map_of(file: &Path, address: &Address, expected: &Expected) -> miette::Result<TagMap> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        let remedy = "copy rsi_ethernet.xml from the controller's SensorInterface folder";
+        refuse(format!("cannot read `{}`: {error}", file.display()), remedy)
+    })?;
+    let read = read_rsi_ethernet(&text, expected).map_err(|error| {
+        let remedy = error.remedy.clone();
+        refuse(format!("{}: {error}", file.display()), remedy)
+    })?;
+    let port = address.socket(RSI_PORT)?.port();
+    if port != read.port {
+        let file = file.display();
+        warn(format!("warning: {file} sends to port {}, and the address has port {port}", read.port));
+    }
+    Ok(read.tags)
 }
 
 /// What the controllers of the RSI robots must be told: file names and contents.
@@ -140,9 +181,9 @@ fn robot(
     match (address.scheme.as_str(), bench) {
         ("emulated", Some(bench)) => Ok(Box::new(EmulatedRobot::new(bench, index))),
         ("rsi", _) => {
-            address.only(&["from", "cycle_ms", "type", "mode"])?;
-            let port = bind(address.socket(RSI_PORT)?)?;
-            let robot = RsiRobot::new(port, tag_map(address, rail)?, from);
+            address.only(&[&["from"], RSI_OPTIONS.as_slice()].concat())?;
+            let tags = tag_map(address, rail)?;
+            let robot = RsiRobot::new(bind(address.socket(RSI_PORT)?)?, tags, from);
             Ok(Box::new(robot.into_diagnostic()?))
         }
         ("egm", _) => {

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Addresses:
   rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
+  rsi://BIND:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of the controller's own rsi_ethernet.xml
   egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
   fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
   ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
@@ -99,6 +100,7 @@ pub(crate) struct DriveArgs {
 #[command(after_help = "\
 Addresses:
   rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
+  rsi://HOST:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of an rsi_ethernet.xml
   egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
   fanuc://BIND[:PORT][?rmi=16001]  listens there
   netft://BIND[:PORT][?http=80&rate_hz=1000]   listens there

@@ -170,7 +170,7 @@ impl TagMap {
 }
 
 /// Short, of letters, digits, `_` and `-`, and begun by a letter.
-fn is_xml_name(name: &str) -> bool {
+pub(super) fn is_xml_name(name: &str) -> bool {
     let letters = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
     name.len() <= 32 && name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.bytes().all(letters)
 }
