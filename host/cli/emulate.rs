@@ -21,6 +21,7 @@ use softdock_realtime::emulation::server::{Sockets, serve};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::histogram::Histogram;
 use softdock_realtime::protocol::egm::controller::{EgmController, EgmSettings};
+use softdock_realtime::protocol::fanuc::RMI_PORT;
 use softdock_realtime::protocol::fanuc::controller::FanucController;
 use softdock_realtime::protocol::fanuc::rmi_server::RmiServer;
 use softdock_realtime::protocol::netft::calibration::Calibration;
@@ -38,8 +39,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const COUNTS: f64 = 1e6;
 /// Robot 2's controller was switched on so long after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1300);
-/// FANUC's remote interface.
-const RMI_PORT: u16 = 16001;
 
 /// What the emulated facility is made of.
 struct Truth {
@@ -183,9 +182,13 @@ fn controller(
             address.only(&["cycle_ms", "rmi"])?;
             let place = address.socket(FANUC_PORT)?;
             let rmi: u16 = address.option("rmi", "16001")?.unwrap_or(RMI_PORT);
-            servers.rmi.push(RmiServer::start(SocketAddr::new(place.ip(), rmi)).into_diagnostic()?);
+            let server = RmiServer::start(SocketAddr::new(place.ip(), rmi)).map_err(|error| {
+                let remedy = "write another port: fanuc://BIND?rmi=16002";
+                refuse(format!("cannot serve RMI at {}:{rmi}: {error}", place.ip()), remedy)
+            })?;
             let mut controller = FanucController::new(address.cycle(8.0)?, 3);
-            controller.run_program(true);
+            controller.obey(server.remote());
+            servers.rmi.push(server);
             Ok((Box::new(controller), bind(place)?))
         }
         other => Err(refuse(format!("`{other}://` is no robot's protocol here"), "write rsi://, egm:// or fanuc://")),

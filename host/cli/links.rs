@@ -12,6 +12,8 @@ use softdock_realtime::protocol::egm::driver::EgmRobot;
 use softdock_realtime::protocol::ethercat::EtherCatRobot;
 use softdock_realtime::protocol::ethercat::config::EtherCatConfig;
 use softdock_realtime::protocol::ethercat::scale::AxisScale;
+use softdock_realtime::protocol::fanuc::RMI_PORT;
+use softdock_realtime::protocol::fanuc::armed::ArmedFanuc;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::fetch_calibration;
@@ -32,6 +34,8 @@ use std::time::Duration;
 const LEAST_SILENCE: i64 = 100;
 /// Time for a Net Box to tell its calibration.
 const CALIBRATION_LIMIT: Duration = Duration::from_secs(5);
+/// Longest step of arming a FANUC controller: servos that come up, a program that starts.
+const ARMING_LIMIT: Duration = Duration::from_secs(10);
 /// Port that RSI controllers send to unless told otherwise (49152 is Net F/T's).
 pub(crate) const RSI_PORT: u16 = 59152;
 /// RDT port of a Net Box.
@@ -171,6 +175,7 @@ pub(crate) fn towards(address: SocketAddr) -> SocketAddr {
 fn robot(
     address: &Address,
     index: usize,
+    armed: bool,
     station: &Station,
     bench: Option<&Rc<RefCell<Bench>>>,
 ) -> miette::Result<Box<dyn Robot>> {
@@ -191,11 +196,7 @@ fn robot(
             let port = bind(address.socket(EGM_PORT)?)?;
             Ok(Box::new(EgmRobot::new(port, address.cycle(4.0)?, rail, from)))
         }
-        ("fanuc", _) => {
-            address.only(&["cycle_ms"])?;
-            let robot = FanucRobot::open(bind(anywhere())?, address.socket(FANUC_PORT)?, address.cycle(8.0)?);
-            Ok(Box::new(robot.into_diagnostic()?))
-        }
+        ("fanuc", _) => fanuc(address, index, armed),
         ("ethercat", _) => {
             address.only(&["cycle_ms"])?;
             let config = EtherCatConfig { cycle: address.cycle(1.0)?, ..segment(station, index)? };
@@ -206,6 +207,24 @@ fn robot(
             Err(refuse(format!("`{other}://` is no robot's protocol"), remedy))
         }
     }
+}
+
+/// A FANUC arm; armed, its program that follows the stream is started over the Remote Motion Interface.
+fn fanuc(address: &Address, index: usize, armed: bool) -> miette::Result<Box<dyn Robot>> {
+    address.only(&["cycle_ms", "rmi"])?;
+    let stream = address.socket(FANUC_PORT)?;
+    let rmi: u16 = address.option("rmi", "16001")?.unwrap_or(RMI_PORT);
+    let robot = FanucRobot::open(bind(towards(stream))?, stream, address.cycle(8.0)?).into_diagnostic()?;
+    if !armed {
+        return Ok(Box::new(robot.watched()));
+    }
+    let controller = SocketAddr::new(stream.ip(), rmi);
+    let robot = ArmedFanuc::arm(robot, controller, ARMING_LIMIT).map_err(|error| {
+        let remedy = "clear what it says at its teach pendant, switch to AUTO, and begin again; another port is \
+            fanuc://HOST?rmi=PORT";
+        refuse(format!("robot {} at {controller} cannot be armed: {error}", index + 1), remedy)
+    })?;
+    Ok(Box::new(robot))
 }
 
 /// The drives of a robot's EtherCAT segment, as the facility file has them.
@@ -265,8 +284,16 @@ pub(crate) fn open(
     let cycle = addresses.cycle()?;
     let [one, two, ft] = &addresses.all;
     let linked = |bench: Option<&Rc<RefCell<Bench>>>| -> miette::Result<Links> {
-        let robots = [robot(one, 0, station, bench)?, robot(two, 1, station, bench)?];
-        Ok(Links { robots, sensor: sensor(ft, armed, bench)? })
+        let sensor = sensor(ft, armed, bench)?;
+        let open = |address, index| robot(address, index, armed, station, bench);
+        // Drives of EtherCAT come last: they want frames from then on, and others take their time to open.
+        let robots = if one.scheme == "ethercat" && two.scheme != "ethercat" {
+            let second = open(two, 1)?;
+            [open(one, 0)?, second]
+        } else {
+            [open(one, 0)?, open(two, 1)?]
+        };
+        Ok(Links { robots, sensor })
     };
     let emulated = addresses.all.iter().any(|address| address.scheme == "emulated");
     if !addresses.any_real() {

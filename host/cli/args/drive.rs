@@ -11,7 +11,7 @@ Addresses:
   rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
   rsi://BIND:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of the controller's own rsi_ethernet.xml
   egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
-  fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
+  fanuc://HOST[:PORT][?cycle_ms=8&rmi=16001]   FANUC Stream Motion; --arm starts its program over RMI
   ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
   netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
   emulated://[?cycle_ms=1]                in process
