@@ -200,7 +200,14 @@ fn robot(
         ("ethercat", _) => {
             address.only(&["cycle_ms"])?;
             let config = EtherCatConfig { cycle: address.cycle(1.0)?, ..segment(station, index)? };
-            Ok(Box::new(EtherCatRobot::open(&address.place, &config).into_diagnostic()?))
+            let opened = EtherCatRobot::open(&address.place, &config).into_diagnostic()?;
+            for (axis, _) in opened.stop_options().filter(|(_, options)| options.fault == Some(0)) {
+                let (robot, axis) = (index + 1, axis + 1);
+                warn(format!(
+                    "warning: the drive of axis {axis} of robot {robot} coasts at a fault (object 605E is 0)"
+                ));
+            }
+            Ok(Box::new(opened))
         }
         (other, _) => {
             let remedy = "robots speak rsi://, egm://, fanuc://, ethercat:// or are emulated://";
