@@ -12,7 +12,7 @@ mod text;
 #[cfg(test)]
 mod fuzz;
 #[cfg(test)]
-mod memory;
+pub(crate) mod memory;
 
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;

@@ -34,9 +34,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Corrections travel with six decimals of a degree; a millimetre's are finer.
-const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
+pub(crate) const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
 /// Cycle of both robots.
 pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
+/// Cycle of a robot 2 that is faster than the master.
+pub(crate) const SHORT_CYCLE: Nanos = Nanos::from_millis(1);
 /// Robot 2's cycles begin so long after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1500);
 
@@ -160,39 +162,53 @@ impl Rig {
 
     /// The same with a facility other than the file says.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
-        let mut rig = Self::before_go(there, setting, relay, |_| {});
+        let mut rig = Self::before_go(there, setting, relay, |_, _| {});
         rig.session.go();
         rig
     }
 
     /// The same with controllers that repeat their IPOC until it is answered, as the ROS-Industrial simulator does.
     pub(crate) fn repeating(setting: &Setting) -> Self {
-        let mut rig = Self::before_go(setting, setting, Relay::default(), |settings| settings.repeats = true);
+        let mut rig = Self::before_go(setting, setting, Relay::default(), |_, settings| settings.repeats = true);
+        rig.session.go();
+        rig
+    }
+
+    /// The same with a robot 2 of its own, shorter cycle.
+    pub(crate) fn mixed(setting: &Setting) -> Self {
+        let mut rig = Self::before_go(setting, setting, Relay::default(), |endpoint, settings| {
+            if endpoint == Endpoint::Robot2 {
+                settings.tags.cycle = SHORT_CYCLE;
+            }
+        });
         rig.session.go();
         rig
     }
 
     /// A drive whose robots wait for GO.
     pub(crate) fn waiting(setting: &Setting) -> Self {
-        Self::before_go(setting, setting, Relay::default(), |_| {})
+        Self::before_go(setting, setting, Relay::default(), |_, _| {})
     }
 
-    fn before_go(there: &Setting, setting: &Setting, relay: Relay, change: fn(&mut KrcSettings)) -> Self {
+    fn before_go(there: &Setting, setting: &Setting, relay: Relay, change: fn(Endpoint, &mut KrcSettings)) -> Self {
+        let settings = |endpoint| {
+            let mut settings = krc(endpoint);
+            change(endpoint, &mut settings);
+            settings
+        };
         let clock = Virtual::default();
         let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
         let period = Nanos::from_millis(1);
         let sensor = Box::new(NetBox::new(calibration.clone(), period));
-        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] = ROBOTS.map(|endpoint| {
-            let mut settings = krc(endpoint);
-            change(&mut settings);
-            Box::new(Krc::new(settings)) as _
-        });
+        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
+            ROBOTS.map(|endpoint| Box::new(Krc::new(settings(endpoint))) as _);
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
-            Box::new(RsiRobot::new(port, tags(endpoint), Some(address_of(endpoint).ip())).expect("a tag map"))
+            let tags = settings(endpoint).tags;
+            Box::new(RsiRobot::new(port, tags, Some(address_of(endpoint).ip())).expect("a tag map"))
         };
         let port = NetworkPort::new(&network, Endpoint::Sensor);
         let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration, period);
@@ -214,7 +230,7 @@ impl Rig {
     /// Greatest share of a limit that the steps of both robots' set-points have used.
     pub(crate) fn greatest_share(&self, limits: &[AxisLimits; AXES]) -> f64 {
         let mut network = self.network.borrow_mut();
-        let shares = [0, 1].map(|robot| greatest_share(network.facility().set_points(robot), limits));
+        let shares = [0, 1].map(|robot| greatest_share(network.facility().set_points(robot), limits, CYCLE));
         shares[0].max(shares[1])
     }
 
@@ -272,8 +288,8 @@ impl Rig {
 /// Greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
 ///
 /// A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
-fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
-    let h = CYCLE.seconds();
+pub(crate) fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES], cycle: Nanos) -> f64 {
+    let h = cycle.seconds();
     let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
     for three in seen.array_windows::<3>() {
         let held = three[1].late_answers > three[0].late_answers;

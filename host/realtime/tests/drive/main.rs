@@ -5,6 +5,7 @@ mod faults;
 mod fixture;
 mod in_process;
 mod loopback;
+mod mixed;
 mod over_rsi;
 mod replay;
 mod safety;
