@@ -102,8 +102,11 @@ Addresses:
   rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
   rsi://HOST:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of an rsi_ethernet.xml
   egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
-  fanuc://BIND[:PORT][?rmi=16001]  listens there
-  netft://BIND[:PORT][?http=80&rate_hz=1000]   listens there
+  fanuc://[BIND[:PORT]][?rmi=16001]            listens there, without BIND on this machine alone
+  netft://[BIND[:PORT]][?http=80&rate_hz=1000]   listens there, without BIND on this machine alone
+
+It survives its clients: once a drive has ended or gone, the robots hold, the parts are released, and after one second
+new sessions are offered.
 
 An effects file holds a table [set] whose keys replace keys of the scenario: \"facility.loop_delay\" = \"9 ms\".
 
@@ -145,6 +148,9 @@ pub(crate) struct EmulateArgs {
     /// Processor core that the cycle keeps to.
     #[arg(long, value_name = "N")]
     pub(crate) core: Option<usize>,
+    /// Offer no new session after the first one.
+    #[arg(long)]
+    pub(crate) once: bool,
     /// Ends by itself after so many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) seconds: Option<f64>,

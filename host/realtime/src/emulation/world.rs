@@ -15,6 +15,11 @@ use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
 
+/// Places that are looked at on a way apart.
+const WAY_STEPS: u32 = 50;
+/// Ticks in which parts that touch there, or a latch that closes, show.
+const WAY_TICKS: u32 = 20;
+
 /// What one emulated robot measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
@@ -29,6 +34,8 @@ pub struct Reading {
 /// Both emulated robots, contact and sensor.
 pub struct World {
     plant: Arc<Plant>,
+    /// Key of the noise, run and draw.
+    made_of: ([u32; 2], u64, Params<f64>),
     arms: Arms,
     sensing: Sensing,
     facility: Box<dyn EmulatedFacility>,
@@ -62,7 +69,9 @@ impl World {
         let (home, _) = arms.positions_for(&start);
         let measured = Measured { parts: start, wrench: Wrench::zero(), saturated: false };
         let axes = [0, 1].map(|robot| LateAxes::new(plant, params, robot));
-        let mut world = Self { plant: Arc::clone(plant), arms, sensing, facility, past: [start; 2], axes, measured };
+        let made_of = (key, run, *params);
+        let mut world =
+            Self { plant: Arc::clone(plant), made_of, arms, sensing, facility, past: [start; 2], axes, measured };
         world.stand(&home);
         Ok(world)
     }
@@ -79,6 +88,35 @@ impl World {
         self.axes.iter_mut().zip(position).for_each(|(axes, position)| axes.stand(*position));
         self.facility.stand(&parts);
         self.measured = Measured { parts, wrench: Wrench::zero(), saturated: false };
+    }
+
+    /// Opens the latch and puts the robots somewhere, as somebody does by hand between two sessions: nothing has been
+    /// touched yet. Takes from the heap.
+    pub fn release(&mut self, position: &[[f64; AXES]; 2]) {
+        let (key, run, params) = &self.made_of;
+        self.facility = emulated_facility(&self.plant, *key, *run, params);
+        self.stand(position);
+    }
+
+    /// The first places of the axes, on a line from some to others, at which the parts do not touch and no latch closes;
+    /// the last ones if that is nowhere so. Takes from the heap.
+    pub fn apart(&self, from: &[[f64; AXES]; 2], to: &[[f64; AXES]; 2]) -> [[f64; AXES]; 2] {
+        let (key, run, params) = &self.made_of;
+        let on_the_way = |step: u32| {
+            let share = f64::from(step) / f64::from(WAY_STEPS);
+            [0, 1].map(|r: usize| std::array::from_fn(|axis| from[r][axis] + share * (to[r][axis] - from[r][axis])))
+        };
+        let free = (0..=WAY_STEPS).map(on_the_way).find(|targets| {
+            let parts = self.parts_at(targets);
+            let mut facility = emulated_facility(&self.plant, *key, *run, params);
+            facility.stand(&parts);
+            (0..WAY_TICKS).for_each(|_| {
+                facility.tick(&parts);
+            });
+            let watch = facility.watch();
+            watch.touch_time < 0.0 && watch.closed <= 0.0
+        });
+        free.unwrap_or(*to)
     }
 
     /// The run begins with the next tick, as the farm's run does: with the same noise, and with no error of the tare but

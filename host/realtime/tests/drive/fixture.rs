@@ -35,6 +35,8 @@ use std::sync::Arc;
 
 /// Corrections travel with six decimals of a degree; a millimetre's are finer.
 pub(crate) const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
+/// Period of the sensor's samples.
+const SAMPLES: Nanos = Nanos::from_millis(1);
 /// Cycle of both robots.
 pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
 /// Cycle of a robot 2 that is faster than the master.
@@ -113,6 +115,10 @@ impl Setting {
 
 /// The links of both robots.
 const ROBOTS: [Endpoint; 2] = [Endpoint::Robot1, Endpoint::Robot2];
+
+fn calibration() -> Calibration {
+    Calibration::new(1e6, 1e6).expect("a calibration")
+}
 
 /// The controller of a robot.
 fn krc(endpoint: Endpoint) -> KrcSettings {
@@ -197,21 +203,23 @@ impl Rig {
             settings
         };
         let clock = Virtual::default();
-        let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
-        let period = Nanos::from_millis(1);
-        let sensor = Box::new(NetBox::new(calibration.clone(), period));
+        let sensor = Box::new(NetBox::new(calibration(), SAMPLES));
         let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
             ROBOTS.map(|endpoint| Box::new(Krc::new(settings(endpoint))) as _);
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();
+        Self::on(network, clock, setting, |endpoint| settings(endpoint).tags)
+    }
+
+    /// A drive on a facility that is there.
+    fn on(network: Rc<RefCell<Network>>, clock: Virtual, setting: &Setting, tags: impl Fn(Endpoint) -> TagMap) -> Self {
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
-            let tags = settings(endpoint).tags;
-            Box::new(RsiRobot::new(port, tags, Some(address_of(endpoint).ip())).expect("a tag map"))
+            Box::new(RsiRobot::new(port, tags(endpoint), Some(address_of(endpoint).ip())).expect("a tag map"))
         };
         let port = NetworkPort::new(&network, Endpoint::Sensor);
-        let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration, period);
+        let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration(), SAMPLES);
         let real = Links {
             robots: [robot(Endpoint::Robot1), robot(Endpoint::Robot2)],
             sensor: Box::new(NetFt::start(port, settings).expect("a stream")),
@@ -225,6 +233,15 @@ impl Rig {
             Session::new(setting.task(), links(&bench), Some(real), clock)
         };
         Self { session: session.expect("a drive"), network, records: Vec::new(), clock: time }
+    }
+
+    /// Another drive on the same facility, whose clock goes on; the one before is gone, as a killed process is.
+    pub(crate) fn again(self, setting: &Setting) -> Self {
+        let Self { network, clock, session, .. } = self;
+        drop(session);
+        let mut rig = Self::on(network, clock, setting, tags);
+        rig.session.go();
+        rig
     }
 
     /// Greatest share of a limit that the steps of both robots' set-points have used.

@@ -9,3 +9,4 @@ mod mixed;
 mod over_rsi;
 mod replay;
 mod safety;
+mod sessions;

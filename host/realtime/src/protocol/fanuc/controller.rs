@@ -11,6 +11,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Largest step of a target from one command to the next \[rad\]: 5 deg, where a CRX trips.
 const MAX_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// A client that commands nothing and says nothing for so long may be replaced by another one.
+const FORGOTTEN: Nanos = Nanos::from_millis(1000);
 /// Cycles without a command after which it stops following.
 const MAX_SILENT: u32 = 3;
 
@@ -65,6 +67,8 @@ pub struct FanucController {
     cycle: Nanos,
     version: u32,
     client: Option<SocketAddr>,
+    /// When that client was last heard.
+    heard: Nanos,
     sequence: u32,
     /// The version agreed upon, while it streams.
     streaming: Option<u32>,
@@ -90,6 +94,7 @@ impl FanucController {
             cycle,
             version: version.max(BASE_VERSION),
             client: None,
+            heard: Nanos(0),
             sequence: 0,
             streaming: None,
             program: true,
@@ -128,6 +133,12 @@ impl FanucController {
         if resets != std::mem::replace(seen, resets) {
             (self.fault, self.asked, self.commanded, self.silent) = (None, None, None, 0);
         }
+    }
+
+    /// One client at a time: another one may start once its stream has stopped, or it is gone and commands nothing.
+    fn may_start(&self, from: SocketAddr, now: Nanos) -> bool {
+        let free = self.streaming.is_none() || self.asked.is_none() && now - self.heard > FORGOTTEN;
+        free || self.client.is_none_or(|client| client == from)
     }
 
     /// Bits of the robot's status: 0 fault, 1 teach pendant, 2 emergency stop.
@@ -178,15 +189,18 @@ impl Controller for FanucController {
         self.cycle
     }
 
-    fn take(&mut self, _now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
+        if self.client == Some(from) {
+            self.heard = now;
+        }
         match Request::read(datagram) {
             Some(Request::Capability) => {
                 let period_ms = (self.cycle.0 / 1_000_000) as u32;
                 let reply = Reply::Capability(Capability { period_ms, version: self.version });
                 out(from, reply.packet().as_bytes());
             }
-            Some(Request::Start(version)) => {
-                self.client = Some(from);
+            Some(Request::Start(version)) if self.may_start(from, now) => {
+                (self.client, self.heard) = (Some(from), now);
                 self.start(version);
             }
             Some(Request::Stop) if self.client == Some(from) => self.streaming = None,
@@ -224,6 +238,16 @@ impl Controller for FanucController {
 
     fn fault(&self) -> Option<&'static str> {
         self.fault
+    }
+
+    fn has_client(&self) -> bool {
+        self.streaming.is_some() && self.asked.is_some() && self.follows()
+    }
+
+    fn renew(&mut self, at: [f64; AXES]) {
+        self.line = self.line.map(|line| Line { from: at, to: at, ..line });
+        (self.fault, self.streaming, self.client) = (None, None, None);
+        (self.asked, self.commanded, self.silent, self.ended) = (None, None, 0, false);
     }
 }
 

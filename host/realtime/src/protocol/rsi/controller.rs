@@ -64,6 +64,8 @@ pub struct Krc {
     ipoc: u64,
     /// Set-points at `RSI_ON`: joints \[rad\], rail \[m\].
     start: Option<[f64; AXES]>,
+    /// Set-points at the end of the session before, which the next one begins at.
+    held: Option<[f64; AXES]>,
     /// What the client asks for this cycle: joints \[deg\], rail \[mm\].
     correction: [f64; AXES],
     /// The whole correction since `RSI_ON`, clamped.
@@ -85,6 +87,7 @@ impl Krc {
             ipoc: settings.first_ipoc,
             settings,
             start: None,
+            held: None,
             correction: [0.0; AXES],
             total: [0.0; AXES],
             line: Line::default(),
@@ -179,10 +182,12 @@ impl Controller for Krc {
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
         if self.fault.is_some() {
+            // Its time goes on without RSI.
+            self.ipoc += self.settings.tags.cycle_millis();
             return;
         }
         if self.start.is_none() {
-            let start = state.set_point();
+            let start = self.held.take().unwrap_or_else(|| state.set_point());
             self.start = Some(start);
             self.line = Line { from: start, to: start, since: now };
         } else {
@@ -208,6 +213,15 @@ impl Controller for Krc {
 
     fn fault(&self) -> Option<&'static str> {
         self.fault
+    }
+
+    fn has_client(&self) -> bool {
+        self.ever_answered && self.fault.is_none()
+    }
+
+    fn renew(&mut self, at: [f64; AXES]) {
+        let (settings, ipoc, since) = (self.settings.clone(), self.ipoc, self.line.since);
+        *self = Self { ipoc, held: Some(at), line: Line { from: at, to: at, since }, ..Self::new(settings) };
     }
 }
 
