@@ -192,6 +192,19 @@ fn a_tag_map_is_read_from_the_controllers_own_file() {
     assert!(said.contains("SENTYPE of the file"), "{said}");
 }
 
+#[test]
+fn a_fanuc_robot_that_cannot_be_armed_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (stream, rmi) = (free_port(), free_port());
+    let words = format!("--robot2 fanuc://127.0.0.1:{stream}?rmi={rmi} --arm --go-after-check --priority 0");
+    let said = expect(2, &format!("{DRIVE} {words} --out {}", folder.path().join("drive").display()));
+    // Long lines are broken.
+    let said = said.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains(&format!("robot 2 at 127.0.0.1:{rmi} cannot be armed")), "{said}");
+    assert!(said.contains("does not answer FRC_Connect_STMO: Connection refused"), "{said}");
+    assert!(!folder.path().join("drive").exists(), "nothing was driven");
+}
+
 /// Waits until a log has been flushed.
 fn until_there(path: &PathBuf, bytes: u64) {
     let begin = Instant::now();
