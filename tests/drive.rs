@@ -167,6 +167,44 @@ fn kuka_controllers_get_their_configuration() {
     assert!(text.contains("<IP_NUMBER>10.0.0.1</IP_NUMBER>") && text.contains("TAG=\"EK.E1\""), "{text}");
 }
 
+#[test]
+fn a_tag_map_is_read_from_the_controllers_own_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    let write = |tags: &str, to: &str| {
+        format!("{DRIVE} --robot1 rsi://10.0.0.1:59152?{tags} --rsi-config {}", file(to).display())
+    };
+    expect(0, &write("type=KROSHU", "first"));
+    let written = fs::read_to_string(file("first/robot1_rsi_ethernet.xml")).expect("the file");
+    let tags = format!("tags={}", file("first/robot1_rsi_ethernet.xml").display());
+    expect(0, &write(&tags, "second"));
+    assert_eq!(fs::read_to_string(file("second/robot1_rsi_ethernet.xml")).expect("the file"), written);
+    // What would move the robot when an answer is lost is refused, by drive and by emulate.
+    fs::write(file("bad.xml"), written.replacen("INDX=\"3\" HOLDON=\"1\"", "INDX=\"3\" HOLDON=\"0\"", 1))
+        .expect("written");
+    let tags = format!("tags={}", file("bad.xml").display());
+    let emulate = format!("emulate campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152?{tags}");
+    for words in [write(&tags, "third"), emulate] {
+        let said = expect(2, &words);
+        assert!(said.contains("bad.xml") && said.contains("ELEMENT TAG=\"AK.A2\": HOLDON is 0"), "{said}");
+    }
+    let said = expect(2, &write(&format!("{tags}&type=KROSHU"), "fourth"));
+    assert!(said.contains("SENTYPE of the file"), "{said}");
+}
+
+#[test]
+fn a_fanuc_robot_that_cannot_be_armed_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (stream, rmi) = (free_port(), free_port());
+    let words = format!("--robot2 fanuc://127.0.0.1:{stream}?rmi={rmi} --arm --go-after-check --priority 0");
+    let said = expect(2, &format!("{DRIVE} {words} --out {}", folder.path().join("drive").display()));
+    // Long lines are broken.
+    let said = said.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains(&format!("robot 2 at 127.0.0.1:{rmi} cannot be armed")), "{said}");
+    assert!(said.contains("does not answer FRC_Connect_STMO: Connection refused"), "{said}");
+    assert!(!folder.path().join("drive").exists(), "nothing was driven");
+}
+
 /// Waits until a log has been flushed.
 fn until_there(path: &PathBuf, bytes: u64) {
     let begin = Instant::now();

@@ -12,18 +12,22 @@ use softdock_realtime::protocol::egm::driver::EgmRobot;
 use softdock_realtime::protocol::ethercat::EtherCatRobot;
 use softdock_realtime::protocol::ethercat::config::EtherCatConfig;
 use softdock_realtime::protocol::ethercat::scale::AxisScale;
+use softdock_realtime::protocol::fanuc::RMI_PORT;
+use softdock_realtime::protocol::fanuc::armed::ArmedFanuc;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::netft::calibration::Calibration;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::fetch_calibration;
 use softdock_realtime::protocol::rsi::context::rsi_ethernet;
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
+use softdock_realtime::protocol::rsi::ethernet_file::{Expected, read_rsi_ethernet};
 use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
 use softdock_realtime::signals::{ForceSensor, Robot};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
 use std::cell::RefCell;
 use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -31,6 +35,8 @@ use std::time::Duration;
 const LEAST_SILENCE: i64 = 100;
 /// Time for a Net Box to tell its calibration.
 const CALIBRATION_LIMIT: Duration = Duration::from_secs(5);
+/// Longest step of arming a FANUC controller: servos that come up, a program that starts.
+const ARMING_LIMIT: Duration = Duration::from_secs(10);
 /// Port that RSI controllers send to unless told otherwise (49152 is Net F/T's).
 pub(crate) const RSI_PORT: u16 = 59152;
 /// RDT port of a Net Box.
@@ -74,14 +80,11 @@ impl Addresses {
     }
 }
 
-/// The tag map that an address asks for.
+/// Options of an RSI address, beside the host that may speak.
+pub(crate) const RSI_OPTIONS: [&str; 5] = ["cycle_ms", "type", "mode", "tags", "torque"];
+
+/// The tag map that an address asks for: the controller's own file, or one of the usual ones.
 pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
-    let kind: String = address.option("type", "ImFree")?.unwrap_or_else(|| "ImFree".to_owned());
-    let tags = match kind.as_str() {
-        "ImFree" => TagMap::im_free(),
-        "KROSHU" => TagMap::kroshu(),
-        _ => return Err(refuse(format!("`type={kind}` is no known tag map"), "write type=ImFree or type=KROSHU")),
-    };
     let mode: String = address.option("mode", "absolute")?.unwrap_or_else(|| "absolute".to_owned());
     let mode = match mode.as_str() {
         "absolute" => Correction::Absolute,
@@ -93,8 +96,50 @@ pub(crate) fn tag_map(address: &Address, rail: bool) -> miette::Result<TagMap> {
             ));
         }
     };
-    let tags = TagMap { mode, cycle: address.cycle(4.0)?, ..tags };
+    let (kind, file): (Option<String>, Option<PathBuf>) =
+        (address.option("type", "ImFree")?, address.option("tags", "rsi_ethernet.xml")?);
+    let torque: Option<String> = address.option("torque", "GearTorque")?;
+    let cycle = address.cycle(4.0)?;
+    if let Some(file) = file {
+        if let Some(kind) = kind {
+            let remedy = "leave type away: SENTYPE of the file says it";
+            return Err(refuse(format!("`type={kind}` beside `tags={}`", file.display()), remedy));
+        }
+        let expected = Expected { mode, cycle, rail, torque: torque.as_deref() };
+        return tag_map_of(&file, address, &expected);
+    }
+    if let Some(torque) = torque {
+        return Err(refuse(format!("`torque={torque}` names an element of no file"), "add tags=rsi_ethernet.xml"));
+    }
+    let kind = kind.unwrap_or_else(|| "ImFree".to_owned());
+    let tags = match kind.as_str() {
+        "ImFree" => TagMap::im_free(),
+        "KROSHU" => TagMap::kroshu(),
+        _ => {
+            let remedy = "write type=ImFree, type=KROSHU, or tags=FILE with the controller's rsi_ethernet.xml";
+            return Err(refuse(format!("`type={kind}` is no known tag map"), remedy));
+        }
+    };
+    let tags = TagMap { mode, cycle, ..tags };
     Ok(if rail { tags.with_rail() } else { tags })
+}
+
+/// The tag map of a controller's file; a warning if the file sends to another port.
+fn tag_map_of(file: &Path, address: &Address, expected: &Expected) -> miette::Result<TagMap> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        let remedy = "copy rsi_ethernet.xml from the controller's SensorInterface folder";
+        refuse(format!("cannot read `{}`: {error}", file.display()), remedy)
+    })?;
+    let read = read_rsi_ethernet(&text, expected).map_err(|error| {
+        let remedy = error.remedy.clone();
+        refuse(format!("{}: {error}", file.display()), remedy)
+    })?;
+    let port = address.socket(RSI_PORT)?.port();
+    if port != read.port {
+        let file = file.display();
+        warn(format!("warning: {file} sends to port {}, and the address has port {port}", read.port));
+    }
+    Ok(read.tags)
 }
 
 /// What the controllers of the RSI robots must be told: file names and contents.
@@ -131,6 +176,7 @@ pub(crate) fn towards(address: SocketAddr) -> SocketAddr {
 fn robot(
     address: &Address,
     index: usize,
+    armed: bool,
     station: &Station,
     bench: Option<&Rc<RefCell<Bench>>>,
 ) -> miette::Result<Box<dyn Robot>> {
@@ -141,9 +187,9 @@ fn robot(
     match (address.scheme.as_str(), bench) {
         ("emulated", Some(bench)) => Ok(Box::new(EmulatedRobot::new(bench, index))),
         ("rsi", _) => {
-            address.only(&["from", "cycle_ms", "type", "mode"])?;
-            let port = bind(address.socket(RSI_PORT)?)?;
-            let robot = RsiRobot::new(port, tag_map(address, rail)?, from);
+            address.only(&[&["from"], RSI_OPTIONS.as_slice()].concat())?;
+            let tags = tag_map(address, rail)?;
+            let robot = RsiRobot::new(bind(address.socket(RSI_PORT)?)?, tags, from);
             Ok(Box::new(robot.into_diagnostic()?))
         }
         ("egm", _) => {
@@ -151,21 +197,42 @@ fn robot(
             let port = bind(address.socket(EGM_PORT)?)?;
             Ok(Box::new(EgmRobot::new(port, address.cycle(4.0)?, rail, from)))
         }
-        ("fanuc", _) => {
-            address.only(&["cycle_ms"])?;
-            let robot = FanucRobot::open(bind(anywhere())?, address.socket(FANUC_PORT)?, address.cycle(8.0)?);
-            Ok(Box::new(robot.into_diagnostic()?))
-        }
+        ("fanuc", _) => fanuc(address, index, armed),
         ("ethercat", _) => {
             address.only(&["cycle_ms"])?;
             let config = EtherCatConfig { cycle: address.cycle(1.0)?, ..segment(station, index)? };
-            Ok(Box::new(EtherCatRobot::open(&address.place, &config).into_diagnostic()?))
+            let opened = EtherCatRobot::open(&address.place, &config).into_diagnostic()?;
+            for (axis, _) in opened.stop_options().filter(|(_, options)| options.fault == Some(0)) {
+                let (robot, axis) = (index + 1, axis + 1);
+                warn(format!(
+                    "warning: the drive of axis {axis} of robot {robot} coasts at a fault (object 605E is 0)"
+                ));
+            }
+            Ok(Box::new(opened))
         }
         (other, _) => {
             let remedy = "robots speak rsi://, egm://, fanuc://, ethercat:// or are emulated://";
             Err(refuse(format!("`{other}://` is no robot's protocol"), remedy))
         }
     }
+}
+
+/// A FANUC arm; armed, its program that follows the stream is started over the Remote Motion Interface.
+fn fanuc(address: &Address, index: usize, armed: bool) -> miette::Result<Box<dyn Robot>> {
+    address.only(&["cycle_ms", "rmi"])?;
+    let stream = address.socket(FANUC_PORT)?;
+    let rmi: u16 = address.option("rmi", "16001")?.unwrap_or(RMI_PORT);
+    let robot = FanucRobot::open(bind(towards(stream))?, stream, address.cycle(8.0)?).into_diagnostic()?;
+    if !armed {
+        return Ok(Box::new(robot.watched()));
+    }
+    let controller = SocketAddr::new(stream.ip(), rmi);
+    let robot = ArmedFanuc::arm(robot, controller, ARMING_LIMIT).map_err(|error| {
+        let remedy = "clear what it says at its teach pendant, switch to AUTO, and begin again; another port is \
+            fanuc://HOST?rmi=PORT";
+        refuse(format!("robot {} at {controller} cannot be armed: {error}", index + 1), remedy)
+    })?;
+    Ok(Box::new(robot))
 }
 
 /// The drives of a robot's EtherCAT segment, as the facility file has them.
@@ -256,8 +323,16 @@ pub(crate) fn open(
     let cycle = addresses.cycle()?;
     let [one, two, ft] = &addresses.all;
     let linked = |bench: Option<&Rc<RefCell<Bench>>>| -> miette::Result<Links> {
-        let robots = [robot(one, 0, station, bench)?, robot(two, 1, station, bench)?];
-        Ok(Links { robots, sensor: sensor(ft, armed, station, bench)? })
+        let sensor = sensor(ft, armed, station, bench)?;
+        let open = |address, index| robot(address, index, armed, station, bench);
+        // Drives of EtherCAT come last: they want frames from then on, and others take their time to open.
+        let robots = if one.scheme == "ethercat" && two.scheme != "ethercat" {
+            let second = open(two, 1)?;
+            [open(one, 0)?, second]
+        } else {
+            [open(one, 0)?, open(two, 1)?]
+        };
+        Ok(Links { robots, sensor })
     };
     let emulated = addresses.all.iter().any(|address| address.scheme == "emulated");
     if !addresses.any_real() {

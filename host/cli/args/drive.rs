@@ -9,8 +9,9 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Addresses:
   rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
+  rsi://BIND:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of the controller's own rsi_ethernet.xml
   egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
-  fanuc://HOST[:PORT][?cycle_ms=8]        FANUC Stream Motion
+  fanuc://HOST[:PORT][?cycle_ms=8&rmi=16001]   FANUC Stream Motion; --arm starts its program over RMI
   ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
   netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
   emulated://[?cycle_ms=1]                in process
@@ -119,9 +120,13 @@ fn way_back(text: &str) -> Result<f64, String> {
 #[command(after_help = "\
 Addresses:
   rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
+  rsi://HOST:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of an rsi_ethernet.xml
   egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
-  fanuc://BIND[:PORT][?rmi=16001]  listens there
-  netft://BIND[:PORT][?http=80&rate_hz=1000]   listens there
+  fanuc://[BIND[:PORT]][?rmi=16001]            listens there, without BIND on this machine alone
+  netft://[BIND[:PORT]][?http=80&rate_hz=1000]   listens there, without BIND on this machine alone
+
+It survives its clients: once a drive has ended or gone, the robots hold, the parts are released, and after one second
+new sessions are offered.
 
 An effects file holds a table [set] whose keys replace keys of the scenario: \"facility.loop_delay\" = \"9 ms\".
 
@@ -163,6 +168,9 @@ pub(crate) struct EmulateArgs {
     /// Processor core that the cycle keeps to.
     #[arg(long, value_name = "N")]
     pub(crate) core: Option<usize>,
+    /// Offer no new session after the first one.
+    #[arg(long)]
+    pub(crate) once: bool,
     /// Ends by itself after so many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) seconds: Option<f64>,

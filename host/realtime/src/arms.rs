@@ -4,6 +4,7 @@ use crate::signals::{AXES, RAIL};
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::manipulator::cell::{Axes, Cell, Misplaced};
+use softdock_kernels::model::Rail;
 use softdock_kernels::plant::{Plant, place};
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
@@ -15,6 +16,8 @@ pub struct Arms {
     /// The model's axes where the controllers say zero.
     zero: [[f64; AXES]; 2],
     tools: [Pose<f64>; 2],
+    /// The rail under robot 1.
+    rail: Option<Rail>,
 }
 
 impl Arms {
@@ -28,13 +31,32 @@ impl Arms {
         // The rail is robot 1's.
         let mut second = station.zero;
         second[RAIL] = 0.0;
-        Ok(Self { cells: place(plant, &level)?, zero: [station.zero, second], tools })
+        Ok(Self { cells: place(plant, &level)?, zero: [station.zero, second], tools, rail: plant.facility.rail })
     }
 
     /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion; and whether they can.
     pub fn axes_for(&self, robot: usize, told: &Motion<f64>) -> (Axes, bool) {
         let (axes, reachable) = self.cells[robot].axes_for(told);
         (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[robot][i]), ..axes }, reachable)
+    }
+
+    /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion while its rail stands at a place
+    /// \[m\] as well counted: in the posture of the scenario's start. `None` where the rail takes all of the way.
+    pub fn axes_on_rail(&self, robot: usize, told: &Motion<f64>, place: f64) -> Option<[f64; AXES]> {
+        let Some(Rail { axis, share }) = self.rail.filter(|_| robot == 0) else {
+            return Some(self.axes_for(robot, told).0.position);
+        };
+        let (along, on_rail) = (axis.dot(told.position), place + self.zero[robot][RAIL]);
+        // The controller of a run leaves its rail a share of the way; asked for another place of the part, it leaves it
+        // this one.
+        let asked = (along - on_rail) / (1.0 - share);
+        if !asked.is_finite() {
+            return None;
+        }
+        let told = Motion { position: axis.scale_add(asked - along, told.position), ..*told };
+        let mut found = self.axes_for(robot, &told).0.position;
+        found[RAIL] = place;
+        Some(found)
     }
 
     /// Axes of both robots.

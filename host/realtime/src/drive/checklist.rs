@@ -197,6 +197,14 @@ checks! {
         AtMost, "move the robots nearer to the start by hand";
 }
 
+impl What {
+    /// Whether its value is not known where a robot does not report it, or before it is measured.
+    pub fn may_be_unknown(self) -> bool {
+        use What::{Clearance, Clock, Period, Still, ToolPosition, ToolRotation, TurnedForce, TurnedMoment};
+        matches!(self, Clearance | Clock | Period | Still | ToolPosition | ToolRotation | TurnedForce | TurnedMoment)
+    }
+}
+
 /// A check with what it found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Check {
@@ -247,9 +255,9 @@ impl Check {
         Self { robot: Some(robot), ..Self::new(what, value, limit) }
     }
 
-    /// Whether it has passed.
+    /// Whether it has passed. A value that has to be known and is no number has failed.
     pub fn answer(&self) -> Answer {
-        if self.value.is_nan() || !self.decides {
+        if !self.decides || self.value.is_nan() && self.what.may_be_unknown() {
             return Answer::Open;
         }
         let passed = match self.what.row().bound {
@@ -358,7 +366,8 @@ mod tests {
                 Bound::Near => [Answer::Failed, Answer::Passed, Answer::Failed],
             };
             assert_eq!(answers, expected, "{}", what.row().id);
-            assert_eq!(Check::new(*what, f64::NAN, 1.0).answer(), Answer::Open, "an unknown value decides nothing");
+            let unknown = if what.may_be_unknown() { Answer::Open } else { Answer::Failed };
+            assert_eq!(Check::new(*what, f64::NAN, 1.0).answer(), unknown, "{}", what.row().id);
         }
     }
 

@@ -207,6 +207,8 @@ pub struct Core {
     run_in: RunIn,
     limits: [AxisLimits; AXES],
     capabilities: [Capabilities; 2],
+    /// Of the real robots of a dry run.
+    exercised: [Capabilities; 2],
     ticks: u32,
     limiters: Option<[Limiter; 2]>,
     guard: Option<Guard>,
@@ -267,6 +269,7 @@ impl Core {
             computer,
             run_in,
             capabilities,
+            exercised: capabilities,
             ticks: ticks as u32,
             limiters: None,
             guard: None,
@@ -288,6 +291,11 @@ impl Core {
             record,
             task,
         })
+    }
+
+    /// Notes what the real robots of a dry run can do, where that differs from those that take the commands.
+    pub fn exercise(&mut self, capabilities: [Capabilities; 2]) {
+        self.exercised = capabilities;
     }
 
     /// Axes of both robots at rest at the start of the run-in, as their controllers count them.
@@ -495,7 +503,7 @@ impl Core {
         let real = inputs.exercised.as_ref()?;
         let there = [real.robots[0].is_some(), real.robots[1].is_some(), real.sample.is_some()];
         // A robot slower than the master is not there in every cycle of it.
-        let ratio = self.capabilities[1].cycle.seconds() / self.capabilities[0].cycle.seconds();
+        let ratio = self.exercised[1].cycle.seconds() / self.exercised[0].cycle.seconds();
         for (link, there) in there.into_iter().enumerate() {
             self.silent[link] = if there { 0 } else { self.silent[link] + 1 };
             let slower = if link == 1 { ratio.ceil().max(1.0) } else { 1.0 };

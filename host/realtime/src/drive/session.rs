@@ -65,7 +65,10 @@ impl Session {
     /// If the run cannot be driven on these robots.
     pub fn new(task: Task, moved: Links, exercised: Option<Links>, clock: Rc<dyn Clock>) -> Result<Self, Unprepared> {
         let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
-        let core = Core::new(task, capabilities)?;
+        let mut core = Core::new(task, capabilities)?;
+        if let Some(links) = &exercised {
+            core.exercise(links.robots.each_ref().map(|robot| robot.capabilities()));
+        }
         let (start, cycle) = (clock.now(), capabilities[0].cycle);
         let last = Orders::HOLD;
         let wires = capabilities.map(|robot| Wire::new(core.limits(), robot, cycle));

@@ -232,7 +232,10 @@ impl StartUp {
         }
         if links.sensor.flags & force_flags::FRESH != 0 {
             self.samples += 1;
-            self.weigh(links, cell);
+            // The weight of the tool needs the posture of robot 1.
+            if self.robots[0].first.is_some() {
+                self.weigh(links, cell);
+            }
         }
         let good = (0..2).all(|r| self.robots[r].good >= reports_wanted(cell.robots, r));
         let whole = good && self.samples > 0 && self.cycles >= u64::from(GOOD_REPORTS);
@@ -295,7 +298,9 @@ impl StartUp {
         }
         if self.samples > 0 {
             of_sensor(links.sensor, cell, &mut list);
-            self.weighing().checks(cell.station).into_iter().for_each(|check| list.push(check));
+            let weighed = self.weighing().samples() > 0;
+            let checks = self.weighing().checks(cell.station);
+            checks.into_iter().for_each(|check| list.push(Check { decides: weighed || settled, ..check }));
             for what in [What::TurnedForce, What::TurnedMoment] {
                 let limit = cell.station.sensor.weighing[usize::from(what == What::TurnedMoment)];
                 list.push(Check::new(what, f64::NAN, limit));

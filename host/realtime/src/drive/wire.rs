@@ -1,8 +1,9 @@
 //! What goes onto the wire to one robot, in that robot's own cycle, and what the robot has taken of it.
 //!
 //! A robot that has not taken an answer holds its set-point. The next answer starts there, at rest: a path that heals
-//! never gives the robot the way of all lost cycles in one. Robots with cycles shorter than the master's are led on a
-//! cubic between the master's commands.
+//! never gives the robot the way of all lost cycles in one. A robot whose cycle is shorter than the master's is led on a
+//! quadratic B-spline of the master's commands, half a cycle of the master behind them: its speed runs on a line from
+//! one difference of commands to the next, and its acceleration is the one that the master has asked for.
 
 use crate::limiter::Limiter;
 use crate::signals::{AXES, Capabilities, LinkCounters, Order, RobotState, of_axis};
@@ -11,6 +12,9 @@ use softdock_campaign::station::AxisLimits;
 
 /// Set-points that are remembered: a robot reports one of the last ones, or one between two of them.
 const REMEMBERED: usize = 16;
+/// A robot that is answered less or more often between two commands than its cycle says makes up this share of the
+/// difference in an answer.
+const STEERING: f64 = 0.02;
 /// How far a reported set-point may lie from those that were sent: rounding on the wire and the robot's own filter
 /// \[rad\], \[m\].
 const NEAR: [f64; 2] = [2e-4, 2e-4];
@@ -52,8 +56,8 @@ pub struct Wire {
     growth: Nanos,
     /// How much sooner than a cycle after the last ones its reports have come, as far as no pause has made up for it.
     ahead: f64,
-    /// Answers between two commands of the master.
-    share: u32,
+    /// Answers between two commands of the master, at least 1.
+    share: f64,
     limiter: Option<Limiter>,
     /// The limiter before the last answer, in case that one is not taken.
     before: Option<Limiter>,
@@ -63,9 +67,12 @@ pub struct Wire {
     /// Set-point of the robot's last report.
     set_point: [f64; AXES],
     sent: [[f64; AXES]; REMEMBERED],
-    /// The master's last commands, newest first, and how many answers have gone out since the newest.
+    /// The master's last commands, newest first.
     knots: [[f64; AXES]; 3],
-    since: u32,
+    /// Cycles of the master since the newest command, by the answers that have gone out; carried on over the next one.
+    phase: f64,
+    /// By how much the last command came early or late in that count.
+    early: f64,
     state: WireState,
 }
 
@@ -73,7 +80,7 @@ impl Wire {
     /// A wire to a robot, under a master of another cycle; the limits are those of its axes.
     pub fn new(limits: [AxisLimits; AXES], robot: Capabilities, master: Nanos) -> Self {
         let cycle = robot.cycle;
-        let share = ((master.0 as f64 / cycle.0 as f64).round() as u32).max(1);
+        let share = (master.0 as f64 / cycle.0 as f64).max(1.0);
         Self {
             limits,
             cycle,
@@ -89,7 +96,8 @@ impl Wire {
             set_point: [0.0; AXES],
             sent: [[0.0; AXES]; REMEMBERED],
             knots: [[0.0; AXES]; 3],
-            since: 0,
+            phase: 0.0,
+            early: 0.0,
             state: WireState::default(),
         }
     }
@@ -148,6 +156,10 @@ impl Wire {
             self.growth = self.growth.min(grown);
             return;
         }
+        if grown.0 == 0 {
+            // A report that is sent again until it is answered.
+            return;
+        }
         let cycles = (now.1 - last.1).0 as f64 / self.cycle.0 as f64;
         self.ahead = (self.ahead + 1.0 - DRIFT - cycles).max(0.0);
         let early = (grown.0 as f64) < EARLY * self.growth.0 as f64 && self.growth.0 < i64::MAX;
@@ -172,9 +184,12 @@ impl Wire {
             if self.limiter.is_none() {
                 let limiter = Limiter::new(self.limits, self.cycle.seconds(), self.set_point);
                 (self.limiter, self.sent, self.knots) = (Some(limiter), [self.set_point; REMEMBERED], [*axes; 3]);
+                self.phase = 1.0;
             }
             self.knots = [*axes, self.knots[0], self.knots[1]];
-            self.since = 0;
+            // Whoever has been answered once more or less than usual goes on from there: no step in its speed.
+            self.early = (self.phase - 1.0).clamp(-0.5, 0.5);
+            self.phase = self.early;
         }
     }
 
@@ -184,7 +199,7 @@ impl Wire {
         if self.state.off_course > 0 || self.state.early > 0 {
             return None;
         }
-        self.since += 1;
+        self.phase += (1.0 - STEERING * self.early) / self.share;
         let wanted = self.wanted();
         let Some(limiter) = self.limiter.as_mut().filter(|_| !matches!(order, Order::Hold)) else {
             return Some(*order);
@@ -201,18 +216,17 @@ impl Wire {
         Some(if matches!(order, Order::End(_)) { Order::End(axes) } else { Order::Move(axes) })
     }
 
-    /// Where the robot shall be at the end of its cycle: on a cubic between the master's commands.
+    /// Where the robot shall be at the end of its cycle.
     fn wanted(&self) -> [f64; AXES] {
         let [to, from, earlier] = &self.knots;
-        if self.since >= self.share {
+        if self.share <= 1.0 {
             return *to;
         }
-        let u = f64::from(self.since) / f64::from(self.share);
-        // Hermite's cubic with the mean speeds of both commands at its ends.
-        let (second, third) = (u * u * (3.0 - 2.0 * u), u * (1.0 - u));
+        // Between the middles of the last two ways; from there on straight to the last command, and no farther.
+        let (u, beyond) = (self.phase.clamp(0.0, 1.0), (self.phase - 1.0).clamp(0.0, 0.5));
         std::array::from_fn(|i| {
             let (before, now) = (from[i] - earlier[i], to[i] - from[i]);
-            from[i] + now * second + third * (before * (1.0 - u) - now * u)
+            from[i] - 0.5 * before + before * u + 0.5 * (now - before) * u * u + now * beyond
         })
     }
 
@@ -222,5 +236,112 @@ impl Wire {
         let axes = limiter.stop();
         self.state.moving = u32::from(!limiter.at_rest());
         Some(axes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::memory::state_at;
+
+    const MASTER: Nanos = Nanos::from_millis(4);
+    const SHORT: Nanos = Nanos::from_millis(1);
+    const LIMIT: AxisLimits = AxisLimits { lower: -9.0, upper: 9.0, speed: 3.0, acceleration: 10.0, jerk: 1e5 };
+
+    /// What a robot of 1 ms is sent on its first axis under commands of a master of 4 ms, which come after so many of its
+    /// answers each.
+    fn sent(commands: impl Fn(f64) -> f64, answers: impl Iterator<Item = usize>) -> Vec<f64> {
+        let mut wire = Wire::new([LIMIT; AXES], robot(SHORT), MASTER);
+        let (mut sent, mut now) = (Vec::new(), Nanos(0));
+        let mut report = state_at([0.0; AXES], now);
+        wire.reported(&report, &LinkCounters::default());
+        for (cycle, answers) in answers.enumerate() {
+            let order = Order::Move([commands(cycle as f64 * MASTER.seconds()); AXES]);
+            wire.command(&order);
+            for _ in 0..answers {
+                now += SHORT;
+                let Some(Order::Move(axes)) = wire.answer(&order, false) else { panic!("an answer") };
+                sent.push(axes[0]);
+                report = state_at(axes, now);
+                wire.reported(&report, &LinkCounters::default());
+            }
+        }
+        sent
+    }
+
+    /// Accelerations between positions a millisecond apart.
+    fn accelerations(sent: &[f64]) -> Vec<f64> {
+        sent.array_windows::<3>().map(|[a, b, c]| (c - 2.0 * b + a) / SHORT.seconds().powi(2)).collect()
+    }
+
+    /// Rest, then an acceleration of 2 rad/s^2 from 0.1 s on.
+    fn pull_away(time: f64) -> f64 {
+        (time - 0.1).max(0.0).powi(2)
+    }
+
+    /// A robot of a cycle that gives the beat of its own reports.
+    fn robot(cycle: Nanos) -> Capabilities {
+        Capabilities { cycle, master: true, rail: true, torque: false, pose: true }
+    }
+
+    #[test]
+    fn a_constant_acceleration_of_the_master_is_one_for_a_faster_robot() {
+        let sent = sent(pull_away, std::iter::repeat_n(4, 100));
+        let found = accelerations(&sent);
+        assert!(found[..95].iter().all(|a| a.abs() < 1e-6), "at rest");
+        assert!(found[110..].iter().all(|a| (a - 2.0).abs() < 1e-6), "{:?}", &found[110..130]);
+        assert!(found.iter().all(|a| (-1e-6..2.0 + 1e-6).contains(a)), "no sign is reversed, nothing overshoots");
+        // Half a cycle of the master behind its command for the end of the cycle.
+        let end = pull_away(99.0 * MASTER.seconds() - 0.5 * MASTER.seconds());
+        assert!((sent[399] - end).abs() < 1e-5, "{} {end}", sent[399]);
+    }
+
+    #[test]
+    fn answers_that_come_unevenly_make_no_steps() {
+        let even = |time: f64| 0.2 * (1.0 - (time * 3.0).cos());
+        // Once in a while one answer more, and later one less; then a clock that is faster by 0.2 %.
+        let uneven = (0..200).map(|cycle| match cycle % 20 {
+            7 => 5,
+            13 => 3,
+            _ => 4,
+        });
+        let faster = (0..1000).map(|cycle| if cycle % 125 == 3 { 5 } else { 4 });
+        for answers in [uneven.collect::<Vec<_>>(), faster.collect()] {
+            let sent = sent(even, answers.into_iter());
+            let found = accelerations(&sent[60..]);
+            let most = found.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+            // An answer more or less that stood still, or made two steps, would be 600.
+            assert!(most < 5.0, "{most} rad/s^2 where the master asks for 1.8");
+        }
+    }
+
+    #[test]
+    fn without_further_commands_the_last_one_is_reached() {
+        let mut wire = Wire::new([LIMIT; AXES], robot(SHORT), MASTER);
+        wire.reported(&state_at([0.0; AXES], Nanos(0)), &LinkCounters::default());
+        let mut last = 0.0;
+        for cycle in 0..50 {
+            let order = Order::Move([1e-4 * f64::from(cycle); AXES]);
+            wire.command(&order);
+            for _ in 0..if cycle == 49 { 100 } else { 4 } {
+                let Some(Order::Move(axes)) = wire.answer(&order, false) else { panic!("an answer") };
+                wire.reported(&state_at(axes, Nanos(0)), &LinkCounters::default());
+                last = axes[0];
+            }
+        }
+        assert!((last - 49e-4).abs() < 1e-12, "{last}");
+    }
+
+    #[test]
+    fn a_robot_of_the_masters_cycle_gets_its_commands_as_they_are() {
+        let mut wire = Wire::new([LIMIT; AXES], robot(MASTER), MASTER);
+        wire.reported(&state_at([0.0; AXES], Nanos(0)), &LinkCounters::default());
+        for cycle in 0..50 {
+            let axes = [1e-4 * f64::from(cycle); AXES];
+            wire.command(&Order::Move(axes));
+            let sent = wire.answer(&Order::Move(axes), false);
+            assert!(cycle < 2 || sent == Some(Order::Move(axes)), "{sent:?}");
+            wire.reported(&state_at(axes, Nanos(0)), &LinkCounters::default());
+        }
     }
 }

@@ -5,7 +5,10 @@ use crate::protocol::{Controller, SensorBox};
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use crate::wire::relay::Endpoint;
+use softdock_kernels::monitor::Watch;
 use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Where the facility puts its datagrams: from which endpoint, to whom.
 pub type Wires<'a> = &'a mut dyn FnMut(Endpoint, SocketAddr, &[u8]);
@@ -44,8 +47,27 @@ pub struct Facility {
     held: [Option<(usize, f64)>; 2],
     /// What the next sample reads more \[N\].
     knock: f64,
+    /// New sessions are offered; `None`: the first ones are the last.
+    renewal: Option<Renewal>,
     /// Set-points of both robots at the begin of each of their cycles, if somebody wants to see them.
     set_points: Option<[Vec<SetPoint>; 2]>,
+}
+
+/// What a facility does about sessions that have ended.
+#[derive(Debug, Default)]
+struct Renewal {
+    /// How long nobody is there before the parts are released.
+    pause: Nanos,
+    /// Why the last session of each robot has ended.
+    causes: [Option<&'static str>; 2],
+    /// Where both robots were held when somebody began to command one of them; `None`: nobody has.
+    begin: Option<[[f64; AXES]; 2]>,
+    /// Since when nobody commands them any more.
+    alone_since: Option<Nanos>,
+    /// What the contact did in the session before.
+    last: Option<Watch<f64>>,
+    /// Sessions after which new ones were offered.
+    over: Arc<AtomicU32>,
 }
 
 /// Where an emulated robot's own controller wants it at the begin of a cycle.
@@ -83,8 +105,19 @@ impl Facility {
             ailment: Ailment::None,
             held: [None; 2],
             knock: 0.0,
+            renewal: None,
             set_points: None,
         }
+    }
+
+    /// Goes on after a session that its client has ended, or whose client has gone: the robots are held; once nobody has
+    /// been there for `pause`, the latch is opened, parts that still touch are put apart towards where the session
+    /// began, and the controllers offer new sessions. Gives the number of sessions that were over so.
+    pub fn renew_sessions(&mut self, pause: Nanos) -> Arc<AtomicU32> {
+        let renewal = Renewal { pause, ..Renewal::default() };
+        let over = Arc::clone(&renewal.over);
+        self.renewal = Some(renewal);
+        over
     }
 
     /// Begins at another time than was said, before anything was due.
@@ -116,18 +149,21 @@ impl Facility {
     }
 
     fn step(&mut self, at: Nanos) {
-        let targets = [0, 1].map(|robot: usize| {
-            let mut target = match self.begun[robot] {
-                true => self.controllers[robot].target(at),
-                false => self.world.robot(robot).position,
-            };
-            if let Some((axis, at)) = self.held[robot] {
-                target[axis] = at;
-            }
-            target
-        });
+        let targets = [0, 1].map(|robot: usize| self.target(robot, at));
         self.world.tick(&targets);
         self.due[0] = at + self.tick;
+    }
+
+    /// Where a robot's axes are asked to be.
+    fn target(&mut self, robot: usize, at: Nanos) -> [f64; AXES] {
+        let mut target = match self.begun[robot] {
+            true => self.controllers[robot].target(at),
+            false => self.world.robot(robot).position,
+        };
+        if let Some((axis, at)) = self.held[robot] {
+            target[axis] = at;
+        }
+        target
     }
 
     fn report(&mut self, robot: usize, at: Nanos, out: Wires) {
@@ -153,6 +189,31 @@ impl Facility {
             seen[robot].push(SetPoint { at, axes, late_answers });
         }
         self.due[1 + robot] = at + controller.cycle();
+        self.look_after_session(robot, at);
+    }
+
+    /// Releases the parts once nobody is there any more, and then offers new sessions.
+    fn look_after_session(&mut self, robot: usize, at: Nanos) {
+        let busy = self.controllers.iter().any(|controller| controller.has_client());
+        let held = [0, 1].map(|robot: usize| self.target(robot, at));
+        let Some(renewal) = &mut self.renewal else { return };
+        renewal.causes[robot] = self.controllers[robot].fault().or(renewal.causes[robot]);
+        if busy {
+            renewal.begin.get_or_insert(held);
+            renewal.alone_since = None;
+            return;
+        }
+        let Some(begin) = renewal.begin else { return };
+        if at - *renewal.alone_since.get_or_insert(at) >= renewal.pause {
+            (renewal.begin, renewal.alone_since) = (None, None);
+            renewal.last = Some(self.world.watch());
+            renewal.over.fetch_add(1, Ordering::Relaxed);
+            let apart = self.world.apart(&held, &begin);
+            self.world.release(&apart);
+            self.controllers.iter_mut().zip(apart).for_each(|(controller, at)| controller.renew(at));
+            // What comes is the new sessions'.
+            self.set_points.iter_mut().flatten().for_each(Vec::clear);
+        }
     }
 
     fn sample(&mut self, at: Nanos, out: Wires) {
@@ -238,6 +299,17 @@ impl Facility {
     /// Why robot 1 or 2 (0 or 1 here) has stopped following, if it has.
     pub fn fault(&self, robot: usize) -> Option<&'static str> {
         self.controllers[robot].fault()
+    }
+
+    /// Why the last session of robot 1 or 2 (0 or 1 here) has ended, if one has.
+    pub fn last_end(&self, robot: usize) -> Option<&'static str> {
+        self.fault(robot).or_else(|| self.renewal.as_ref().and_then(|renewal| renewal.causes[robot]))
+    }
+
+    /// What the contact has done in this session, or in the one before if nobody has commanded a robot since.
+    pub fn watch(&self) -> Watch<f64> {
+        let before = self.renewal.as_ref().filter(|renewal| renewal.begin.is_none()).and_then(|renewal| renewal.last);
+        before.unwrap_or_else(|| self.world.watch())
     }
 
     /// The physics.

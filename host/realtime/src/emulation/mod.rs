@@ -1,5 +1,6 @@
 //! A facility that stands in for a real one: the farm's robots, contact and sensor behind the same links.
 
+mod axes;
 pub mod facility;
 pub mod in_process;
 pub mod loopback;

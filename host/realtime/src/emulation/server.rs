@@ -34,7 +34,7 @@ impl Sockets {
 
 /// Serves the facility from now on, until told to stop or until a time; notes how late it was at its own instants.
 ///
-/// It takes nothing from the heap. Datagrams are taken as they come, and those that are there at an instant of the
+/// It takes nothing from the heap but between two sessions. Datagrams are taken as they come, and those that are there at an instant of the
 /// facility have come before it.
 ///
 /// # Errors

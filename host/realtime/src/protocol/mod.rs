@@ -12,7 +12,7 @@ mod text;
 #[cfg(test)]
 mod fuzz;
 #[cfg(test)]
-mod memory;
+pub(crate) mod memory;
 
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
@@ -45,6 +45,12 @@ pub trait Controller: Send {
 
     /// Why it has stopped following, if it has.
     fn fault(&self) -> Option<&'static str>;
+
+    /// A client commands it, or did so until a moment ago.
+    fn has_client(&self) -> bool;
+
+    /// Offers a new session after one that has ended, with its robot held at these axes: joints \[rad\], rail \[m\].
+    fn renew(&mut self, at: [f64; AXES]);
 }
 
 /// The electronics of an emulated sensor: no socket, no clock of its own.

@@ -48,6 +48,25 @@ fn a_robot_whose_cycle_becomes_shorter_gets_nothing_any_more() {
     }
 }
 
+#[test]
+fn a_controller_that_repeats_its_ipoc_outlives_a_stall() {
+    let setting = Setting::docking();
+    for (stall, cause) in [(10, StopCause::Completed), (22, StopCause::UntakenAnswers)] {
+        let mut rig = Rig::repeating(&setting);
+        rig.run_for(0.5);
+        rig.stall(Nanos::from_millis(stall));
+        assert_eq!(rig.finish().cause, cause, "a stall of {stall} ms");
+        let last = rig.session.record();
+        assert!(last.robot_1.late_answers > 0 && last.robot_2.late_answers > 0);
+        for robot in [0, 1] {
+            let end = rig.network.borrow_mut().facility().fault(robot);
+            assert_eq!(end, Some("RSI was ended by the client"), "robot {} still listens at the end", robot + 1);
+        }
+        let share = rig.greatest_share(&setting.station.limits);
+        assert!(share <= 1.05, "a stall of {stall} ms: {share} of a limit");
+    }
+}
+
 /// Draws for one script.
 struct Dice(u64, u32);
 

@@ -34,9 +34,13 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Corrections travel with six decimals of a degree; a millimetre's are finer.
-const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
+pub(crate) const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
+/// Period of the sensor's samples.
+const SAMPLES: Nanos = Nanos::from_millis(1);
 /// Cycle of both robots.
 pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
+/// Cycle of a robot 2 that is faster than the master.
+pub(crate) const SHORT_CYCLE: Nanos = Nanos::from_millis(1);
 /// Robot 2's cycles begin so long after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1500);
 
@@ -126,6 +130,10 @@ impl Setting {
 /// The links of both robots.
 const ROBOTS: [Endpoint; 2] = [Endpoint::Robot1, Endpoint::Robot2];
 
+fn calibration() -> Calibration {
+    Calibration::new(1e6, 1e6).expect("a calibration")
+}
+
 /// The controller of a robot.
 fn krc(endpoint: Endpoint) -> KrcSettings {
     KrcSettings::new(tags(endpoint), our_address(endpoint))
@@ -174,32 +182,58 @@ impl Rig {
 
     /// The same with a facility other than the file says.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
-        let mut rig = Self::before_go(there, setting, relay);
+        let mut rig = Self::before_go(there, setting, relay, |_, _| {});
+        rig.session.go();
+        rig
+    }
+
+    /// The same with controllers that repeat their IPOC until it is answered, as the ROS-Industrial simulator does.
+    pub(crate) fn repeating(setting: &Setting) -> Self {
+        let mut rig = Self::before_go(setting, setting, Relay::default(), |_, settings| settings.repeats = true);
+        rig.session.go();
+        rig
+    }
+
+    /// The same with a robot 2 of its own, shorter cycle.
+    pub(crate) fn mixed(setting: &Setting) -> Self {
+        let mut rig = Self::before_go(setting, setting, Relay::default(), |endpoint, settings| {
+            if endpoint == Endpoint::Robot2 {
+                settings.tags.cycle = SHORT_CYCLE;
+            }
+        });
         rig.session.go();
         rig
     }
 
     /// A drive whose robots wait for GO.
     pub(crate) fn waiting(setting: &Setting) -> Self {
-        Self::before_go(setting, setting, Relay::default())
+        Self::before_go(setting, setting, Relay::default(), |_, _| {})
     }
 
-    fn before_go(there: &Setting, setting: &Setting, relay: Relay) -> Self {
+    fn before_go(there: &Setting, setting: &Setting, relay: Relay, change: fn(Endpoint, &mut KrcSettings)) -> Self {
+        let settings = |endpoint| {
+            let mut settings = krc(endpoint);
+            change(endpoint, &mut settings);
+            settings
+        };
         let clock = Virtual::default();
-        let calibration = Calibration::new(1e6, 1e6).expect("a calibration");
-        let period = Nanos::from_millis(1);
-        let sensor = Box::new(NetBox::new(calibration.clone(), period));
+        let sensor = Box::new(NetBox::new(calibration(), SAMPLES));
         let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
-            ROBOTS.map(|endpoint| Box::new(Krc::new(krc(endpoint))) as _);
+            ROBOTS.map(|endpoint| Box::new(Krc::new(settings(endpoint))) as _);
         let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();
+        Self::on(network, clock, setting, |endpoint| settings(endpoint).tags)
+    }
+
+    /// A drive on a facility that is there.
+    fn on(network: Rc<RefCell<Network>>, clock: Virtual, setting: &Setting, tags: impl Fn(Endpoint) -> TagMap) -> Self {
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
             Box::new(RsiRobot::new(port, tags(endpoint), Some(address_of(endpoint).ip())).expect("a tag map"))
         };
         let port = NetworkPort::new(&network, Endpoint::Sensor);
-        let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration, period);
+        let settings = NetFtSettings::new(address_of(Endpoint::Sensor), calibration(), SAMPLES);
         let real = Links {
             robots: [robot(Endpoint::Robot1), robot(Endpoint::Robot2)],
             sensor: Box::new(NetFt::start(port, settings).expect("a stream")),
@@ -213,6 +247,15 @@ impl Rig {
             Session::new(setting.task(), links(&bench), Some(real), clock)
         };
         Self { session: session.expect("a drive"), network, records: Vec::new(), clock: time }
+    }
+
+    /// Another drive on the same facility, whose clock goes on; the one before is gone, as a killed process is.
+    pub(crate) fn again(self, setting: &Setting) -> Self {
+        let Self { network, clock, session, .. } = self;
+        drop(session);
+        let mut rig = Self::on(network, clock, setting, tags);
+        rig.session.go();
+        rig
     }
 
     /// Greatest share of a limit that the steps of both robots' set-points have used.
@@ -281,7 +324,7 @@ impl Rig {
 /// Greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
 ///
 /// A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
-fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
+pub(crate) fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
     let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
     for three in seen.array_windows::<3>() {
         let h = (three[2].at - three[1].at).seconds();

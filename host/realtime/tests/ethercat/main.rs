@@ -327,6 +327,60 @@ fn a_message_that_nobody_asked_for_is_a_refusal() {
 }
 
 #[test]
+fn watchdogs_are_set_and_read_back() {
+    let mut drives = models(3);
+    // Off, far too long with another divider, and one that cannot count so far.
+    (drives[0].watchdog, drives[1].watchdog, drives[2].watchdog) = ((2498, 0), (4998, 60_000), (0, 7));
+    let config = EtherCatConfig { watchdog: Nanos::from_millis(60), ..config(3) };
+    let Some(mut rig) = Rig::new("watchdogs", drives, &config) else { return };
+    for device in &rig.segment().devices {
+        assert_eq!(device.watchdog(), Some(Nanos::from_millis(60)));
+    }
+    rig.enable();
+    Monotonic.sleep_until(Monotonic.now() + Nanos::from_millis(120));
+    assert!(rig.segment().devices.iter().all(|device| !device.drive.enabled()), "60 ms are over");
+    let options: Vec<_> = rig.robot().stop_options().collect();
+    assert_eq!((options[2].0, options[2].1.quick_stop, options[2].1.fault), (2, Some(2), Some(2)));
+}
+
+#[test]
+fn watchdogs_that_are_off_or_too_long_are_refused() {
+    let said = |watchdog: (u16, u16), watched: bool| {
+        let mut drives = models(2);
+        let drive = &mut drives[1];
+        (drive.watchdog, drive.watchdog_fixed, drive.watched) = (watchdog, true, watched);
+        Rig::open("watchdogs", drives, &config(2)).map(|opened| opened.err().map(|error| error.to_string()))
+    };
+    let Some(off) = said((2498, 0), true) else { return };
+    let off = off.expect("refused");
+    assert!(off.starts_with("drive 1 (DRIVE-402): the watchdog of its outputs is off and cannot be set"), "{off}");
+    let long = said((2498, 5000), true).flatten().expect("refused");
+    assert!(
+        long.contains("expires after 500.0 ms and cannot be set") && long.contains("100.0 ms are allowed"),
+        "{long}"
+    );
+    let deaf = said((2498, 500), false).flatten().expect("refused");
+    assert!(deaf.contains("triggers no watchdog (bit 6 of its control byte, 24)"), "{deaf}");
+    assert_eq!(said((2498, 500), true), Some(None), "a shorter one that is fixed does");
+}
+
+#[test]
+fn a_drive_that_would_coast_at_a_quick_stop_is_refused() {
+    let mut drives = models(2);
+    drives[1] = DriveModel::new(0).with_object(object::QUICK_STOP_OPTION, 0, 0);
+    let Some(opened) = Rig::open("a quick stop without a ramp", drives, &config(2)) else { return };
+    let error = opened.err().expect("refused").to_string();
+    assert!(
+        error.contains("drive 1 (DRIVE-402): its quick stop switches it off without a ramp (605A is 0)"),
+        "{error}"
+    );
+    // One without the object has whatever its maker gave it.
+    let drives = vec![DriveModel::new(0).without(object::QUICK_STOP_OPTION, 0)];
+    let Some(mut rig) = Rig::new("no option", drives, &config(1)) else { return };
+    assert_eq!(rig.robot().stop_options().next().map(|(_, options)| options.quick_stop), Some(None));
+}
+
+#[test]
 fn silence_of_ours_stops_the_drives() {
     let Some(mut rig) = Rig::usual("our silence") else { return };
     rig.enable();

@@ -4,7 +4,7 @@ use super::{Core, Inputs, Orders, State};
 use crate::drive::checklist::{Answer, Check, Checklist, What};
 use crate::drive::guard::{Alarm, Guard};
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Cell, Found, StartUp, Watched, Weighing, moved, start_errors};
+use crate::drive::start::{Cell, Found, Watched, Weighing, moved, start_errors};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
@@ -47,9 +47,10 @@ impl Core {
             now: inputs.now,
         };
         let [moved, real] = &mut self.checks;
-        let check = |of: &mut StartUp, links: Watched| of.check(&links, &cell);
-        let moved = check(moved, Watched::moved(&self.record, inputs.moved.broken));
-        let real = inputs.exercised.map(|arrived| check(real, Watched::exercised(&self.record, arrived.broken)));
+        let moved = moved.check(&Watched::moved(&self.record, inputs.moved.broken), &cell);
+        let of_real = Cell { robots: &self.exercised, ..cell };
+        let real =
+            inputs.exercised.map(|arrived| real.check(&Watched::exercised(&self.record, arrived.broken), &of_real));
         // The list of a dry run is that of the real links, unless only the emulated ones have failed.
         let found = [real.flatten(), moved];
         let decided = || found.iter().flatten().filter(|found| found.decides).map(|found| &found.list);

@@ -155,6 +155,15 @@ impl Controller for EgmController {
     fn fault(&self) -> Option<&'static str> {
         self.fault
     }
+
+    fn has_client(&self) -> bool {
+        self.asked.is_some() && self.fault.is_none()
+    }
+
+    fn renew(&mut self, at: [f64; AXES]) {
+        (self.fault, self.commanded, self.asked, self.settled_since) = (None, None, None, None);
+        self.line = self.line.map(|line| Line { from: at, to: at, ..line });
+    }
 }
 
 fn motion(settings: &EgmSettings, axes: &[f64; AXES], state: &RobotState) -> Motion {

@@ -5,6 +5,7 @@ use super::config::{EtherCatConfig, OpenError};
 use super::mapping::{Command, Inputs, Outputs, Report};
 use super::opening::{Opened, open};
 use super::pump::{Passed, Pump};
+use super::watchdog::StopOptions;
 use crate::clock::{Clock, Monotonic};
 use crate::signals::AXES;
 use crate::time::Nanos;
@@ -41,6 +42,7 @@ pub(super) struct Place {
     pub(super) station: usize,
     pub(super) outputs: Outputs,
     pub(super) inputs: Inputs,
+    pub(super) stops: StopOptions,
 }
 
 /// What came back from an exchange.
@@ -73,6 +75,11 @@ impl Bus {
     /// Working counter of a whole exchange.
     pub(super) fn expected(&self) -> u16 {
         self.expected
+    }
+
+    /// What each drive does at a stop, in the order of the axes in use.
+    pub(super) fn stops(&self) -> impl Iterator<Item = StopOptions> {
+        self.places.iter().map(|place| place.stops)
     }
 
     /// SYNC0 is in use.

@@ -2,6 +2,7 @@
 
 use super::mapping::Unusable;
 use super::scale::AxisScale;
+use super::watchdog::WATCHDOG;
 use crate::signals::{AXES, RAIL};
 use crate::time::Nanos;
 
@@ -23,6 +24,8 @@ pub struct EtherCatConfig {
     pub cycle: Nanos,
     /// Frames that are not back after this time in their cycle are lost; half a cycle by default.
     pub answer: Nanos,
+    /// Drives go off when their outputs have no frame for so long; set at the opening, [`WATCHDOG`] by default.
+    pub watchdog: Nanos,
     /// Let the drives latch their targets by SYNC0 of the distributed clocks, if all of them have these.
     pub clocks: bool,
     /// Acknowledge faults that the drives have at the start, once. A fault that comes later is never acknowledged: a
@@ -35,7 +38,7 @@ impl EtherCatConfig {
     pub fn new(scales: &[AxisScale]) -> Self {
         let axes = std::array::from_fn(|i| scales.get(i).map(|scale| AxisConfig { station: i, scale: *scale }));
         let cycle = Nanos::from_millis(1);
-        Self { axes, cycle, answer: Nanos(cycle.0 / 2), clocks: true, reset_faults: false }
+        Self { axes, cycle, answer: Nanos(cycle.0 / 2), watchdog: WATCHDOG, clocks: true, reset_faults: false }
     }
 
     /// It has a rail.
@@ -54,6 +57,10 @@ impl EtherCatConfig {
         }
         if self.answer.0 <= 0 || self.answer.0 > self.cycle.0 {
             return flawed("frames must be back within the cycle".to_owned());
+        }
+        if self.watchdog.0 < 4 * self.cycle.0 || self.watchdog.0 > 1_000_000_000 {
+            let ms = self.watchdog.0 as f64 * 1e-6;
+            return flawed(format!("a watchdog of {ms} ms is not between 4 cycles and 1 s"));
         }
         let axes: Vec<_> = self.axes.iter().enumerate().filter_map(|(i, axis)| axis.map(|axis| (i, axis))).collect();
         if axes.is_empty() {

@@ -10,6 +10,14 @@ pub mod object {
     pub const CONTROLWORD: u16 = 0x6040;
     /// Statusword, u16.
     pub const STATUSWORD: u16 = 0x6041;
+    /// What the drive does at a quick stop, i16.
+    pub const QUICK_STOP_OPTION: u16 = 0x605A;
+    /// What it does at a shutdown, i16.
+    pub const SHUTDOWN_OPTION: u16 = 0x605B;
+    /// What it does when operation is disabled, i16.
+    pub const DISABLE_OPTION: u16 = 0x605C;
+    /// What it does at a fault, i16.
+    pub const FAULT_OPTION: u16 = 0x605E;
     /// Modes of operation, i8.
     pub const MODE: u16 = 0x6060;
     /// Modes of operation display, i8.

@@ -1,7 +1,8 @@
 //! EtherCAT with CiA 402 drives: six axes and a rail in cyclic synchronous position.
 //!
 //! The parts without a wire stand alone: the state machine of one drive ([`cia402`]), of all together ([`drives`]), the
-//! mapping that a drive tells ([`mapping`]) and its counts ([`scale`]). The crate ethercrab brings the segment to OP
+//! mapping that a drive tells ([`mapping`]), its counts ([`scale`]), and what it does when nobody speaks to it any more
+//! ([`watchdog`]). The crate ethercrab brings the segment to OP
 //! and makes its datagrams; [`segment`] is the other side, at the level of frames.
 
 mod bus;
@@ -15,6 +16,7 @@ pub mod raw;
 mod robot;
 pub mod scale;
 pub mod segment;
+pub mod watchdog;
 
 pub use config::{AxisConfig, EtherCatConfig, OpenError};
 pub use robot::EtherCatRobot;

@@ -6,11 +6,12 @@ use super::config::{AxisConfig, EtherCatConfig, OpenError};
 use super::mapping::{Command, Entry, Inputs, Outputs, Report, object};
 use super::pump::Pump;
 use super::raw::RawSocket;
+use super::watchdog::{self, StopOptions, Watchdog};
 use crate::clock::{Clock, Monotonic};
 use crate::signals::AXES;
 use crate::time::Nanos;
 use ethercrab::error::{Error, MailboxError};
-use ethercrab::subdevice_group::{DcConfiguration, NoDc, Op, PreOp, PreOpPdi};
+use ethercrab::subdevice_group::{DcConfiguration, HasPdi, NoDc, Op, PreOp, PreOpPdi};
 use ethercrab::{
     DcSync, EtherCrabWireWrite, MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, SubDevice, SubDeviceRef,
     Timeouts,
@@ -79,6 +80,7 @@ struct Facts {
     inputs: Vec<Entry>,
     modes: Option<u32>,
     clocks: bool,
+    stops: StopOptions,
 }
 
 /// A segment on its way to OP.
@@ -138,6 +140,10 @@ impl Opening<'_> {
         }
         for ((_, axis), place) in axes(&config).zip(&places) {
             let Ok(device) = group.subdevice(main, axis.station) else { continue };
+            let name = device.name().to_owned();
+            let set = watchdog::set(&device, config.watchdog);
+            let found = self.step("setting the watchdog of a drive", STATE_SECONDS, set)?;
+            judge(place.station, &name, found, &config)?;
             let mapped = place.outputs.mode.is_some();
             let set = parameters(&device, axis, config.cycle, clocks, mapped);
             self.step("setting the parameters of a drive", STATE_SECONDS, set)?;
@@ -181,6 +187,26 @@ impl Opening<'_> {
         Ok((Operating::Synced(self.reach_op(group, places, expected)?), expected))
     }
 
+    /// Once the drives have been configured: their watchdogs are as they were set, and frames trigger them.
+    fn look_at_watchdogs<S: HasPdi, D>(&mut self, group: &Group<S, D>, places: &[Place]) -> Result<(), OpenError> {
+        let (main, config) = (self.main, *self.config);
+        for place in places {
+            let Ok(device) = group.subdevice(main, place.station) else { continue };
+            let name = device.name().to_owned();
+            let found = self.step("reading back the watchdog of a drive", STATE_SECONDS, watchdog::read(&device))?;
+            judge(place.station, &name, found, &config)?;
+            let look = watchdog::triggers(&device);
+            let (triggers, control) = self.step("reading the sync managers of a drive", STATE_SECONDS, look)?;
+            if !triggers {
+                let text = format!(
+                    "the sync manager of its outputs triggers no watchdog (bit 6 of its control byte, {control:02X})"
+                );
+                return Err(OpenError::Drive(place.station, name, text));
+            }
+        }
+        Ok(())
+    }
+
     /// SAFE-OP, a look at the inputs, then OP with targets where the axes stand and drives off.
     fn reach_op<D>(
         &mut self,
@@ -194,6 +220,7 @@ impl Opening<'_> {
         for _ in 0..3 {
             self.step("reading the first inputs", STATE_SECONDS, transfer(&group, main, clocked))?;
         }
+        self.look_at_watchdogs(&group, places)?;
         read_group(&group, main, places, &mut reports);
         write_group(&group, main, places, &reports.map(at_rest));
         let group = self.step("asking for OP", STATE_SECONDS, group.request_into_op(main))?;
@@ -201,6 +228,15 @@ impl Opening<'_> {
         loop {
             let passed = self.step("the change to OP", STATE_SECONDS, transfer(&group, main, clocked))?;
             if passed.operational && passed.working_counter == expected {
+                for place in places {
+                    let Ok(device) = group.subdevice(main, place.station) else { continue };
+                    let name = device.name().to_owned();
+                    if !self.step("reading the state of a watchdog", STATE_SECONDS, watchdog::runs(&device))? {
+                        let text = "the watchdog of its outputs has expired already (bit 0 of 0440)".to_owned();
+                        return Err(OpenError::Drive(place.station, name, text));
+                    }
+                    self.step("the first cycles in OP", STATE_SECONDS, transfer(&group, main, clocked))?;
+                }
                 return Ok(group);
             }
             if Monotonic.now() >= until {
@@ -216,6 +252,12 @@ impl Opening<'_> {
             Monotonic.sleep_until(due);
         }
     }
+}
+
+/// A watchdog that is off, or expires too late or too early.
+fn judge(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -> Result<(), OpenError> {
+    let flaw = found.flaw(config.watchdog, config.cycle);
+    flaw.map_or(Ok(()), |flaw| Err(OpenError::Drive(station, name.to_owned(), flaw)))
 }
 
 fn at_rest(report: Report) -> Command {
@@ -236,9 +278,12 @@ fn place(station: usize, facts: &Facts) -> Result<Place, OpenError> {
         let text = "it does not support cyclic synchronous position (bit 7 of 6502)".to_owned();
         return Err(OpenError::Drive(station, facts.name.clone(), text));
     }
+    if let Some(flaw) = facts.stops.flaw() {
+        return Err(OpenError::Drive(station, facts.name.clone(), flaw.to_owned()));
+    }
     let outputs = Outputs::find(&facts.outputs).map_err(refuse)?;
     let inputs = Inputs::find(&facts.inputs).map_err(refuse)?;
-    Ok(Place { station, outputs, inputs })
+    Ok(Place { station, outputs, inputs, stops: facts.stops })
 }
 
 async fn facts(device: &Device<'_>) -> Result<Facts, Error> {
@@ -252,6 +297,7 @@ async fn facts(device: &Device<'_>) -> Result<Facts, Error> {
         inputs: entries(device, object::INPUT_ASSIGNMENT).await?,
         modes,
         clocks: device.dc_support().enhanced(),
+        stops: watchdog::stop_options(device).await?,
     })
 }
 

@@ -5,6 +5,7 @@ use super::config::{EtherCatConfig, OpenError};
 use super::drives::{Aim, Drives, Phase, Trip};
 use super::mapping::Report;
 use super::scale::AxisScale;
+use super::watchdog::StopOptions;
 use crate::clock::{Clock, Monotonic};
 use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, Robot, RobotState};
 use crate::time::Nanos;
@@ -51,7 +52,8 @@ pub struct EtherCatRobot {
 }
 
 impl EtherCatRobot {
-    /// Opens the segment on an interface: devices found, mapping read and checked, OP reached, drives off.
+    /// Opens the segment on an interface: devices found, mapping and stop options read and checked, watchdogs set and
+    /// read back, OP reached, drives off.
     ///
     /// # Errors
     /// If the segment or one of its drives is not what the configuration says; the drive and the reason are named.
@@ -93,6 +95,11 @@ impl EtherCatRobot {
     /// The drives latch their targets by SYNC0 of the distributed clocks.
     pub fn synced(&self) -> bool {
         self.bus.synced()
+    }
+
+    /// What each drive does at a stop, with the number of its axis from 0.
+    pub fn stop_options(&self) -> impl Iterator<Item = (usize, StopOptions)> {
+        self.axes.iter().map(|axis| axis.number).zip(self.bus.stops())
     }
 
     /// Time from sending the last frame to its coming back.

@@ -6,22 +6,76 @@ use crate::protocol::{Controller, Line, Outbox, attitude};
 use crate::signals::{AXES, RAIL, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Largest step of a target from one command to the next \[rad\]: 5 deg, where a CRX trips.
 const MAX_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// A client that commands nothing and says nothing for so long may be replaced by another one.
+const FORGOTTEN: Nanos = Nanos::from_millis(1000);
 /// Cycles without a command after which it stops following.
 const MAX_SILENT: u32 = 3;
+
+/// What the Remote Motion Interface and the operator's panel of an emulated controller have in common with it.
+#[derive(Debug, Default)]
+pub struct Remote {
+    program: AtomicBool,
+    resets: AtomicU32,
+    emergency_stop: AtomicBool,
+    teach_pendant: AtomicBool,
+}
+
+impl Remote {
+    /// Whether the program that follows the stream runs (`STREAM_MOTN`).
+    pub fn runs_program(&self) -> bool {
+        self.program.load(Ordering::Acquire) && !self.is_stopped() && !self.is_taught()
+    }
+
+    /// Starts or ends that program.
+    pub fn run_program(&self, runs: bool) {
+        self.program.store(runs, Ordering::Release);
+    }
+
+    /// Clears faults whose cause is gone.
+    pub fn reset(&self) {
+        self.resets.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// Presses the emergency stop or releases it.
+    pub fn press_emergency_stop(&self, pressed: bool) {
+        self.emergency_stop.store(pressed, Ordering::Release);
+    }
+
+    /// Switches the teach pendant on or off.
+    pub fn teach(&self, on: bool) {
+        self.teach_pendant.store(on, Ordering::Release);
+    }
+
+    /// The emergency stop is pressed.
+    pub fn is_stopped(&self) -> bool {
+        self.emergency_stop.load(Ordering::Acquire)
+    }
+
+    /// The teach pendant is on.
+    pub fn is_taught(&self) -> bool {
+        self.teach_pendant.load(Ordering::Acquire)
+    }
+}
 
 /// An emulated controller of a six-axis arm.
 pub struct FanucController {
     cycle: Nanos,
     version: u32,
     client: Option<SocketAddr>,
+    /// When that client was last heard.
+    heard: Nanos,
     sequence: u32,
     /// The version agreed upon, while it streams.
     streaming: Option<u32>,
     /// The program that follows the stream runs.
     program: bool,
+    /// Who starts and ends that program and clears faults, and the resets that were seen.
+    remote: Option<(Arc<Remote>, u32)>,
     /// The client has sent its last command.
     ended: bool,
     commanded: Option<u32>,
@@ -40,9 +94,11 @@ impl FanucController {
             cycle,
             version: version.max(BASE_VERSION),
             client: None,
+            heard: Nanos(0),
             sequence: 0,
             streaming: None,
             program: true,
+            remote: None,
             ended: false,
             commanded: None,
             asked: None,
@@ -55,6 +111,41 @@ impl FanucController {
     /// Whether the program that follows the stream runs (`STREAM_MOTN`); it does from the start.
     pub fn run_program(&mut self, runs: bool) {
         self.program = runs;
+    }
+
+    /// Where its interpolator is; `None` before its first report.
+    pub fn line_at(&self, now: Nanos) -> Option<[f64; AXES]> {
+        self.line.map(|line| line.at(now, self.cycle))
+    }
+
+    /// Leaves program and faults to an interface.
+    pub fn obey(&mut self, remote: Arc<Remote>) {
+        self.program = remote.runs_program();
+        let resets = remote.resets.load(Ordering::Acquire);
+        self.remote = Some((remote, resets));
+    }
+
+    /// Does what its interface has been asked for since the last cycle.
+    fn look_at_remote(&mut self) {
+        let Some((remote, seen)) = &mut self.remote else { return };
+        self.program = remote.runs_program();
+        let resets = remote.resets.load(Ordering::Acquire);
+        if resets != std::mem::replace(seen, resets) {
+            (self.fault, self.asked, self.commanded, self.silent) = (None, None, None, 0);
+        }
+    }
+
+    /// One client at a time: another one may start once its stream has stopped, or it is gone and commands nothing.
+    fn may_start(&self, from: SocketAddr, now: Nanos) -> bool {
+        let free = self.streaming.is_none() || self.asked.is_none() && now - self.heard > FORGOTTEN;
+        free || self.client.is_none_or(|client| client == from)
+    }
+
+    /// Bits of the robot's status: 0 fault, 1 teach pendant, 2 emergency stop.
+    fn robot_status(&self) -> u8 {
+        let (taught, stopped) =
+            self.remote.as_ref().map_or((false, false), |(remote, _)| (remote.is_taught(), remote.is_stopped()));
+        u8::from(self.fault.is_some() || stopped) | u8::from(taught) << 1 | u8::from(stopped) << 2
     }
 
     /// It waits for commands and follows them.
@@ -102,15 +193,18 @@ impl Controller for FanucController {
         self.cycle = cycle;
     }
 
-    fn take(&mut self, _now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
+    fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
+        if self.client == Some(from) {
+            self.heard = now;
+        }
         match Request::read(datagram) {
             Some(Request::Capability) => {
                 let period_ms = (self.cycle.0 / 1_000_000) as u32;
                 let reply = Reply::Capability(Capability { period_ms, version: self.version });
                 out(from, reply.packet().as_bytes());
             }
-            Some(Request::Start(version)) => {
-                self.client = Some(from);
+            Some(Request::Start(version)) if self.may_start(from, now) => {
+                (self.client, self.heard) = (Some(from), now);
                 self.start(version);
             }
             Some(Request::Stop) if self.client == Some(from) => self.streaming = None,
@@ -126,10 +220,11 @@ impl Controller for FanucController {
     }
 
     fn target(&mut self, now: Nanos) -> [f64; AXES] {
-        self.line.map_or([0.0; AXES], |line| line.at(now, self.cycle))
+        self.line_at(now).unwrap_or([0.0; AXES])
     }
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
+        self.look_at_remote();
         let from = self.line.map_or(state.position, |line| line.at(now, self.cycle));
         let asked = self.asked.filter(|_| self.fault.is_none());
         self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
@@ -141,17 +236,27 @@ impl Controller for FanucController {
             self.fault = Some("commands have ceased");
         }
         self.sequence = self.sequence.wrapping_add(1);
-        let status = report(version, self.sequence, self.follows(), self.fault.is_some(), now, state);
+        let status = report(version, self.sequence, self.follows(), self.robot_status(), now, state);
         out(client, Reply::Status(status).packet().as_bytes());
     }
 
     fn fault(&self) -> Option<&'static str> {
         self.fault
     }
+
+    fn has_client(&self) -> bool {
+        self.streaming.is_some() && self.asked.is_some() && self.follows()
+    }
+
+    fn renew(&mut self, at: [f64; AXES]) {
+        self.line = self.line.map(|line| Line { from: at, to: at, ..line });
+        (self.fault, self.streaming, self.client) = (None, None, None);
+        (self.asked, self.commanded, self.silent, self.ended) = (None, None, 0, false);
+    }
 }
 
 /// The status of a cycle.
-fn report(version: u32, sequence: u32, waits: bool, error: bool, now: Nanos, state: &RobotState) -> Status {
+fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos, state: &RobotState) -> Status {
     let mut joints = [0.0; WIRE_AXES];
     for (angle, radians) in joints.iter_mut().zip(&state.position[..RAIL]) {
         *angle = radians.to_degrees() as f32;
@@ -166,7 +271,7 @@ fn report(version: u32, sequence: u32, waits: bool, error: bool, now: Nanos, sta
         version,
         sequence,
         status: u8::from(waits),
-        robot_status: u8::from(error),
+        robot_status,
         contact_stop: 0,
         time_stamp: (now.0 / 1_000_000) as u32,
         pose,

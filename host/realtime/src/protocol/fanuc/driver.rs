@@ -25,6 +25,8 @@ pub struct FanucRobot<P: Port> {
     peer: Peer,
     counters: LinkCounters,
     phase: Phase,
+    /// Nothing is asked of it: it is ready if nothing keeps its program from being started.
+    watched: bool,
     /// When the phase's request was sent.
     requested: Nanos,
     session: Session,
@@ -71,6 +73,7 @@ impl<P: Port> FanucRobot<P> {
             peer: Peer::at(controller),
             counters: LinkCounters::default(),
             phase: Phase::Asked,
+            watched: false,
             requested,
             session: Session::default(),
         };
@@ -78,6 +81,17 @@ impl<P: Port> FanucRobot<P> {
         robot.request(&Request::Stop)?;
         robot.request(&Request::Capability)?;
         Ok(robot)
+    }
+
+    /// A robot of a dry run: the program that follows the stream is not started, and is not missed.
+    pub fn watched(mut self) -> Self {
+        self.watched = true;
+        self
+    }
+
+    /// The clock of its port.
+    pub(super) fn now(&self) -> Nanos {
+        self.port.now()
     }
 
     fn request(&mut self, request: &Request) -> Result<(), LinkFault> {
@@ -129,7 +143,13 @@ impl<P: Port> FanucRobot<P> {
 }
 
 /// Takes a status into the session, or counts why not.
-fn take(session: &mut Session, counters: &mut LinkCounters, status: Status, now: Nanos) -> Option<RobotState> {
+fn take(
+    session: &mut Session,
+    counters: &mut LinkCounters,
+    status: Status,
+    now: Nanos,
+    ready: bool,
+) -> Option<RobotState> {
     let mut position = [0.0; AXES];
     for (axis, &degrees) in position[..RAIL].iter_mut().zip(&status.joints) {
         *axis = f64::from(degrees).to_radians();
@@ -153,7 +173,7 @@ fn take(session: &mut Session, counters: &mut LinkCounters, status: Status, now:
         torque: None,
         pose: Some(Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }),
         late_answers: 0,
-        ready: status.is_ready() && !session.ended,
+        ready: ready && !session.ended,
     })
 }
 
@@ -163,7 +183,7 @@ impl<P: Port> Robot for FanucRobot<P> {
     }
 
     fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault> {
-        let Self { port, peer, counters, session, phase, .. } = self;
+        let Self { port, peer, counters, session, phase, watched, .. } = self;
         let mut capability = None;
         let mut phase_now = *phase;
         let (state, taken) = link::newest(port, deadline, |datagram, from, now| {
@@ -179,7 +199,8 @@ impl<P: Port> Robot for FanucRobot<P> {
                 }
                 (Some(Reply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
                     phase_now = Phase::Streaming(version);
-                    take(session, counters, status, now)
+                    let ready = if *watched { status.is_sound() } else { status.is_ready() };
+                    take(session, counters, status, now, ready)
                 }
                 // An answer to a repeated question, or status of a stream that was just stopped.
                 (Some(_), _) => {

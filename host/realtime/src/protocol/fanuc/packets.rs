@@ -191,7 +191,12 @@ pub struct Status {
 impl Status {
     /// It waits for commands and follows them: no error, no stop.
     pub fn is_ready(&self) -> bool {
-        self.waits_for_commands() && self.robot_status & 0b101 == 0 && !matches!(self.contact_stop, 2 | 4)
+        self.waits_for_commands() && self.is_sound()
+    }
+
+    /// No error, no stop.
+    pub fn is_sound(&self) -> bool {
+        self.robot_status & 0b101 == 0 && !matches!(self.contact_stop, 2 | 4)
     }
 
     /// A command would be taken.

@@ -13,11 +13,16 @@ const MAX_LINE: usize = 64 * 1024;
 /// Lines of others (faults pushed, late acknowledgements) that may come before a reply.
 const MAX_PUSHED: usize = 64;
 
+/// Alarms that are read of the controller.
+const MAX_ALARMS: i64 = 5;
+/// How often a controller whose servos come up is asked again.
+const LOOK: Duration = Duration::from_millis(50);
+
 /// Why a robot could not be armed.
 #[derive(Debug, thiserror::Error)]
 pub enum RmiError {
     /// The controller does not answer in time, or the connection breaks.
-    #[error("the FANUC controller does not answer {request}")]
+    #[error("the FANUC controller does not answer {request}: {error}")]
     Io {
         /// What it was asked.
         request: &'static str,
@@ -26,12 +31,22 @@ pub enum RmiError {
         error: io::Error,
     },
     /// It refuses.
-    #[error("the FANUC controller refuses {request}: error {code}")]
+    #[error("the FANUC controller refuses {request} with error {code}: {words}")]
     Refused {
         /// What it was asked.
         request: &'static str,
         /// Its number for the reason.
         code: i64,
+        /// Its alarms, or the meaning of the number.
+        words: String,
+    },
+    /// It cannot move its robot now.
+    #[error("the FANUC controller cannot move its robot, {problem}: {words}")]
+    NotReady {
+        /// What its status shows.
+        problem: &'static str,
+        /// Its alarms.
+        words: String,
     },
     /// Its reply lacks what it must tell.
     #[error("the FANUC controller answers {request} without {field}")]
@@ -43,8 +58,29 @@ pub enum RmiError {
     },
 }
 
-/// A session with a controller; ends when dropped, and with it the program that follows the stream.
-pub struct RmiSession(Lines);
+/// What the numbers of refusals mean, as FANUC's manual has it.
+fn meaning(code: i64) -> &'static str {
+    match code {
+        2_556_934 | 2_556_936 => "Cannot Execute TP program",
+        2_556_935 => "Controller Servo is Off",
+        2_556_937 => "RMI is Not Running",
+        2_556_940 => "Cannot Reset Controller",
+        2_556_943 => "Invalid Controller State",
+        2_556_944 => "Please Cycle Power",
+        2_556_952 => "RMI is In HOLD State",
+        2_556_954 => "Robot is Already Connected",
+        2_556_971 => "Robot in Single Step Mode",
+        2_556_981 => "Invalid Call Program Name",
+        _ => "see this number in the manual of FANUC's Remote Motion Interface",
+    }
+}
+
+/// A session with a controller; when it is dropped it aborts the program that follows the stream, and ends.
+pub struct RmiSession {
+    lines: Lines,
+    /// Alarms that stood when it was opened: a reset takes them off the list, whether their cause is gone or not.
+    alarms: String,
+}
 
 /// A connection of JSON lines.
 struct Lines {
@@ -68,25 +104,89 @@ impl RmiSession {
             let port = reply.get("PortNumber").and_then(Value::as_u64).and_then(|port| u16::try_from(port).ok());
             port.filter(|&port| port > 0).ok_or(RmiError::Reply { request, field: "PortNumber" })?
         };
-        let mut session = Self(Lines::connect(SocketAddr::new(controller.ip(), port), limit, request)?);
-        session.initialize()?;
+        let lines = Lines::connect(SocketAddr::new(controller.ip(), port), limit, request)?;
+        let mut session = Self { lines, alarms: String::new() };
+        session.alarms = session.read_alarms();
+        session.initialize().map_err(|error| session.explained(error))?;
         Ok(session)
+    }
+
+    /// The controller's alarms, newest first; empty without any.
+    fn read_alarms(&mut self) -> String {
+        let request = json!({"Command": "FRC_ReadError", "Count": MAX_ALARMS});
+        // Words that cannot be had are no failure of their own.
+        let Ok(reply) = self.lines.exchange("Command", "FRC_ReadError", &request) else {
+            return String::new();
+        };
+        let keys = ["ErrorData", "ErrorData2", "ErrorData3", "ErrorData4", "ErrorData5"];
+        let texts = keys.iter().filter_map(|key| reply.get(*key).and_then(Value::as_str)).map(str::trim);
+        texts.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The controller's alarms now, or else those from before.
+    pub(super) fn words(&mut self) -> String {
+        let now = self.read_alarms();
+        match (now.is_empty(), self.alarms.is_empty()) {
+            (false, _) => now,
+            (true, false) => self.alarms.clone(),
+            (true, true) => "it lists no alarm".to_owned(),
+        }
+    }
+
+    /// A refusal with the controller's own words.
+    fn explained(&mut self, error: RmiError) -> RmiError {
+        match error {
+            RmiError::Refused { request, code, words } => {
+                let alarms = self.read_alarms();
+                let alarms = if alarms.is_empty() { self.alarms.clone() } else { alarms };
+                let words = if alarms.is_empty() { words } else { format!("{words}; {alarms}") };
+                RmiError::Refused { request, code, words }
+            }
+            other => other,
+        }
+    }
+
+    /// Waits until the servos are on, as long as a reply may take.
+    ///
+    /// # Errors
+    /// If the teach pendant is on, or the servos stay off: with the controller's own words.
+    pub fn wait_for_servos(&mut self) -> Result<(), RmiError> {
+        let request = "FRC_GetStatus";
+        let end = Instant::now() + self.lines.limit;
+        loop {
+            let status = self.lines.ask("Command", request)?;
+            let flag = |field: &'static str| {
+                status.get(field).and_then(Value::as_i64).ok_or(RmiError::Reply { request, field })
+            };
+            if flag("TPMode")? != 0 {
+                let words = self.words();
+                return Err(RmiError::NotReady { problem: "its teach pendant is on or it is in T1", words });
+            }
+            if flag("ServoReady")? != 0 {
+                return Ok(());
+            }
+            if Instant::now() >= end {
+                let words = self.words();
+                return Err(RmiError::NotReady { problem: "its servos are off", words });
+            }
+            std::thread::sleep(LOOK);
+        }
     }
 
     /// Resets and initialises; once more after an abort, if a program of an earlier session is in the way.
     fn initialize(&mut self) -> Result<(), RmiError> {
         self.tolerated("FRC_Reset")?;
-        if self.0.ask("Command", "FRC_Initialize").is_ok() {
+        if self.lines.ask("Command", "FRC_Initialize").is_ok() {
             return Ok(());
         }
         self.tolerated("FRC_Abort")?;
         self.tolerated("FRC_Reset")?;
-        self.0.ask("Command", "FRC_Initialize").map(|_| ())
+        self.lines.ask("Command", "FRC_Initialize").map(|_| ())
     }
 
     /// A command whose refusal is no matter.
     fn tolerated(&mut self, request: &'static str) -> Result<(), RmiError> {
-        match self.0.ask("Command", request) {
+        match self.lines.ask("Command", request) {
             Ok(_) | Err(RmiError::Refused { .. }) => Ok(()),
             Err(other) => Err(other),
         }
@@ -98,12 +198,12 @@ impl RmiSession {
     /// # Errors
     /// If the controller does not answer.
     pub fn start_stream_program(&mut self) -> Result<(), RmiError> {
-        let status = self.0.ask("Command", "FRC_GetStatus")?;
+        let status = self.lines.ask("Command", "FRC_GetStatus")?;
         // The controller goes on counting over sessions, and drops a call of an older number without a word.
         let next = status.get("NextSequenceID").and_then(Value::as_u64);
         let sequence = next.ok_or(RmiError::Reply { request: "FRC_GetStatus", field: "NextSequenceID" })?;
         let call = json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ProgramName": STREAM_PROGRAM});
-        self.0.write("FRC_Call", &call)
+        self.lines.write("FRC_Call", &call)
     }
 }
 
@@ -118,7 +218,12 @@ impl Lines {
 
     /// Sends a request and waits for the reply that repeats its name.
     fn ask(&mut self, kind: &'static str, request: &'static str) -> Result<Value, RmiError> {
-        self.write(request, &json!({ kind: request }))?;
+        self.exchange(kind, request, &json!({ kind: request }))
+    }
+
+    /// The same for a request with further fields.
+    fn exchange(&mut self, kind: &'static str, request: &'static str, message: &Value) -> Result<Value, RmiError> {
+        self.write(request, message)?;
         let end = Instant::now() + self.limit;
         for _ in 0..MAX_PUSHED {
             let line = self.read_line(end).map_err(|error| RmiError::Io { request, error })?;
@@ -130,7 +235,7 @@ impl Lines {
             }
             return match reply.get("ErrorID").and_then(Value::as_i64).unwrap_or(0) {
                 0 => Ok(reply),
-                code => Err(RmiError::Refused { request, code }),
+                code => Err(RmiError::Refused { request, code, words: meaning(code).to_owned() }),
             };
         }
         Err(RmiError::Io { request, error: io::ErrorKind::InvalidData.into() })
@@ -166,8 +271,9 @@ impl Drop for RmiSession {
     fn drop(&mut self) {
         // Waiting for the reply also reads what else has come: closed with bytes unread, the connection would break off
         // before the controller has read this. A controller that is gone needs no farewell.
-        self.0.limit = self.0.limit.min(Duration::from_secs(1));
-        let _ = self.0.ask("Communication", "FRC_Disconnect");
+        self.lines.limit = self.lines.limit.min(Duration::from_secs(1));
+        let _ = self.lines.ask("Command", "FRC_Abort");
+        let _ = self.lines.ask("Communication", "FRC_Disconnect");
     }
 }
 
@@ -227,11 +333,12 @@ mod tests {
         drop(session);
         let asked = served.join().unwrap();
         let names: Vec<_> = asked.iter().filter_map(|request| request["Command"].as_str()).collect();
-        let expected = ["FRC_Reset", "FRC_Initialize", "FRC_Abort", "FRC_Reset", "FRC_Initialize", "FRC_GetStatus"];
-        assert_eq!(names, expected);
+        let opening = ["FRC_ReadError", "FRC_Reset", "FRC_Initialize", "FRC_Abort", "FRC_Reset", "FRC_Initialize"];
+        assert_eq!(names[..6], opening);
+        assert_eq!(names[6..], ["FRC_GetStatus", "FRC_Abort"]);
         let call = json!({"Instruction": "FRC_Call", "SequenceID": 7, "ProgramName": "STREAM_MOTN"});
-        assert_eq!(asked[6], call);
-        assert_eq!(asked[7], json!({"Communication": "FRC_Disconnect"}));
+        assert_eq!(asked[7], call);
+        assert_eq!(asked[9], json!({"Communication": "FRC_Disconnect"}));
     }
 
     #[test]

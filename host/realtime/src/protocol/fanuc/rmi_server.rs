@@ -1,6 +1,7 @@
 //! The emulated controller's Remote Motion Interface: lets a client clear faults and start the program that follows the
 //! stream.
 
+use super::controller::Remote;
 use super::rmi::STREAM_PROGRAM;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -18,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// The RMI server of an emulated controller: one session at a time, until this is dropped.
 pub struct RmiServer {
     address: SocketAddr,
-    running: Arc<AtomicBool>,
+    remote: Arc<Remote>,
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -34,22 +35,23 @@ impl RmiServer {
         let session = TcpListener::bind(SocketAddr::new(address.ip(), 0))?;
         first.set_nonblocking(true)?;
         session.set_nonblocking(true)?;
-        let (running, over) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let (remote, over) = (Arc::new(Remote::default()), Arc::new(AtomicBool::new(false)));
         let port = session.local_addr()?.port();
-        let (program, ended) = (Arc::clone(&running), Arc::clone(&over));
+        let (served, ended) = (Arc::clone(&remote), Arc::clone(&over));
         let thread = std::thread::Builder::new().name("fanuc-rmi".to_owned()).spawn(move || {
-            let mut controller = Controller { port, next_sequence: 1, program };
+            let mut controller = Controller { port, next_sequence: 1, remote: served };
             while !ended.load(Ordering::Acquire) {
                 // What becomes of a session is the client's business; the program ends with it.
                 for listener in [&first, &session] {
                     if let Ok((stream, _)) = listener.accept() {
                         let _ = controller.serve(stream, &ended);
+                        controller.remote.run_program(false);
                     }
                 }
                 std::thread::sleep(LOOK);
             }
         })?;
-        Ok(Self { address, running, over, thread: Some(thread) })
+        Ok(Self { address, remote, over, thread: Some(thread) })
     }
 
     /// Where it listens for clients.
@@ -57,10 +59,9 @@ impl RmiServer {
         self.address
     }
 
-    /// Whether the program that follows the stream has been started: what
-    /// [`run_program`](super::controller::FanucController::run_program) wants to know each cycle.
-    pub fn program_runs(&self) -> bool {
-        self.running.load(Ordering::Acquire)
+    /// What its clients have asked for: for [`obey`](super::controller::FanucController::obey).
+    pub fn remote(&self) -> Arc<Remote> {
+        Arc::clone(&self.remote)
     }
 }
 
@@ -78,7 +79,7 @@ struct Controller {
     port: u16,
     /// Number that the next instruction must have; outlives sessions that just break off.
     next_sequence: u64,
-    program: Arc<AtomicBool>,
+    remote: Arc<Remote>,
 }
 
 impl Controller {
@@ -118,26 +119,31 @@ impl Controller {
             "FRC_Connect_STMO" => reply["PortNumber"] = self.port.into(),
             "FRC_Disconnect" => {
                 self.next_sequence = 1;
-                self.program.store(false, Ordering::Release);
+                self.remote.run_program(false);
             }
-            "FRC_Abort" => self.program.store(false, Ordering::Release),
+            "FRC_Abort" => self.remote.run_program(false),
+            "FRC_Reset" => self.remote.reset(),
             "FRC_GetStatus" => self.tell_status(&mut reply),
             "FRC_GetExtStatus" => {
+                let powered = u8::from(!self.remote.is_stopped());
                 let fields =
-                    [("DrivesPowered", json!(1)), ("GenOverride", json!(100)), ("SpeedClampLimit", json!(100))];
+                    [("DrivesPowered", json!(powered)), ("GenOverride", json!(100)), ("SpeedClampLimit", json!(100))];
                 fields.into_iter().for_each(|(field, value)| reply[field] = value);
             }
-            "FRC_ReadError" => (reply["Count"], reply["ErrorData"]) = (json!(0), json!("")),
+            "FRC_ReadError" => {
+                let alarms: &[&str] = if self.remote.is_stopped() { &["SRVO-001 Operator panel E-stop"] } else { &[] };
+                (reply["Count"], reply["ErrorData"]) = (json!(alarms.len()), json!(alarms.first().unwrap_or(&"")));
+            }
             _ => {}
         }
         Some(reply)
     }
 
     fn tell_status(&self, reply: &mut Value) {
-        let runs = u64::from(self.program.load(Ordering::Acquire));
+        let runs = u64::from(self.remote.runs_program());
         let fields = [
-            ("ServoReady", 1),
-            ("TPMode", 0),
+            ("ServoReady", u64::from(!self.remote.is_stopped())),
+            ("TPMode", u64::from(self.remote.is_taught())),
             ("RMIMotionStatus", 0),
             ("ProgramStatus", runs),
             ("Override", 100),
@@ -151,7 +157,7 @@ impl Controller {
         let sequence = request["SequenceID"].as_u64().filter(|&sequence| sequence >= self.next_sequence)?;
         self.next_sequence = sequence.saturating_add(1);
         if request["ProgramName"] == STREAM_PROGRAM {
-            self.program.store(true, Ordering::Release);
+            self.remote.run_program(true);
         }
         Some(json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ErrorID": 0}))
     }
@@ -167,29 +173,29 @@ mod tests {
         let server = RmiServer::start(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
         for _ in 0..2 {
             let mut session = RmiSession::open(server.local_address(), Duration::from_secs(5)).unwrap();
-            assert!(!server.program_runs());
+            assert!(!server.remote().runs_program());
             session.start_stream_program().unwrap();
             let started = (0..200).any(|_| {
                 std::thread::sleep(Duration::from_millis(10));
-                server.program_runs()
+                server.remote().runs_program()
             });
             assert!(started);
             drop(session);
-            assert!(!server.program_runs());
+            assert!(!server.remote().runs_program());
         }
     }
 
     #[test]
     fn garbage_and_old_numbers_get_no_reply() {
-        let program = Arc::new(AtomicBool::new(false));
-        let mut controller = Controller { port: 1, next_sequence: 5, program: Arc::clone(&program) };
+        let remote = Arc::new(Remote::default());
+        let mut controller = Controller { port: 1, next_sequence: 5, remote: Arc::clone(&remote) };
         for request in [json!(null), json!([1]), json!({"Command": 7}), json!({"Instruction": "FRC_Call"})] {
             assert_eq!(controller.reply(&request), None, "{request}");
         }
         let call =
             |sequence: u64| json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ProgramName": "STREAM_MOTN"});
         assert_eq!(controller.reply(&call(4)), None);
-        assert!(!program.load(Ordering::Acquire));
-        assert!(controller.reply(&call(u64::MAX)).is_some() && program.load(Ordering::Acquire));
+        assert!(!remote.runs_program());
+        assert!(controller.reply(&call(u64::MAX)).is_some() && remote.runs_program());
     }
 }

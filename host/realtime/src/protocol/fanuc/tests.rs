@@ -142,6 +142,49 @@ fn jumps_doubles_and_silence_stop_the_controller() {
 }
 
 #[test]
+fn one_client_at_a_time_and_a_new_one_after_it() {
+    let (one, two) = (local(), peer());
+    let start = Request::Start(3).packet();
+    let command = |sequence| {
+        let joints = std::array::from_fn(|axis| if axis < RAIL { START[axis].to_degrees() } else { 0.0 });
+        Request::Command(Command { version: 3, sequence, last: false, joints }).packet()
+    };
+    let mut controller = FanucController::new(CYCLE, 3);
+    let remote = std::sync::Arc::new(super::controller::Remote::default());
+    remote.run_program(true);
+    controller.obey(std::sync::Arc::clone(&remote));
+    let mut now = Nanos(0);
+    // Where the next status goes.
+    let status = |controller: &mut FanucController, now| {
+        let mut to = None;
+        controller.report(now, &state_at(START, now), &mut |address, _| to = Some(address));
+        to
+    };
+    controller.take(now, one, start.as_bytes(), &mut |_, _| {});
+    assert_eq!(status(&mut controller, now), Some(one));
+    // Somebody else has no part in it, as long as the client commands.
+    for sequence in 1..=300 {
+        now += CYCLE;
+        controller.take(now, one, command(sequence).as_bytes(), &mut |_, _| {});
+        controller.take(now, two, start.as_bytes(), &mut |_, _| {});
+        controller.take(now, two, Request::Stop.packet().as_bytes(), &mut |_, _| {});
+        assert_eq!(status(&mut controller, now), Some(one));
+    }
+    assert!(controller.has_client() && controller.fault().is_none());
+    // Its remote session breaks off, and with it the program: nobody commands any more.
+    remote.run_program(false);
+    status(&mut controller, now);
+    assert!(!controller.has_client());
+    let mut held = START;
+    held[0] += 0.2;
+    controller.renew(held);
+    assert_eq!(status(&mut controller, now), None);
+    controller.take(now, two, start.as_bytes(), &mut |_, _| {});
+    assert_eq!(status(&mut controller, now), Some(two));
+    assert_eq!(controller.target(now), held);
+}
+
+#[test]
 fn no_wild_order_leaves() {
     let mut bench = Bench::new(3);
     bench.cycle(&Order::Hold);

@@ -69,7 +69,7 @@ impl SensorBox for NetBox {
                 self.wanted = (request.count > 0).then_some(request.count);
                 self.rdt_sequence = 0;
             }
-            Command::Stop => self.client = None,
+            Command::Stop => self.client = self.client.filter(|client| *client != from),
             Command::Bias => self.bias_wanted = true,
             Command::ResetThresholds => {}
         }

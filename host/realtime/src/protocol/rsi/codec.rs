@@ -146,12 +146,13 @@ impl Sen {
     }
 
     fn take_attribute(&mut self, tags: &TagMap, element: &[u8], name: &[u8], value: &[u8]) -> Result<(), Malformed> {
-        if element == tags.correction.as_bytes() {
-            if let Some(index) = Group::Axes.attributes().iter().position(|known| known.as_bytes() == name) {
-                set_once(&mut self.axes[index], number(value)?)?;
-            }
-        } else if name == b"E1" && tags.external_correction.as_ref().is_some_and(|tag| tag.as_bytes() == element) {
+        let external = tags.external_correction.as_ref().is_some_and(|tag| tag.as_bytes() == element);
+        if name == b"E1" && external {
             set_once(&mut self.rail, number(value)?)?;
+        } else if element == tags.correction.as_bytes()
+            && let Some(index) = Group::Axes.attributes().iter().position(|known| known.as_bytes() == name)
+        {
+            set_once(&mut self.axes[index], number(value)?)?;
         }
         Ok(())
     }
@@ -164,9 +165,20 @@ impl Sen {
         message.clear();
         write!(message, "<Sen Type=\"{}\">", tags.sen_type)?;
         let axes = self.axes.map(|value| value.unwrap_or(0.0));
-        write_group(message, &tags.correction, Group::Axes.attributes(), &axes)?;
-        if let Some(element) = &tags.external_correction {
-            write_group(message, element, ["E1"], &[self.rail.unwrap_or(0.0)])?;
+        let rail = self.rail.unwrap_or(0.0);
+        match &tags.external_correction {
+            // One element for all of them.
+            Some(element) if *element == tags.correction => {
+                let [a1, a2, a3, a4, a5, a6] = axes;
+                let names = ["A1", "A2", "A3", "A4", "A5", "A6", "E1"];
+                write_group(message, element, names, &[a1, a2, a3, a4, a5, a6, rail])?;
+            }
+            external => {
+                write_group(message, &tags.correction, Group::Axes.attributes(), &axes)?;
+                if let Some(element) = external {
+                    write_group(message, element, ["E1"], &[rail])?;
+                }
+            }
         }
         if let Some(element) = &tags.stop {
             write!(message, "<{element}>{}</{element}>", u8::from(self.stop))?;
@@ -283,6 +295,39 @@ mod tests {
             A5=\"5.000000\" A6=\"6.000000\"/><EIPos E1=\"0.000000\" E2=\"0.000000\" E3=\"0.000000\" E4=\"0.000000\" \
             E5=\"0.000000\" E6=\"0.000000\"/><Delay D=\"0\"/><IPOC>8</IPOC></Rob>";
         assert_eq!(std::str::from_utf8(message.as_bytes()), Ok(golden));
+    }
+
+    #[test]
+    fn kukas_client_library_finds_external_axes_in_their_place_without_a_rail() {
+        let mut rob = Rob::new(357, 15);
+        rob.set(Group::Axes, [5.32, 6.4, 111.3, 12.2, 0.0, 12.5]);
+        let mut message = Message::new();
+        rob.write(&TagMap::kroshu(), &mut message).unwrap();
+        let text = std::str::from_utf8(message.as_bytes()).unwrap();
+        // The order of its own tests, to which its offsets are fixed.
+        let places = ["<RIst X=", "<AIPos A1=", "/><EIPos E1=", "/><Delay D=\"15\"/><IPOC>357</IPOC></Rob>"];
+        let found: Vec<_> = places.iter().map(|place| text.find(place)).collect();
+        assert!(found.iter().all(Option::is_some) && found.is_sorted(), "{text}");
+        let sen = Sen { axes: [Some(0.0); 6], rail: None, stop: false, ipoc: 357 };
+        sen.write(&TagMap::kroshu(), &mut message).unwrap();
+        let text = std::str::from_utf8(message.as_bytes()).unwrap();
+        assert!(text.contains("/><EK E1=\"0.000000\"/><Stop>0</Stop><IPOC>357</IPOC></Sen>"), "{text}");
+        // What the library itself answers for six axes: Stop first, no external axes.
+        let theirs = "<Sen Type=\"KROSHU\"><Stop>0</Stop><AK A1=\"-1.000000\" A2=\"-1.000000\" A3=\"-1.000000\" \
+            A4=\"-1.000000\" A5=\"-1.000000\" A6=\"-1.000000\"/><IPOC>0</IPOC></Sen>";
+        let read = Sen::read(theirs.as_bytes(), &TagMap::kroshu()).unwrap();
+        assert_eq!((read.axes, read.rail, read.stop), ([Some(-1.0); 6], None, false));
+    }
+
+    #[test]
+    fn axes_and_rail_share_an_element_where_the_context_has_it_so() {
+        let tags = TagMap { external_correction: Some("AK".to_owned()), ..TagMap::im_free().with_rail() };
+        let sen = Sen { axes: [1.0; 6].map(Some), rail: Some(-2.5), stop: false, ipoc: 9 };
+        let mut message = Message::new();
+        sen.write(&tags, &mut message).unwrap();
+        let text = std::str::from_utf8(message.as_bytes()).unwrap();
+        assert!(text.contains(" A6=\"1.000000\" E1=\"-2.500000\"/><Stop>"), "{text}");
+        assert_eq!(Sen::read(message.as_bytes(), &tags), Ok(sen));
     }
 
     #[test]

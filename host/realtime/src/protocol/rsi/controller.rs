@@ -22,6 +22,8 @@ pub struct KrcSettings {
     pub accumulate: bool,
     /// Whether it waits for the client: missing answers count only after the first one.
     pub patient: bool,
+    /// Whether it repeats its IPOC until that is answered, as the ROS-Industrial simulator does and no KRC.
+    pub repeats: bool,
     /// `HOLDON`: a lost answer leaves the last value standing; otherwise it falls back to 0.
     pub hold_on: bool,
     /// `AXISCORR` lower limits: joints \[deg\], rail \[mm\]; a correction is clamped there.
@@ -45,6 +47,7 @@ impl KrcSettings {
             timeout: 100,
             accumulate: false,
             patient: true,
+            repeats: false,
             hold_on,
             lower: upper.map(|limit| -limit),
             upper,
@@ -61,6 +64,8 @@ pub struct Krc {
     ipoc: u64,
     /// Set-points at `RSI_ON`: joints \[rad\], rail \[m\].
     start: Option<[f64; AXES]>,
+    /// Set-points at the end of the session before, which the next one begins at.
+    held: Option<[f64; AXES]>,
     /// What the client asks for this cycle: joints \[deg\], rail \[mm\].
     correction: [f64; AXES],
     /// The whole correction since `RSI_ON`, clamped.
@@ -82,6 +87,7 @@ impl Krc {
             ipoc: settings.first_ipoc,
             settings,
             start: None,
+            held: None,
             correction: [0.0; AXES],
             total: [0.0; AXES],
             line: Line::default(),
@@ -162,7 +168,8 @@ impl Controller for Krc {
             return;
         }
         (self.answered, self.ever_answered) = (true, true);
-        for (axis, given) in sen.axes.into_iter().chain([sen.rail]).enumerate() {
+        let rail = sen.rail.filter(|_| self.settings.tags.rail);
+        for (axis, given) in sen.axes.into_iter().chain([rail]).enumerate() {
             let kept = if self.settings.hold_on { self.correction[axis] } else { 0.0 };
             self.correction[axis] = given.unwrap_or(kept);
         }
@@ -179,15 +186,19 @@ impl Controller for Krc {
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
         if self.fault.is_some() {
+            // Its time goes on without RSI.
+            self.ipoc += self.settings.tags.cycle_millis();
             return;
         }
         if self.start.is_none() {
-            let start = state.set_point();
+            let start = self.held.take().unwrap_or_else(|| state.set_point());
             self.start = Some(start);
             self.line = Line { from: start, to: start, since: now };
         } else {
             self.close_cycle(now);
-            self.ipoc += self.settings.tags.cycle_millis();
+            if self.answered || !self.settings.repeats {
+                self.ipoc += self.settings.tags.cycle_millis();
+            }
         }
         self.answered = false;
         if self.fault.is_some() {
@@ -207,12 +218,22 @@ impl Controller for Krc {
     fn fault(&self) -> Option<&'static str> {
         self.fault
     }
+
+    fn has_client(&self) -> bool {
+        self.ever_answered && self.fault.is_none()
+    }
+
+    fn renew(&mut self, at: [f64; AXES]) {
+        let (settings, ipoc, since) = (self.settings.clone(), self.ipoc, self.line.since);
+        *self = Self { ipoc, held: Some(at), line: Line { from: at, to: at, since }, ..Self::new(settings) };
+    }
 }
 
 /// The message of a cycle.
 fn report(tags: &TagMap, state: &RobotState, asked: [f64; AXES], late: u32, ipoc: u64) -> Rob {
     let joints = |axes: &[f64; AXES]| std::array::from_fn(|axis| axes[axis].to_degrees());
-    let external = |axes: &[f64; AXES]| [axes[RAIL] * 1e3, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let rail = if tags.rail { 1e3 } else { 0.0 };
+    let external = |axes: &[f64; AXES]| [axes[RAIL] * rail, 0.0, 0.0, 0.0, 0.0, 0.0];
     let pose = state.pose.map_or([0.0; 6], |pose| {
         let [a, b, c] = attitude::to_zyx(pose.attitude).map(f64::to_degrees);
         let position = pose.position * 1e3;

@@ -44,8 +44,36 @@ struct Session {
     /// A correction other than zero has been asked for.
     moved: bool,
     ipoc: u64,
+    /// An answer to that IPOC has been sent: no second one may follow.
+    answered: bool,
+    /// Arrival and `Delay` of the last report with that IPOC.
+    received: Nanos,
+    delay: u32,
     /// Smallest growth of IPOC seen: one cycle in the controller's own count.
     growth: u64,
+}
+
+impl Session {
+    /// A session that begins with a report.
+    fn new(start: [f64; AXES], rob: &Rob, received: Nanos) -> Self {
+        Self {
+            start,
+            asked: start,
+            moved: false,
+            ipoc: rob.ipoc,
+            answered: false,
+            received,
+            delay: rob.delay,
+            growth: u64::MAX,
+        }
+    }
+
+    /// Whether a report repeats an unanswered IPOC in a later cycle of its controller, as the ROS-Industrial simulator
+    /// does until it is answered. A second copy of one report is none: `Delay` has not grown, and no cycle has passed.
+    fn is_repeated_by(&self, rob: &Rob, received: Nanos, cycle: Nanos) -> bool {
+        let later = rob.delay > self.delay || rob.delay == self.delay && received >= self.received + cycle;
+        rob.ipoc == self.ipoc && !self.answered && later
+    }
 }
 
 /// A report that wants its answer.
@@ -112,9 +140,13 @@ fn take(
     }
     let Some(known) = session else {
         let start = state.set_point();
-        *session = Some(Session { start, asked: start, moved: false, ipoc: rob.ipoc, growth: u64::MAX });
+        *session = Some(Session::new(start, &rob, now));
         return Ok(Some(Report { state, ipoc: rob.ipoc }));
     };
+    if known.is_repeated_by(&rob, now, tags.cycle) {
+        (known.received, known.delay) = (now, rob.delay);
+        return Ok(Some(Report { state, ipoc: rob.ipoc }));
+    }
     if rob.ipoc <= known.ipoc {
         counters.stale += 1;
         return Ok(None);
@@ -124,7 +156,7 @@ fn take(
         counters.malformed += 1;
         return Ok(None);
     }
-    known.ipoc = rob.ipoc;
+    (known.ipoc, known.answered, known.received, known.delay) = (rob.ipoc, false, now, rob.delay);
     known.growth = known.growth.min(growth);
     let cycles = growth / known.growth;
     counters.lost += cycles - 1;
@@ -141,12 +173,13 @@ fn take(
     Ok(Some(Report { state, ipoc: rob.ipoc }))
 }
 
-fn axes(joints: [f64; 6], external: [f64; 6]) -> [f64; AXES] {
+/// Axes of a report: joints \[rad\], rail \[m\]; 0 without a rail, whatever the external axes say.
+fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
     let mut axes = [0.0; AXES];
     for (axis, degrees) in axes.iter_mut().zip(joints) {
         *axis = degrees.to_radians();
     }
-    axes[RAIL] = external[0] * 1e-3;
+    axes[RAIL] = if rail { external[0] * 1e-3 } else { 0.0 };
     axes
 }
 
@@ -154,7 +187,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
     let asked = (tags.axes_asked.is_some()).then(|| {
         // Without set-points of its own the rail is asked for where it is.
         let external = if tags.external_asked.is_some() { Group::ExternalAsked } else { Group::External };
-        axes(rob.group(Group::AxesAsked), rob.group(external))
+        axes(rob.group(Group::AxesAsked), rob.group(external), tags.rail)
     });
     let torque = tags.torque.as_ref().map(|_| {
         let joints = rob.group(Group::Torque);
@@ -168,7 +201,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
     RobotState {
         stamp: Nanos(rob.ipoc as i64 * 1_000_000),
         received: now,
-        position: axes(rob.group(Group::Axes), rob.group(Group::External)),
+        position: axes(rob.group(Group::Axes), rob.group(Group::External), tags.rail),
         asked,
         torque,
         pose,
@@ -198,8 +231,8 @@ fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<
         Correction::Relative => session.asked,
     };
     let correction: [f64; AXES] = std::array::from_fn(|axis| target[axis] - from[axis]);
-    if tags.external_correction.is_none() && correction[RAIL].abs() > 1e-9 {
-        return Err(LinkFault::Unsendable("the tag map has no correction of the rail"));
+    if !tags.rail && correction[RAIL].abs() > 1e-9 {
+        return Err(LinkFault::Unsendable("this robot has no rail"));
     }
     let written: [f64; AXES] = std::array::from_fn(|axis| match axis {
         RAIL => as_written(correction[RAIL] * 1e3),
@@ -229,7 +262,7 @@ impl<P: Port> Robot for RsiRobot<P> {
         Capabilities {
             cycle: self.tags.cycle,
             master: true,
-            rail: self.tags.external.is_some() && self.tags.external_correction.is_some(),
+            rail: self.tags.rail,
             torque: self.tags.torque.is_some(),
             pose: self.tags.pose.is_some(),
         }
@@ -285,6 +318,7 @@ impl<P: Port> Robot for RsiRobot<P> {
         }
         self.port.send(self.message.as_bytes(), to)?;
         session.asked = target;
+        session.answered = true;
         session.moved |= matches!(order, Order::Move(_));
         self.session = Some(session);
         self.ended |= sen.stop;

@@ -2,12 +2,14 @@
 //! back within the cycle.
 //!
 //! [`tags`] says which element carries which signal, [`codec`] reads and writes the messages, [`driver`] is our side,
-//! [`controller`] the emulated KRC, [`context`] writes the controller's own configuration from the same tag map.
+//! [`controller`] the emulated KRC, [`context`] writes the controller's own configuration from the same tag map, and
+//! [`ethernet_file`] reads the tag map of such a configuration.
 
 pub mod codec;
 pub mod context;
 pub mod controller;
 pub mod driver;
+pub mod ethernet_file;
 mod scan;
 pub mod tags;
 #[cfg(test)]

@@ -54,7 +54,10 @@ pub struct TagMap {
     pub axes: String,
     /// Set-points of the axes.
     pub axes_asked: Option<String>,
-    /// External axes, where there is a rail.
+    /// The robot stands on a rail: E1 of the external axes. Without one, external axes that are mapped all the same are
+    /// zero both ways.
+    pub rail: bool,
+    /// External axes.
     pub external: Option<String>,
     /// Set-points of the external axes.
     pub external_asked: Option<String>,
@@ -86,6 +89,7 @@ impl TagMap {
             sen_type: "ImFree".to_owned(),
             axes: "AIPos".to_owned(),
             axes_asked: tag("ASPos"),
+            rail: false,
             external: None,
             external_asked: None,
             pose: tag("RIst"),
@@ -100,15 +104,19 @@ impl TagMap {
         }
     }
 
-    /// The tags that KUKA's own client library reads by fixed offset (pose, axes, delay, IPOC), at 4 ms.
+    /// The tags that KUKA's own client library reads by fixed offset (pose, axes, external axes, delay, IPOC), at 4 ms.
+    /// External axes have their place there with a rail or without.
     pub fn kroshu() -> Self {
-        Self { sen_type: "KROSHU".to_owned(), axes_asked: None, pose_asked: None, ..Self::im_free() }
+        let (external, external_correction) = (Some("EIPos".to_owned()), Some("EK".to_owned()));
+        let plain = Self { sen_type: "KROSHU".to_owned(), axes_asked: None, pose_asked: None, ..Self::im_free() };
+        Self { external, external_correction, ..plain }
     }
 
     /// The same with a rail: measured in `EIPos`, corrected by `EK`.
     pub fn with_rail(self) -> Self {
         let external_asked = self.axes_asked.is_some().then(|| "ESPos".to_owned());
-        Self { external: Some("EIPos".to_owned()), external_asked, external_correction: Some("EK".to_owned()), ..self }
+        let (external, external_correction) = (Some("EIPos".to_owned()), Some("EK".to_owned()));
+        Self { rail: true, external, external_asked, external_correction, ..self }
     }
 
     /// The element that carries a group.
@@ -127,8 +135,7 @@ impl TagMap {
     /// Whether a controller could have such a map.
     ///
     /// # Errors
-    /// What is wrong: a name that is no XML name, a rail that is corrected and not measured, no
-    /// whole cycle.
+    /// What is wrong: a name that is no XML name, a rail that is not measured or not corrected, no whole cycle.
     pub fn check(&self) -> Result<(), &'static str> {
         let sent = Group::ALL.iter().filter_map(|&group| self.element(group));
         let others = [&self.delay, &self.external_correction, &self.stop];
@@ -137,7 +144,10 @@ impl TagMap {
             return Err("a tag is no XML name");
         }
         if self.external_correction.is_some() && self.external.is_none() {
-            return Err("a rail is corrected that is not measured");
+            return Err("external axes are corrected that are not measured");
+        }
+        if self.rail && self.external_correction.is_none() {
+            return Err("the rail has no element for its correction");
         }
         if self.cycle.0 <= 0 || self.cycle.0 % 1_000_000 != 0 {
             return Err("the RSI cycle is not a whole number of milliseconds");
@@ -160,7 +170,7 @@ impl TagMap {
 }
 
 /// Short, of letters, digits, `_` and `-`, and begun by a letter.
-fn is_xml_name(name: &str) -> bool {
+pub(super) fn is_xml_name(name: &str) -> bool {
     let letters = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
     name.len() <= 32 && name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.bytes().all(letters)
 }

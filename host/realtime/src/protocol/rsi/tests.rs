@@ -127,6 +127,68 @@ fn only_the_newest_is_answered_and_nothing_too_late() {
 }
 
 #[test]
+fn a_repeated_ipoc_is_answered_once_with_the_newest_order() {
+    let mut bench = Bench::new(rail_tags(Correction::Absolute), |settings| settings.repeats = true);
+    for _ in 0..3 {
+        bench.cycle(&Order::Hold).unwrap();
+    }
+    // A stall of 20 ms: the same IPOC comes five more times, and the answer to the first copy is too late.
+    bench.begin_cycle();
+    bench.driver.receive(bench.now).unwrap().unwrap();
+    for _ in 0..5 {
+        bench.begin_cycle();
+    }
+    bench.port.set_now(bench.now + Nanos::from_millis(1));
+    bench.driver.send(&Order::Hold).unwrap();
+    assert!(bench.port.sent().is_empty(), "the first copy's cycle is over");
+    let before = bench.driver.counters();
+    let state = bench.driver.receive(bench.now).unwrap().expect("the repeated report");
+    let after = bench.driver.counters();
+    assert_eq!((after.overtaken - before.overtaken, after.stale, after.lost, state.late_answers), (4, 0, 0, 5));
+    bench.driver.send(&Order::Move(moved(1e-3))).unwrap();
+    bench.driver.send(&Order::Move(moved(2e-3))).unwrap();
+    let sent = bench.port.sent();
+    assert_eq!(sent.len(), 1, "one answer");
+    // One more copy, under way since before the answer.
+    bench.begin_cycle();
+    assert_eq!(bench.driver.receive(bench.now), Ok(None), "an answered IPOC is stale");
+    bench.driver.send(&Order::Move(moved(3e-3))).unwrap();
+    assert!(bench.port.sent().is_empty(), "never a second answer");
+    bench.krc.take(bench.now, local(), &sent[0].1, &mut |_, _| {});
+    bench.cycle(&Order::Move(moved(1e-3))).expect("the link goes on");
+    assert_near(bench.krc.target(bench.now + bench.krc.cycle()), moved(1e-3), 2e-8);
+}
+
+#[test]
+fn a_second_copy_of_an_unanswered_report_is_no_new_cycle() {
+    let mut bench = Bench::new(rail_tags(Correction::Absolute), |_| {});
+    bench.cycle(&Order::Hold).unwrap();
+    bench.begin_cycle();
+    let mut buffer = [0; 1500];
+    let (length, _) = crate::wire::Port::receive(&mut bench.port, &mut buffer, bench.now).unwrap().unwrap();
+    for _ in 0..2 {
+        bench.port.deliver(peer(), &buffer[..length]);
+    }
+    bench.driver.receive(bench.now).unwrap().expect("the first copy");
+    let counters = bench.driver.counters();
+    assert_eq!((counters.stale, counters.overtaken), (1, 0));
+    bench.driver.send(&Order::Hold).unwrap();
+    assert_eq!(bench.port.sent().len(), 1);
+    // Without growing `Delay`, a copy a cycle later is answered if the first one was not.
+    bench.begin_cycle();
+    let (length, _) = crate::wire::Port::receive(&mut bench.port, &mut buffer, bench.now).unwrap().unwrap();
+    bench.port.deliver(peer(), &buffer[..length]);
+    bench.driver.receive(bench.now).unwrap().expect("the first copy");
+    bench.port.set_now(bench.now + bench.krc.cycle());
+    bench.driver.send(&Order::Hold).unwrap();
+    assert!(bench.port.sent().is_empty());
+    bench.port.deliver(peer(), &buffer[..length]);
+    bench.driver.receive(bench.now).unwrap().expect("the copy a cycle later");
+    bench.driver.send(&Order::Hold).unwrap();
+    assert_eq!(bench.port.sent().len(), 1);
+}
+
+#[test]
 fn losses_old_ones_and_strangers_are_counted() {
     let mut bench = Bench::new(TagMap::kroshu(), |_| {});
     bench.cycle(&Order::Hold);
@@ -228,6 +290,36 @@ fn no_wild_order_leaves() {
             assert!(bench.port.sent().is_empty());
         }
     }
+}
+
+#[test]
+fn external_axes_without_a_rail_are_zero_both_ways() {
+    let mut bench = Bench::new(TagMap::kroshu(), |_| {});
+    let mut start = START;
+    start[RAIL] = 0.0;
+    for _ in 0..3 {
+        let state = bench.cycle(&Order::Hold).unwrap();
+        assert_near(state.position, start, 1e-8);
+    }
+    assert!(!bench.driver.capabilities().rail);
+    bench.begin_cycle();
+    bench.driver.receive(bench.now).unwrap().unwrap();
+    let mut target = start;
+    target[0] += 1e-3;
+    bench.driver.send(&Order::Move(target)).unwrap();
+    let sent = bench.port.sent();
+    let text = String::from_utf8_lossy(&sent[0].1);
+    assert!(text.contains("<EK E1=\"0.000000\"/>"), "{text}");
+    bench.begin_cycle();
+    bench.driver.receive(bench.now).unwrap().unwrap();
+    target[RAIL] = 0.1;
+    assert_eq!(bench.driver.send(&Order::Move(target)), Err(LinkFault::Unsendable("this robot has no rail")));
+    // A client that corrects a rail all the same moves nothing.
+    let text = text.replace("E1=\"0.000000\"", "E1=\"50.000000\"").replace("<IPOC>4208163646<", "<IPOC>4208163650<");
+    bench.krc.take(bench.now, local(), text.as_bytes(), &mut |_, _| {});
+    bench.begin_cycle();
+    assert_eq!(bench.krc.correction()[RAIL], 0.0);
+    assert!(bench.krc.correction()[0] > 0.05);
 }
 
 #[test]

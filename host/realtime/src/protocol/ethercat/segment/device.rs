@@ -12,6 +12,9 @@ mod register {
     pub(super) const AL_CONTROL: usize = 0x0120;
     pub(super) const AL_STATUS: usize = 0x0130;
     pub(super) const AL_STATUS_CODE: usize = 0x0134;
+    pub(super) const WATCHDOG_DIVIDER: usize = 0x0400;
+    pub(super) const WATCHDOG_STEPS: usize = 0x0420;
+    pub(super) const WATCHDOG_STATUS: usize = 0x0440;
     pub(super) const SII_CONTROL: usize = 0x0502;
     pub(super) const SII_ADDRESS: usize = 0x0504;
     pub(super) const SII_DATA: usize = 0x0508;
@@ -38,8 +41,9 @@ pub(super) mod al {
 const INVALID_STATE_CHANGE: u16 = 0x0011;
 const UNKNOWN_STATE: u16 = 0x0012;
 const SYNC_MANAGER_WATCHDOG: u16 = 0x001B;
-/// Outputs that are not refreshed for so long stop the drive.
-const WATCHDOG: Nanos = Nanos::from_millis(100);
+/// Control byte of the outputs' sync manager, and its bit that lets frames trigger the watchdog.
+const OUTPUTS_CONTROL: usize = register::SYNC_MANAGER + 2 * 8 + 4;
+const WATCHED: u8 = 0x40;
 /// FMMUs and sync managers of this controller.
 const FMMUS: usize = 8;
 /// Memory of the controller up to the end of its process data.
@@ -74,6 +78,10 @@ impl Device {
         let links: u16 = if last { 0x0011 } else { 0x0031 };
         memory[register::DL_STATUS..][..2].copy_from_slice(&links.to_le_bytes());
         memory[register::AL_STATUS] = al::INIT;
+        let (divider, steps) = drive.watchdog;
+        memory[register::WATCHDOG_DIVIDER..][..2].copy_from_slice(&divider.to_le_bytes());
+        memory[register::WATCHDOG_STEPS..][..2].copy_from_slice(&steps.to_le_bytes());
+        memory[register::WATCHDOG_STATUS] = 1;
         Self { memory, sii: sii::image(&drive, place), drive, deaf_for: 0, refreshed: Nanos(0) }
     }
 
@@ -85,6 +93,14 @@ impl Device {
     /// It is in OP: its outputs count.
     pub fn operational(&self) -> bool {
         self.state() == al::OP
+    }
+
+    /// Time after which outputs without a frame stop the drive; `None`: never.
+    pub fn watchdog(&self) -> Option<Nanos> {
+        let word = |at: usize| i64::from(u16::from_le_bytes([self.memory[at], self.memory[at + 1]]));
+        let (divider, steps) = (word(register::WATCHDOG_DIVIDER), word(register::WATCHDOG_STEPS));
+        let watched = self.memory[OUTPUTS_CONTROL] & WATCHED != 0;
+        (watched && steps > 0).then_some(Nanos(40 * (divider + 2) * steps))
     }
 
     /// Period of SYNC0, if it has been made to give it.
@@ -150,6 +166,10 @@ impl Device {
         }
         if at + length > MEMORY || (register::AL_STATUS..register::AL_STATUS + 8).contains(&at) {
             return false;
+        }
+        let fixed = [register::WATCHDOG_DIVIDER, register::WATCHDOG_STEPS].contains(&at) && self.drive.watchdog_fixed;
+        if fixed || at == register::WATCHDOG_STATUS {
+            return true;
         }
         let status = self.memory[register::SYNC_MANAGER + 13];
         self.memory[at..at + length].copy_from_slice(data);
@@ -267,6 +287,7 @@ impl Device {
             } else if fmmu.outputs && writes {
                 self.memory[physical..physical + length].copy_from_slice(&outputs[place..place + length]);
                 self.refreshed = now;
+                self.memory[register::WATCHDOG_STATUS] = 1;
                 if self.operational() {
                     self.drive.take_outputs(&outputs[place..place + length]);
                 }
@@ -279,7 +300,9 @@ impl Device {
 
     /// Outputs that have not come for too long: the drive stops, the state falls back.
     pub(super) fn watch(&mut self, now: Nanos) {
-        if self.operational() && (now - self.refreshed).0 > WATCHDOG.0 {
+        let expired = self.watchdog().is_some_and(|limit| (now - self.refreshed).0 > limit.0);
+        if self.operational() && expired {
+            self.memory[register::WATCHDOG_STATUS] = 0;
             self.drive.stop();
             self.memory[register::AL_STATUS] = al::SAFE_OP;
             self.refuse(SYNC_MANAGER_WATCHDOG);

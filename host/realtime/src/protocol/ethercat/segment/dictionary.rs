@@ -34,7 +34,10 @@ impl Dictionary {
             ((object::FOLLOWING_WINDOW, 0), (20_000, 4)),
             ((object::INTERPOLATION_PERIOD, 1), (2, 1)),
             ((object::INTERPOLATION_PERIOD, 2), (0xFD, 1)),
-            ((0x605A, 0), (2, 2)),
+            ((object::QUICK_STOP_OPTION, 0), (2, 2)),
+            ((object::SHUTDOWN_OPTION, 0), (0, 2)),
+            ((object::DISABLE_OPTION, 0), (1, 2)),
+            ((object::FAULT_OPTION, 0), (2, 2)),
             ((object::SUPPORTED_MODES, 0), (mode::CSP_SUPPORTED | 1, 4)),
         ];
         Self {
@@ -81,6 +84,13 @@ impl Dictionary {
             _ => return Err(abort::READ_ONLY),
         }
         Ok(())
+    }
+
+    /// Gives a parameter another value than it comes with.
+    pub(super) fn set(&mut self, index: u16, subindex: u8, value: u32) {
+        if let Some((old, _)) = self.parameters.get_mut(&(index, subindex)) {
+            *old = value;
+        }
     }
 
     /// Takes an object away.

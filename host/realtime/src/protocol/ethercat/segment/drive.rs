@@ -36,6 +36,12 @@ const RATE: f64 = 1000.0;
 pub struct DriveModel {
     /// Supports distributed clocks.
     pub clocks: bool,
+    /// Divider and steps of the outputs' watchdog after power-up.
+    pub watchdog: (u16, u16),
+    /// These cannot be written.
+    pub watchdog_fixed: bool,
+    /// Frames trigger that watchdog (bit 6 of the sync manager's control byte).
+    pub watched: bool,
     /// Actual position \[counts\].
     pub position: f64,
     /// Share of the distance to the target that it goes in a frame.
@@ -66,6 +72,10 @@ impl DriveModel {
     pub fn new(position: i32) -> Self {
         Self {
             clocks: false,
+            // 100 us and 100 ms.
+            watchdog: (2498, 1000),
+            watchdog_fixed: false,
+            watched: true,
             position: f64::from(position),
             share: 0.3,
             window: 20_000,
@@ -95,6 +105,12 @@ impl DriveModel {
     /// The same drive without an object that others have.
     pub fn without(mut self, index: u16, subindex: u8) -> Self {
         self.objects.remove(index, subindex);
+        self
+    }
+
+    /// The same drive with another value of a parameter.
+    pub fn with_object(mut self, index: u16, subindex: u8, value: u32) -> Self {
+        self.objects.set(index, subindex, value);
         self
     }
 

@@ -60,7 +60,7 @@ fn sync_managers(drive: &DriveModel) -> Vec<u8> {
     let managers = [
         (mailbox::RECEIVE as u16, mailbox, 0x26, 1),
         (mailbox::SEND as u16, mailbox, 0x22, 2),
-        (OUTPUTS, bytes(&drive.objects.outputs), 0x64, 3),
+        (OUTPUTS, bytes(&drive.objects.outputs), if drive.watched { 0x64 } else { 0x24 }, 3),
         (INPUTS, bytes(&drive.objects.inputs), 0x20, 4),
     ];
     let bytes = managers.into_iter().flat_map(|(start, length, control, usage)| {

@@ -114,6 +114,34 @@ fn process_data_count_three_for_each_drive_and_none_for_a_deaf_one() {
 }
 
 #[test]
+fn outputs_stop_when_frames_stop_for_as_long_as_the_registers_say() {
+    let mut segment = addressed(1);
+    assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0400), &[0; 2]).0, 2498u16.to_le_bytes());
+    assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0420), &[0; 2]).0, 1000u16.to_le_bytes());
+    assert_eq!(segment.devices[0].watchdog(), None, "no sync manager yet");
+    // Sync manager 2: 11 bytes of outputs at 0x1100, triggers the watchdog.
+    send(&mut segment, 5, physical(0x1000, 0x0810), &[0x00, 0x11, 11, 0, 0x64, 0, 1, 0]);
+    assert_eq!(segment.devices[0].watchdog(), Some(Nanos::from_millis(100)));
+    send(&mut segment, 5, physical(0x1000, 0x0420), &50u16.to_le_bytes());
+    for state in [2, 4, 8] {
+        send(&mut segment, 5, physical(0x1000, 0x0120), &[state, 0]);
+    }
+    segment.idle(Nanos::from_millis(5));
+    assert!(segment.devices[0].operational());
+    assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0440), &[0; 2]).0, [1, 0]);
+    segment.idle(Nanos(5_001_001));
+    assert_eq!(segment.devices[0].state(), 0x14, "SAFE-OP with an error");
+    assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0440), &[0; 2]).0, [0, 0]);
+    assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0134), &[0; 2]).0, [0x1B, 0]);
+    // Steps of 0 switch it off, and some devices do not let it be set.
+    send(&mut segment, 5, physical(0x1000, 0x0420), &[0, 0]);
+    assert_eq!(segment.devices[0].watchdog(), None);
+    segment.devices[0].drive.watchdog_fixed = true;
+    send(&mut segment, 5, physical(0x1000, 0x0420), &[9, 0]);
+    assert_eq!(segment.devices[0].watchdog(), None);
+}
+
+#[test]
 fn the_reference_clock_is_read_from_one_and_written_to_the_others() {
     let mut drive = DriveModel::new(0);
     drive.clocks = true;
