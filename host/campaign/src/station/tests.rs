@@ -12,8 +12,12 @@ fn shipped(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
 }
 
+/// A box beside that of the shipped facility.
+const FENCE: &str = "[[safety.keep_out]]\nname = \"fence\"\nmin = [\"-6 m\", \"2.5 m\", \"-1 m\"]\nmax = [\"6 m\", \"2.6 m\", \"2 m\"]\n";
+
+/// The shipped facility with a second box.
 fn text() -> String {
-    std::fs::read_to_string(shipped("facilities/reference.toml")).expect("the shipped facility")
+    std::fs::read_to_string(shipped("facilities/reference.toml")).expect("the shipped facility") + FENCE
 }
 
 fn read(text: &str) -> Result<Station, Vec<Problem>> {
