@@ -3,6 +3,8 @@
 use super::*;
 use crate::problem::Problem;
 use crate::scenario::Scenario;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::session::axes_asked;
 use softdock_kernels::vector::vec3;
 use std::path::PathBuf;
 
@@ -10,8 +12,12 @@ fn shipped(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
 }
 
+/// A box beside that of the shipped facility.
+const FENCE: &str = "[[safety.keep_out]]\nname = \"fence\"\nmin = [\"-6 m\", \"2.5 m\", \"-1 m\"]\nmax = [\"6 m\", \"2.6 m\", \"2 m\"]\n";
+
+/// The shipped facility with a second box.
 fn text() -> String {
-    std::fs::read_to_string(shipped("facilities/reference.toml")).expect("the shipped facility")
+    std::fs::read_to_string(shipped("facilities/reference.toml")).expect("the shipped facility") + FENCE
 }
 
 fn read(text: &str) -> Result<Station, Vec<Problem>> {
@@ -93,6 +99,20 @@ fn spoiled_guards_name_the_place() {
         assert!(problem.message.contains(message), "{new}: {}", problem.message);
         assert!(problem.remedy.contains(remedy), "{new}: {}", problem.remedy);
         assert!(problem.line > 1, "{problem}");
+    }
+}
+
+#[test]
+fn the_shipped_guard_costs_no_distance_from_the_start_to_the_latch() {
+    let scenario = Scenario::load(&shipped("scenarios/probe_drogue.toml")).expect("the shipped scenario");
+    let plant = Plant::new(scenario.model);
+    // Both parts as far towards each other as the seat is deep, and aside as far as the campaign's offsets go.
+    for (way, aside) in [(0.0, 0.0), (0.13, 0.0), (0.13, 0.05), (0.05, -0.05)] {
+        let mut told = plant.start;
+        (told.a.position.x, told.b.position.x) = (told.a.position.x + way, told.b.position.x - way);
+        (told.a.position.y, told.b.position.z) = (told.a.position.y + aside, told.b.position.z + aside);
+        let asked = axes_asked(&plant, &told);
+        assert_eq!((asked.near_limit, asked.near_body), (0.0, 0.0), "{way} m together, {aside} m aside");
     }
 }
 

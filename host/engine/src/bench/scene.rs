@@ -163,3 +163,20 @@ pub fn ideal_step_flops(plant: &Plant) -> usize {
     let steps: usize = per_step.into_iter().map(of).sum();
     steps + per_point * plant.contact.points.len() + per_tick / plant.timing.substeps as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_kernels::session::{axes_asked, clearance_at};
+
+    #[test]
+    fn the_supervised_scene_has_every_rule_of_the_workspace_and_meets_none() {
+        let plant = supervised(&scene(2.5e-4, 4, 1));
+        let asked = axes_asked(&plant, &plant.start);
+        assert_eq!((asked.near_limit, asked.near_body), (0.0, 0.0), "what is far is what a tick costs in a campaign");
+        let [first, second] = plant.session_robots.as_ref().expect("two robots");
+        let found = clearance_at(&plant, [&first.cell.home(), &second.cell.home()]);
+        assert!(found.arms < 5.0 && found.arms > plant.facility.rules.arm_distance, "{found:?}");
+        assert!(found.depth < 0.0 && found.depth > -5.0 && asked.least_sine > 0.1, "{found:?}");
+    }
+}

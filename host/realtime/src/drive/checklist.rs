@@ -200,8 +200,23 @@ checks! {
 impl What {
     /// Whether its value is not known where a robot does not report it, or before it is measured.
     pub fn may_be_unknown(self) -> bool {
-        use What::{Clearance, Clock, Period, Still, ToolPosition, ToolRotation, TurnedForce, TurnedMoment};
-        matches!(self, Clearance | Clock | Period | Still | ToolPosition | ToolRotation | TurnedForce | TurnedMoment)
+        use What::{
+            ArmDistance, Clearance, Clock, KeepOut, Period, Still, ToolPosition, ToolRotation, TurnedForce,
+            TurnedMoment,
+        };
+        let optional = [
+            ArmDistance,
+            Clearance,
+            Clock,
+            KeepOut,
+            Period,
+            Still,
+            ToolPosition,
+            ToolRotation,
+            TurnedForce,
+            TurnedMoment,
+        ];
+        optional.contains(&self)
     }
 }
 

@@ -35,6 +35,7 @@ fn a_robot_of_1_ms_under_a_master_of_4_ms_sees_no_staircase() {
         println!("robot {}: {} cycles, {share:.3} of a limit, reversals {turns:?}", robot + 1, seen.len());
         assert!(share <= 1.05, "robot {}: {share} of a limit", robot + 1);
         // The master's own path turns with the noise of the measured force, by less than that of the wire at 1 ms.
-        assert!(robot == 0 || turns.iter().all(|turns| *turns == 0), "robot {}: {turns:?}", robot + 1);
+        // A stop from a motion that speeds up is a turn of its own; a staircase has hundreds.
+        assert!(robot == 0 || turns.iter().all(|turns| *turns <= 2), "robot {}: {turns:?}", robot + 1);
     }
 }
