@@ -126,7 +126,7 @@ fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
             .par_iter()
             .map(|farm| {
                 let (plant, station) = (Arc::clone(&plant), Arc::clone(&station));
-                let task = Task { plant, station, run: farm.run, params: farm.params, armed: false, to_start: true };
+                let task = Task::new(plant, station, farm.run, farm.params);
                 let drive = expect(&task, key, &farm.params, cycle).expect("in reach");
                 let one = ended(&job.plant, farm.stop, &farm.hil, farm.hil.end_time);
                 let two = ended(&job.plant, drive.stop, &drive.metrics, drive.run_time);

@@ -53,7 +53,7 @@ pub(crate) fn stated(folder: &Folder) -> miette::Result<Summary> {
 /// are not among them.
 fn hashed(folder: &Folder) -> miette::Result<Vec<String>> {
     let index = folder.shards()?;
-    let (_, foreign) = read_traces(&folder.path, &index).into_diagnostic()?;
+    let foreign = read_traces(&folder.path, &index).into_diagnostic()?.foreign;
     let ignored: Vec<&Path> = index.foreign.iter().chain(&foreign).map(|(path, _)| path.as_path()).collect();
     let belongs = |name: &str| {
         name == "campaign.json"

@@ -143,7 +143,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         0 => Sample::default(),
         _ => Sample::read(input.results, &input.campaign, &columns)?,
     };
-    let (traces, _) = read_traces(input.results, &input.campaign.shards(input.results)?)?;
+    let traces = read_traces(input.results, &input.campaign.shards(input.results)?)?.kept;
     let mut success = Vec::new();
     for column in &sample.inputs {
         success.extend(success_figure(&sample, column)?);

@@ -43,7 +43,7 @@ pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
         }
     };
     let (parity, half_step) = (repeated(&PARITY), repeated(&HALF_STEP));
-    let (_, foreign) = read_traces(results, &index)?;
+    let foreign = read_traces(results, &index)?.foreign;
     completeness.ignored.extend(foreign.iter().map(|(path, reason)| ignored(results, path, reason)));
     Ok(Summary { parity, half_step, ..judge(facts, completeness, &tally) })
 }

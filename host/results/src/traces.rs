@@ -134,12 +134,21 @@ fn of_reader(path: &Path, reader: TableReader) -> Result<Trace> {
     Ok(Trace { run, kept_as, time, signals: signals.collect() })
 }
 
-/// Traces of a results folder by file name, and the files that are none of the shards there, each with the reason.
+/// The traces of a results folder.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Traces {
+    /// Those of runs of the shards there, by file name.
+    pub kept: Vec<Trace>,
+    /// Files that are none, each with the reason.
+    pub foreign: Vec<(PathBuf, String)>,
+}
+
+/// Reads the traces of a results folder; damaged files, and those of other runs than the shards', are listed apart.
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn read_traces(results: &Path, index: &ShardIndex) -> Result<(Vec<Trace>, Vec<(PathBuf, String)>)> {
-    let (mut traces, mut foreign) = (Vec::new(), Vec::new());
+pub fn read_traces(results: &Path, index: &ShardIndex) -> Result<Traces> {
+    let mut traces = Traces::default();
     for path in parquet_files(&results.join("traces"))? {
         let trace = TableReader::open(&path).and_then(|reader| {
             index.check_origin(&path, &reader.metadata(), TRACE_SCHEMA)?;
@@ -148,9 +157,9 @@ pub fn read_traces(results: &Path, index: &ShardIndex) -> Result<(Vec<Trace>, Ve
             if is_named { Ok(trace) } else { Err(Error::contract(&path, "its name is not that of its run")) }
         });
         match trace {
-            Ok(trace) => traces.push(trace),
-            Err(error) => foreign.push((path, error.to_string())),
+            Ok(trace) => traces.kept.push(trace),
+            Err(error) => traces.foreign.push((path, error.to_string())),
         }
     }
-    Ok((traces, foreign))
+    Ok(traces)
 }

@@ -10,7 +10,7 @@ use softdock_results::merge::{MergeError, check_merge, merge};
 use softdock_results::parity::{PARITY, RepeatedRow, read_repetition, write_repetition};
 use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
 use softdock_results::shards::{ShardIndex, shard_path, verify_shard, write_shard};
-use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, read_traces, write_trace};
+use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, Traces, read_traces, write_trace};
 use softdock_results::{
     Column, Kind, Table, TableReader, Values, content_hash, remove_abandoned, write_file, write_table,
 };
@@ -414,7 +414,8 @@ fn traces_come_back_and_the_nominal_case_has_its_own_name() {
     }
     assert!(results.path().join("traces/nominal.parquet").is_file());
     assert!(results.path().join("traces/run=000000012.parquet").is_file());
-    assert_eq!(read_traces(results.path(), &scan(results.path())).unwrap(), (kept.to_vec(), Vec::new()));
+    let expected = Traces { kept: kept.to_vec(), foreign: Vec::new() };
+    assert_eq!(read_traces(results.path(), &scan(results.path())).unwrap(), expected);
 }
 
 #[test]
@@ -426,14 +427,15 @@ fn what_is_made_from_the_runs_is_bound_to_them() {
     write_repetition(&PARITY, results.path(), &schema(), pair, &provenance(), &index).unwrap();
     let trace = Trace { run: 12, kept_as: "random".to_owned(), time: vec![0.0], signals: Vec::new() };
     write_trace(results.path(), &trace, &provenance(), &index).unwrap();
-    assert_eq!(read_traces(results.path(), &index).unwrap().0, [trace]);
+    assert_eq!(read_traces(results.path(), &index).unwrap().kept, [trace]);
     // More runs, or others: what was made from the earlier ones does not count.
     fill(results.path(), &[2]);
     let more = scan(results.path());
     let error = read_repetition(&PARITY, results.path(), &more).unwrap_err().to_string();
     assert!(error.contains("from other runs than those that are there"), "{error}");
-    let (traces, foreign) = read_traces(results.path(), &more).unwrap();
-    assert!(traces.is_empty() && foreign[0].1.contains("from other runs"), "{foreign:?}");
+    let traces = read_traces(results.path(), &more).unwrap();
+    let foreign = &traces.foreign;
+    assert!(traces.kept.is_empty() && foreign[0].1.contains("from other runs"), "{foreign:?}");
     let other = ShardIndex { seed: 8, ..index };
     assert!(read_repetition(&PARITY, results.path(), &other).unwrap_err().to_string().contains("seed is `7`"));
 }

@@ -139,7 +139,7 @@ impl Feed {
         Self { ring, notices }
     }
 
-    /// Shows what the decisions have found, every [`NOTICE_EVERY`]th cycle and at the end; neither waits nor allocates.
+    /// Shows what the decisions have found, every 25th cycle and at the end; neither waits nor allocates.
     pub fn notice(&mut self, core: &Core) {
         let record = core.record();
         if record.cycle.is_multiple_of(NOTICE_EVERY) || record.phase == Phase::Stopped {
