@@ -2,7 +2,7 @@
 
 use crate::cli::{Bench, assert_same, files, text};
 use serde_json::Value;
-use softdock_results::shards::{ShardIndex, ShardPlan, shard_path};
+use softdock_results::shards::{Origin, ShardIndex, ShardPlan, shard_path};
 use softdock_results::{TableReader, runs::RunRow};
 use std::fs;
 use std::path::Path;
@@ -23,8 +23,15 @@ fn rows(results: &Path) -> Vec<RunRow> {
     let manifest = json(&results.join("campaign.json"));
     let first = TableReader::open(&shard_path(results, 0)).expect("a shard");
     let plan = ShardPlan { runs: manifest["runs"].as_u64().expect("a number"), shard_runs: first.rows() };
-    let (hash, seed) = (manifest["hash"].as_str().expect("a hash"), manifest["seed"].as_u64().expect("a seed"));
-    let index = ShardIndex::scan(results, plan, hash, seed).expect("a folder");
+    let text = |value: &Value| value.as_str().expect("a word").to_owned();
+    let made_by = &manifest["made_by"];
+    let origin = Origin {
+        campaign_hash: text(&manifest["hash"]),
+        seed: manifest["seed"].as_u64().expect("a seed"),
+        version: text(&made_by["version"]),
+        commit: text(&made_by["commit"]),
+    };
+    let index = ShardIndex::scan(results, plan, &origin).expect("a folder");
     assert!(index.is_complete() && index.foreign.is_empty(), "{:?}", index.foreign);
     index.read_runs().map(|row| row.expect("a row")).collect()
 }
@@ -124,7 +131,10 @@ fn more_runs_extend_a_campaign_and_its_runs_stay() {
     let extension = serde_json::json!([{ "runs_before": 20, "runs_after": 32 }]);
     assert_eq!(json(&bench.path("grown/campaign.json"))["extensions"], extension);
     assert_eq!(grown["extensions"], extension);
-    grown["extensions"] = whole["extensions"].clone();
+    // campaign.json records the extension, and is one of the files behind the hash.
+    for key in ["extensions", "results_hash"] {
+        grown[key] = whole[key].clone();
+    }
     assert_eq!(grown, whole);
     assert_says(&bench.expect(0, "status grown"), &["32 of 32 runs", "the stated confidence does not hold"]);
     let said = refused(&bench, &format!("{RUN} grown --runs 20"));
@@ -255,6 +265,7 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
     let (mut one, two) = (json(&bench.path("r/summary.json")), json(&bench.path("anew/summary.json")));
     assert_eq!(one["judgements"][0]["hash_before"], hash);
     one["judgements"] = serde_json::json!([]);
+    one["results_hash"] = two["results_hash"].clone();
     assert_eq!(one, two);
     assert_same(&bench.path("r/traces"), &bench.path("anew/traces"));
     let page = fs::read_to_string(bench.path("r/report.html")).expect("the page");
@@ -447,13 +458,13 @@ fn results_of_an_older_format_are_refused() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     let manifest = bench.path("r/campaign.json");
-    let older = fs::read_to_string(&manifest).expect("the manifest").replace("results/3", "results/1");
+    let older = fs::read_to_string(&manifest).expect("the manifest").replace("results/4", "results/1");
     fs::write(&manifest, older).expect("written");
     let before = files(&bench.path("r"));
     let again = format!("{RUN} r --runs 16");
     for words in [again.clone(), format!("{again} --fresh"), "report r".to_owned(), "replay r 3".to_owned()] {
         let said = refused(&bench, &words);
-        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/3\""]);
+        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/4\""]);
     }
     assert_eq!(files(&bench.path("r")), before);
 }

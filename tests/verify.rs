@@ -86,3 +86,21 @@ fn damaged_and_stray_shards_are_named_and_made_again_without_a_doubled_run() {
     assert!(fs::read(bench.path("r/summary.json")).expect("a summary") == summary, "the same runs, each once");
     assert_eq!(bench.softdock("verify r").status.code(), Some(0));
 }
+
+#[test]
+fn runs_of_two_builds_do_not_go_together() {
+    let bench = whole();
+    let manifest = bench.path("r/campaign.json");
+    let text_of = fs::read_to_string(&manifest).expect("the manifest");
+    let value: serde_json::Value = serde_json::from_str(&text_of).expect("JSON");
+    let commit = value["made_by"]["commit"].as_str().expect("a commit").to_owned();
+    // The folder says that another build has made its runs: then its own shards are strangers.
+    fs::write(&manifest, text_of.replace(&commit, "000000000000")).expect("written");
+    let said = bench.softdock("run c/smoke.toml --backend cpu --out r");
+    assert_eq!(said.status.code(), Some(2));
+    let words = text(&said.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("(commit 000000000000) has made") && words.contains("--fresh"), "{words}");
+    let said = bench.softdock("status r");
+    assert_eq!(said.status.code(), Some(3), "{}", text(&said.stdout));
+    assert!(text(&said.stdout).contains("commit is `"), "{}", text(&said.stdout));
+}

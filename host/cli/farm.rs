@@ -1,16 +1,18 @@
 //! Runs made into rows: an engine at work on one campaign, with its repairs.
 
-use crate::folder::VERSION;
+use crate::folder::Build;
 use crate::rows::Ledger;
 use crate::words::warn;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::{Choice, Engine, EngineError, RunInput};
+use softdock_kernels::frame::Batch;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::outcome::Finished;
 use softdock_results::runs::RunRow;
-use softdock_results::shards::Provenance;
+use softdock_results::shards::{Origin, Provenance};
+use softdock_tracer::kernel::kernel;
 use std::ops::Range;
 
 /// Runs that a GPU is given at a time, so that all its lanes have work; a CPU takes shard by shard.
@@ -40,6 +42,9 @@ pub(crate) struct Farm<'a> {
     /// How runs become rows.
     pub(crate) ledger: Ledger<'a>,
     engine: Box<dyn Engine>,
+    scenario_hash: String,
+    /// Hash of the GPU kernel that the scenario becomes: the physics, whatever makes the runs.
+    kernel_hash: String,
 }
 
 impl<'a> Farm<'a> {
@@ -50,7 +55,10 @@ impl<'a> Farm<'a> {
 
     /// With a given engine.
     pub(crate) fn with(campaign: &'a Campaign, engine: Box<dyn Engine>) -> Self {
-        Self { campaign, ledger: Ledger::new(campaign), engine }
+        let ledger = Ledger::new(campaign);
+        let hash = |text: &str| blake3::hash(text.as_bytes()).to_hex().to_string();
+        let kernel_hash = hash(&kernel(&ledger.job.plant, Batch::whole()).text);
+        Self { campaign, ledger, engine, scenario_hash: hash(campaign.scenario.text()), kernel_hash }
     }
 
     /// `cpu` or `gpu`.
@@ -76,16 +84,20 @@ impl<'a> Farm<'a> {
 
     /// What the files say about where they come from.
     pub(crate) fn provenance(&self) -> Provenance {
+        let build = Build::own();
         let more = [
             ("campaign_id", self.campaign.id.clone()),
             ("runs", self.campaign.runs.to_string()),
-            ("campaign_toml", self.campaign.text.clone()),
-            ("scenario_toml", self.campaign.scenario.text().to_owned()),
+            ("scenario_hash", self.scenario_hash.clone()),
+            ("kernel_hash", self.kernel_hash.clone()),
         ];
         Provenance {
-            campaign_hash: self.campaign.hash.clone(),
-            seed: self.campaign.seed,
-            version: VERSION.to_owned(),
+            origin: Origin {
+                campaign_hash: self.campaign.hash.clone(),
+                seed: self.campaign.seed,
+                version: build.version,
+                commit: build.commit,
+            },
             backend: self.backend().to_owned(),
             device: self.device(),
             more: more.map(|(key, value)| (key.to_owned(), value)).to_vec(),

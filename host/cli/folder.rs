@@ -6,24 +6,44 @@
 use crate::changes::{FileChange, JudgedFiles, changed_files, files_below, listed};
 use crate::words::{explain, json, refuse, warn};
 use miette::IntoDiagnostic;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use softdock_analysis::{CampaignFacts, Extension, InvalidRuns, Judge, Judgement};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
 use softdock_results::partial::reopen_shard;
-use softdock_results::shards::{ShardIndex, ShardPlan, rewrite_runs, run_files};
+use softdock_results::shards::{Origin, ShardIndex, ShardPlan, rewrite_runs, run_files};
 use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Component, Path, PathBuf};
 
 /// Version of `campaign.json`.
-const SCHEMA: &str = "results/3";
+const SCHEMA: &str = "results/4";
 
 /// Files that follow from all runs together.
 const DERIVED: [&str; 6] =
     ["summary.json", "report.html", "parity.parquet", "half_step.parquet", "compare.json", "compare.html"];
 
-/// Version of softdock, as the files state it.
-pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// The build that has made the runs of a folder.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Build {
+    /// Version of softdock.
+    pub(crate) version: String,
+    /// The commit that it was built from.
+    pub(crate) commit: String,
+}
+
+impl Build {
+    /// This program.
+    pub(crate) fn own() -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").to_owned(), commit: env!("SOFTDOCK_COMMIT").to_owned() }
+    }
+}
+
+impl std::fmt::Display for Build {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "softdock {} (commit {})", self.version, self.commit)
+    }
+}
 
 /// Runs that are to be judged by another state of their campaign.
 #[derive(Clone, Debug)]
@@ -44,6 +64,8 @@ pub(crate) struct Folder {
     pub(crate) file: String,
     /// Likewise the scenario in the place of the campaign's own.
     pub(crate) model: Option<String>,
+    /// What has made the runs.
+    pub(crate) build: Build,
     /// When the campaign got more runs, in order of time.
     pub(crate) extensions: Vec<Extension>,
     /// When the runs were judged anew, in order of time.
@@ -68,11 +90,17 @@ impl Folder {
         let name_of =
             |path: &Path| files.iter().find(|(_, other)| *other == normal(path)).map(|(name, _)| name.clone());
         let (file, model) = (files[0].0.clone(), campaign.model.as_deref().and_then(name_of));
-        let mut folder = Self { path: path.to_owned(), file, model, campaign, extensions, judgements };
+        let build = Build::own();
+        let mut folder = Self { path: path.to_owned(), file, model, campaign, build, extensions, judgements };
         let found = read_manifest(path)?;
         refuse_half_judged(path, found.as_ref())?;
         if let Some(found) = &found {
             (folder.extensions, folder.judgements) = (extensions_of(found), judgements_of(found));
+            folder.build = build_of(found);
+        }
+        let is_alike = |found: &Value| with_runs(found, 0) == with_runs(&folder.manifest(), 0);
+        if found.as_ref().is_some_and(is_alike) {
+            folder.refuse_other_build()?;
         }
         match found {
             Some(found) if found == folder.manifest() => drop(remove_abandoned(path).into_diagnostic()?),
@@ -90,6 +118,22 @@ impl Folder {
             }
         }
         Ok(folder)
+    }
+
+    /// Refuses to make or judge runs beside those that another build has made.
+    fn refuse_other_build(&self) -> miette::Result<()> {
+        let own = Build::own();
+        if self.build == own {
+            return Ok(());
+        }
+        let message = format!(
+            "`{}` holds runs that {} has made, and this is {own}: runs of two builds do not go together",
+            self.path.display(),
+            self.build
+        );
+        let remedy = "write --fresh to make all runs again here, --out DIR for a folder of its own, or use that build; \
+                      `softdock status`, `report` and `verify` read them as they are";
+        Err(refuse(message, remedy))
     }
 
     /// Keeps the campaign's files below `campaign/`.
@@ -126,10 +170,12 @@ impl Folder {
             path: path.to_owned(),
             file: files[0].0.clone(),
             model: model.as_deref().and_then(name),
+            build: build_of(&manifest),
             extensions: extensions_of(&manifest),
             judgements: judgements_of(&manifest),
             campaign,
         };
+        folder.refuse_other_build()?;
         let own = |key: &str| manifest[key].as_str().unwrap_or_default().to_owned();
         let (before, after) = (own("hash"), folder.campaign.hash.clone());
         if let Some(interrupted) = manifest["judging"].as_str() {
@@ -190,11 +236,7 @@ impl Folder {
         }
         let judge = Judge::of(&self.campaign);
         let schema = judge.schema();
-        let texts = [
-            ("campaign_hash", after.as_str()),
-            ("campaign_toml", &self.campaign.text),
-            ("scenario_toml", self.campaign.scenario.text()),
-        ];
+        let texts = [("campaign_hash", after.as_str())];
         for (path, _) in files.iter().filter(|(_, hash)| *hash == before) {
             rewrite_runs(path, &schema, &texts, |row| judge.judge(row)).into_diagnostic()?;
         }
@@ -268,6 +310,7 @@ impl Folder {
             campaign: self.campaign.clone(),
             file: self.file.clone(),
             model: self.model.clone(),
+            build: self.build.clone(),
             extensions: self.extensions.clone(),
             judgements: self.judgements.clone(),
         }
@@ -292,7 +335,8 @@ impl Folder {
             None => campaign,
         };
         let (extensions, judgements) = (extensions_of(&manifest), judgements_of(&manifest));
-        let folder = Self { path: path.to_owned(), campaign, file, model, extensions, judgements };
+        let build = build_of(&manifest);
+        let folder = Self { path: path.to_owned(), campaign, file, model, build, extensions, judgements };
         if folder.manifest() == manifest {
             return Ok(folder);
         }
@@ -327,7 +371,12 @@ impl Folder {
 
     /// Which shards exist.
     pub(crate) fn shards(&self) -> miette::Result<ShardIndex> {
-        ShardIndex::scan(&self.path, self.plan(), &self.campaign.hash, self.campaign.seed).into_diagnostic()
+        ShardIndex::scan(&self.path, self.plan(), &self.origin()).into_diagnostic()
+    }
+
+    /// What the campaign's rows have in common.
+    pub(crate) fn origin(&self) -> Origin {
+        self.facts().origin()
     }
 
     /// The campaign as the analysis looks at it.
@@ -339,7 +388,8 @@ impl Folder {
             text: &c.text,
             hash: &c.hash,
             seed: c.seed,
-            version: VERSION,
+            version: &self.build.version,
+            commit: &self.build.commit,
             plan: self.plan(),
             invalid: match c.execution.invalid {
                 Invalid::CountAsFailure => InvalidRuns::CountAsFailures,
@@ -359,6 +409,7 @@ impl Folder {
         let (id, file, hash) = (&c.id, &self.file, &c.hash);
         let mut all =
             json!({ "schema": SCHEMA, "id": id, "campaign": file, "hash": hash, "seed": c.seed, "runs": c.runs });
+        all["made_by"] = json!(self.build);
         if let Some(model) = &self.model {
             all["model"] = json!(model);
         }
@@ -466,10 +517,21 @@ pub(crate) fn id_of(path: &Path) -> miette::Result<String> {
     id.ok_or_else(nothing)
 }
 
+/// The build that has made the runs of a folder; this one where there is no folder yet.
+pub(crate) fn build_of_folder(path: &Path) -> miette::Result<Build> {
+    Ok(read_manifest(path)?.map_or_else(Build::own, |manifest| build_of(&manifest)))
+}
+
 /// Extensions and judgements that a results folder records; none where there is no folder.
 pub(crate) fn records(path: &Path) -> miette::Result<(Vec<Extension>, Vec<Judgement>)> {
     let manifest = read_manifest(path)?.unwrap_or_default();
     Ok((extensions_of(&manifest), judgements_of(&manifest)))
+}
+
+/// The build that a manifest states; one without is of no build that is known.
+fn build_of(manifest: &Value) -> Build {
+    let unknown = || Build { version: "unknown".to_owned(), commit: "unknown".to_owned() };
+    serde_json::from_value(manifest["made_by"].clone()).unwrap_or_else(|_| unknown())
 }
 
 fn judgements_of(manifest: &Value) -> Vec<Judgement> {

@@ -28,11 +28,11 @@ pub(crate) fn merge(args: &MergeArgs) -> miette::Result<Exit> {
 
 /// Joins folders of one campaign into another; false, and a word about it, if shards are missing.
 pub(crate) fn join_parts(campaign: &Folder, out: &Path, parts: &[PathBuf]) -> miette::Result<bool> {
-    let (plan, hash, seed) = (campaign.plan(), &campaign.campaign.hash, campaign.campaign.seed);
+    let (plan, origin) = (campaign.plan(), campaign.origin());
     // A folder that was merged before may hold what is missing elsewhere.
     let mut sources = parts.to_vec();
     sources.extend(out.is_dir().then(|| out.to_owned()));
-    match check_merge(&sources, plan, hash, seed) {
+    match check_merge(&sources, plan, &origin) {
         Err(error @ MergeError::Gaps { .. }) => {
             warn(format!("{error}; run the missing parts first"));
             return Ok(false);
@@ -41,6 +41,6 @@ pub(crate) fn join_parts(campaign: &Folder, out: &Path, parts: &[PathBuf]) -> mi
         Ok(_) => {}
     }
     campaign.claim_alike(out)?;
-    join(parts, out, plan, hash, seed).map_err(|error| refuse(error, "run the same command again"))?;
+    join(parts, out, plan, &origin).map_err(|error| refuse(error, "run the same command again"))?;
     Ok(true)
 }

@@ -3,7 +3,7 @@
 use crate::args::{Part, RunArgs};
 use crate::farm::Farm;
 use crate::finish::{finish, judge};
-use crate::folder::{Folder, records};
+use crate::folder::{Folder, build_of_folder, records};
 use crate::merge::join_parts;
 use crate::progress::{listen, stopped};
 use crate::run::{make_missing, unusable};
@@ -75,7 +75,8 @@ pub(crate) fn folders(whole: &Folder) -> miette::Result<Vec<Folder>> {
         let path = whole.path.join(&variant.name);
         let (extensions, judgements) = records(&path)?;
         let (campaign, file, model) = (variant.campaign.clone(), whole.file.clone(), whole.model.clone());
-        Ok(Folder { path, campaign, file, model, extensions, judgements })
+        let build = build_of_folder(&path)?;
+        Ok(Folder { path, campaign, file, model, build, extensions, judgements })
     };
     whole.campaign.variants.iter().map(folder).collect()
 }

@@ -1,7 +1,7 @@
 //! What summary and report must know of a campaign.
 
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
-use softdock_results::shards::{ShardIndex, ShardPlan};
+use softdock_results::shards::{Origin, ShardIndex, ShardPlan};
 use std::path::Path;
 
 use crate::summary::{Extension, Judgement};
@@ -28,8 +28,10 @@ pub struct CampaignFacts<'a> {
     pub hash: &'a str,
     /// Seed.
     pub seed: u64,
-    /// Version of softdock.
+    /// Version of softdock that made the runs.
     pub version: &'a str,
+    /// The commit that it was built from.
+    pub commit: &'a str,
     /// Runs and how they are cut into shards.
     pub plan: ShardPlan,
     /// What an invalid run counts as.
@@ -54,6 +56,12 @@ impl CampaignFacts<'_> {
     /// # Errors
     /// If the folder cannot be read.
     pub fn shards(&self, results: &Path) -> softdock_results::Result<ShardIndex> {
-        ShardIndex::scan(results, self.plan, self.hash, self.seed)
+        ShardIndex::scan(results, self.plan, &self.origin())
+    }
+
+    /// What the campaign's rows have in common.
+    pub fn origin(&self) -> Origin {
+        let [campaign_hash, version, commit] = [self.hash, self.version, self.commit].map(str::to_owned);
+        Origin { campaign_hash, seed: self.seed, version, commit }
     }
 }

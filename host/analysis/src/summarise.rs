@@ -78,6 +78,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         campaign_hash: facts.hash.to_owned(),
         seed: facts.seed,
         version: facts.version.to_owned(),
+        commit: facts.commit.to_owned(),
         verdict,
         exit_code,
         independent_runs: facts.independent_runs,

@@ -62,8 +62,11 @@ pub struct Summary {
     pub campaign_hash: String,
     /// Seed.
     pub seed: u64,
-    /// Version of softdock.
+    /// Version of softdock that made the runs.
     pub version: String,
+    /// The commit that it was built from.
+    #[serde(default)]
+    pub commit: String,
     /// Verdict of all requirements, each on its own subject; undecided without any.
     pub verdict: Verdict,
     /// 0 verified, 1 not verified, 3 incomplete.

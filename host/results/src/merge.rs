@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::shards::{ShardFile, ShardIndex, ShardPlan, shard_path, verify_shard};
+use crate::shards::{Origin, ShardFile, ShardIndex, ShardPlan, shard_path, verify_shard};
 use crate::{Error, Result, write_file};
 
 /// Why folders cannot be merged.
@@ -55,12 +55,11 @@ fn list(shards: &[u32]) -> String {
 pub fn check_merge(
     folders: &[PathBuf],
     plan: ShardPlan,
-    campaign_hash: &str,
-    seed: u64,
+    origin: &Origin,
 ) -> std::result::Result<BTreeMap<u32, ShardFile>, MergeError> {
     let mut whole: BTreeMap<u32, ShardFile> = BTreeMap::new();
     for folder in folders {
-        let index = ShardIndex::scan(folder, plan, campaign_hash, seed)?;
+        let index = ShardIndex::scan(folder, plan, origin)?;
         if let Some((path, reason)) = index.foreign.into_iter().next() {
             return Err(MergeError::Foreign { path, reason });
         }
@@ -88,17 +87,16 @@ pub fn merge(
     folders: &[PathBuf],
     out: &Path,
     plan: ShardPlan,
-    campaign_hash: &str,
-    seed: u64,
+    origin: &Origin,
 ) -> std::result::Result<ShardIndex, MergeError> {
     let mut sources = folders.to_vec();
     if out.is_dir() && !sources.iter().any(|folder| folder == out) {
         sources.push(out.to_owned());
     }
-    for (shard, file) in check_merge(&sources, plan, campaign_hash, seed)? {
+    for (shard, file) in check_merge(&sources, plan, origin)? {
         place(&file.path, &shard_path(out, shard))?;
     }
-    Ok(ShardIndex::scan(out, plan, campaign_hash, seed)?)
+    Ok(ShardIndex::scan(out, plan, origin)?)
 }
 
 /// Puts a file in its place if nothing is there yet.

@@ -70,7 +70,7 @@ pub fn write_repetition(
 ) -> Result<()> {
     rows.sort_by_key(|row| row.first.run);
     let mut metadata = provenance.metadata(kind.schema);
-    metadata.extend(index.origin());
+    metadata.extend(index.stated_rows());
     write_table(&results.join(kind.file), &repetition_table(kind, schema, &rows), &metadata)
 }
 

@@ -69,20 +69,13 @@ pub fn read_partial(
         let reader = TableReader::open(&path).map_err(|error| error.to_string())?;
         let metadata = reader.metadata();
         let text = |key: &str| metadata.get(&format!("softdock.{key}")).cloned().unwrap_or_default();
-        let (seed, shard) = (own.seed.to_string(), shard.to_string());
+        let shard = shard.to_string();
         let device = if own.backend == "cpu" { text("device") } else { own.device.clone() };
-        let expected = [
-            ("schema", PARTIAL_SCHEMA),
-            ("campaign_hash", &own.campaign_hash),
-            ("seed", &seed),
-            ("shard", &shard),
-            ("version", &own.version),
-            ("backend", &own.backend),
-            ("device", &device),
-        ];
+        let expected = [("schema", PARTIAL_SCHEMA), ("shard", &shard), ("backend", &own.backend), ("device", &device)];
         if let Some((key, value)) = expected.into_iter().find(|(key, value)| text(key) != *value) {
             return Err(format!("{key} is `{}`, expected `{value}`", text(key)));
         }
+        own.origin.differs(&metadata).map_or(Ok(()), Err)?;
         let table = reader.read().map_err(|error| error.to_string())?;
         if content_hash(&table) != text("content_hash") {
             return Err("the rows do not have the hash that the file states".to_owned());

@@ -41,35 +41,58 @@ impl ShardPlan {
     }
 }
 
-/// What every file of a campaign says about where it comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Provenance {
+/// What rows must have in common to go together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Origin {
     /// Hash of the checked campaign.
     pub campaign_hash: String,
     /// The campaign's seed.
     pub seed: u64,
-    /// Version of softdock.
+    /// Version of softdock that made them.
     pub version: String,
+    /// The commit that it was built from; `unknown` outside a repository.
+    pub commit: String,
+}
+
+impl Origin {
+    /// Keys and values as files state them, without prefix.
+    fn stated(&self) -> [(&'static str, String); 4] {
+        [
+            ("campaign_hash", self.campaign_hash.clone()),
+            ("seed", self.seed.to_string()),
+            ("version", self.version.clone()),
+            ("commit", self.commit.clone()),
+        ]
+    }
+
+    /// Why a file with these metadata is of another origin.
+    pub(crate) fn differs(&self, metadata: &BTreeMap<String, String>) -> Option<String> {
+        self.stated().into_iter().find_map(|(key, expected)| {
+            let found = metadata.get(&format!("softdock.{key}")).map_or("", String::as_str);
+            (found != expected).then(|| format!("{key} is `{found}`, expected `{expected}`"))
+        })
+    }
+}
+
+/// What every file of a campaign says about where it comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    /// What its rows have in common with all others of the campaign.
+    pub origin: Origin,
     /// `cpu` or `gpu`.
     pub backend: String,
     /// The device, as its driver calls it.
     pub device: String,
-    /// More keys, without prefix: `campaign_toml`, `scenario_hash`, `kernel_hash`, `driver` ...
+    /// More keys, without prefix: `campaign_id`, `scenario_hash`, `kernel_hash` ...
     pub more: Metadata,
 }
 
 impl Provenance {
     /// The file metadata of a file with this schema.
     pub fn metadata(&self, schema: &str) -> Metadata {
-        let fixed = [
-            ("schema", schema.to_owned()),
-            ("campaign_hash", self.campaign_hash.clone()),
-            ("seed", self.seed.to_string()),
-            ("version", self.version.clone()),
-            ("backend", self.backend.clone()),
-            ("device", self.device.clone()),
-        ];
-        let fixed = fixed.into_iter().map(|(key, value)| (key.to_owned(), value));
+        let own = [("backend", self.backend.clone()), ("device", self.device.clone())];
+        let fixed = std::iter::once(("schema", schema.to_owned())).chain(self.origin.stated()).chain(own);
+        let fixed = fixed.map(|(key, value)| (key.to_owned(), value));
         fixed.chain(self.more.iter().cloned()).map(|(key, value)| (format!("softdock.{key}"), value)).collect()
     }
 }
@@ -125,10 +148,8 @@ pub struct ShardFile {
 pub struct ShardIndex {
     /// How the campaign is cut.
     pub plan: ShardPlan,
-    /// Hash of the checked campaign.
-    pub campaign_hash: String,
-    /// The campaign's seed.
-    pub seed: u64,
+    /// What the campaign's rows have in common.
+    pub origin: Origin,
     /// Whole shards by number.
     pub complete: BTreeMap<u32, ShardFile>,
     /// Files under `runs/` that do not belong, with the reason: damaged, of another campaign, seed or cut, or stray. They
@@ -138,16 +159,10 @@ pub struct ShardIndex {
 
 impl ShardIndex {
     /// Looks at all shards of a results folder, every byte of them; an absent folder has none.
-    pub fn scan(results: &Path, plan: ShardPlan, campaign_hash: &str, seed: u64) -> Result<Self> {
-        let mut index = Self {
-            plan,
-            campaign_hash: campaign_hash.to_owned(),
-            seed,
-            complete: BTreeMap::new(),
-            foreign: Vec::new(),
-        };
+    pub fn scan(results: &Path, plan: ShardPlan, origin: &Origin) -> Result<Self> {
+        let mut index = Self { plan, origin: origin.clone(), complete: BTreeMap::new(), foreign: Vec::new() };
         for path in parquet_files(&results.join("runs"))? {
-            match belongs(&path, plan, campaign_hash, seed) {
+            match belongs(&path, plan, origin) {
                 Ok((shard, file)) => drop(index.complete.insert(shard, file)),
                 Err(reason) => index.foreign.push((path, reason)),
             }
@@ -170,28 +185,26 @@ impl ShardIndex {
     }
 
     /// What a file that is made from these shards states of them.
-    pub(crate) fn origin(&self) -> [(String, String); 1] {
+    pub(crate) fn stated_rows(&self) -> [(String, String); 1] {
         [(ROWS_HASH.to_owned(), self.rows_hash())]
     }
 
     /// Whether a file was made from these shards.
     pub(crate) fn check_origin(&self, path: &Path, metadata: &BTreeMap<String, String>, schema: &str) -> Result<()> {
-        let (seed, rows) = (self.seed.to_string(), self.rows_hash());
-        let expected = [
-            ("softdock.schema", schema),
-            ("softdock.campaign_hash", &self.campaign_hash),
-            ("softdock.seed", &seed),
-            (ROWS_HASH, &rows),
-        ];
         let stated = |key: &str| metadata.get(key).map_or("", String::as_str);
-        match expected.into_iter().find(|(key, value)| stated(key) != *value) {
-            None => Ok(()),
-            Some((ROWS_HASH, _)) => Err(Error::contract(path, "it was made from other runs than those that are there")),
-            Some((key, value)) => {
-                let found = stated(key);
-                Err(Error::contract(path, format!("{key} is `{found}`, expected `{value}`")))
-            }
+        if stated("softdock.schema") != schema {
+            return Err(Error::contract(
+                path,
+                format!("schema is `{}`, expected `{schema}`", stated("softdock.schema")),
+            ));
         }
+        if let Some(what) = self.origin.differs(metadata) {
+            return Err(Error::contract(path, what));
+        }
+        if stated(ROWS_HASH) != self.rows_hash() {
+            return Err(Error::contract(path, "it was made from other runs than those that are there"));
+        }
+        Ok(())
     }
 
     /// True if every shard is there.
@@ -214,12 +227,7 @@ pub(crate) fn parquet_files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The shard's number if the file is a whole shard of this campaign, or why it is not.
-fn belongs(
-    path: &Path,
-    plan: ShardPlan,
-    campaign_hash: &str,
-    seed: u64,
-) -> std::result::Result<(u32, ShardFile), String> {
+fn belongs(path: &Path, plan: ShardPlan, origin: &Origin) -> std::result::Result<(u32, ShardFile), String> {
     let reader = TableReader::open(path).map_err(|error| error.to_string())?;
     let metadata = reader.metadata();
     let text = |key: &str| metadata.get(&format!("softdock.{key}")).cloned().unwrap_or_default();
@@ -228,8 +236,7 @@ fn belongs(
         found => Err(format!("{key} is `{found}`, expected `{expected}`")),
     };
     expect("schema", RUNS_SCHEMA)?;
-    expect("campaign_hash", campaign_hash)?;
-    expect("seed", &seed.to_string())?;
+    origin.differs(&metadata).map_or(Ok(()), Err)?;
     let shard: u32 = text("shard").parse().map_err(|_| format!("shard is `{}`, not a number", text("shard")))?;
     let range = plan.range(shard);
     if range.is_empty() {

@@ -96,7 +96,7 @@ pub fn write_trace_to(path: &Path, trace: &Trace, provenance: &Provenance) -> Re
 /// # Errors
 /// If the file cannot be written.
 pub fn write_trace(results: &Path, trace: &Trace, provenance: &Provenance, index: &ShardIndex) -> Result<()> {
-    write_with(&trace.path(results), trace, provenance, index.origin())
+    write_with(&trace.path(results), trace, provenance, index.stated_rows())
 }
 
 fn write_with(

@@ -5,11 +5,11 @@ mod sample;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sample::{PLAN, fill, provenance, row, schema};
+use sample::{PLAN, fill, origin, provenance, row, schema};
 use softdock_results::merge::{MergeError, check_merge, merge};
 use softdock_results::parity::{PARITY, RepeatedRow, read_repetition, write_repetition};
 use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
-use softdock_results::shards::{ShardIndex, shard_path, verify_shard, write_shard};
+use softdock_results::shards::{Origin, ShardIndex, shard_path, verify_shard, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, Traces, read_traces, write_trace};
 use softdock_results::{
     Column, Kind, Table, TableReader, Values, content_hash, remove_abandoned, write_file, write_table,
@@ -25,7 +25,7 @@ fn parquet_names(folder: &Path) -> Vec<String> {
 }
 
 fn scan(results: &Path) -> ShardIndex {
-    ShardIndex::scan(results, PLAN, "abc", 7).expect("a folder that can be read")
+    ShardIndex::scan(results, PLAN, &origin()).expect("a folder that can be read")
 }
 
 #[test]
@@ -173,6 +173,7 @@ fn file_metadata_say_where_a_shard_comes_from() {
         ("version", "0.1.0"),
         ("backend", "cpu"),
         ("device", "test lanes"),
+        ("commit", "0123456789ab"),
         ("campaign_toml", "id = \"test\""),
         ("shard", "2"),
         ("first_run", "20"),
@@ -304,9 +305,11 @@ fn the_index_tells_complete_missing_and_foreign() {
     let reasons: Vec<String> = scan(results.path()).foreign.into_iter().map(|(_, reason)| reason).collect();
     assert_eq!(reasons, ["the file says that it is shard 0"]);
 
-    let other = ShardIndex::scan(results.path(), PLAN, "another campaign", 7).unwrap();
+    let other =
+        ShardIndex::scan(results.path(), PLAN, &Origin { campaign_hash: "another campaign".to_owned(), ..origin() })
+            .unwrap();
     assert_eq!((other.complete.len(), other.foreign.len()), (0, 3));
-    let reseeded = ShardIndex::scan(results.path(), PLAN, "abc", 8).unwrap();
+    let reseeded = ShardIndex::scan(results.path(), PLAN, &Origin { seed: 8, ..origin() }).unwrap();
     assert!(reseeded.foreign[0].1.contains("seed is `7`, expected `8`"), "{:?}", reseeded.foreign);
 }
 
@@ -328,7 +331,7 @@ fn merge_joins_workers_and_can_be_repeated() {
     fill(two.path(), &[1, 2]);
     let folders = [one.path().to_owned(), two.path().to_owned()];
     for _ in 0..2 {
-        assert!(merge(&folders, out.path(), PLAN, "abc", 7).unwrap().is_complete());
+        assert!(merge(&folders, out.path(), PLAN, &origin()).unwrap().is_complete());
     }
     let whole = folder();
     fill(whole.path(), &[0, 1, 2]);
@@ -344,7 +347,7 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
     let folders = [one.path().to_owned(), two.path().to_owned()];
     fill(one.path(), &[0]);
     fill(two.path(), &[2]);
-    let refused = merge(&folders, out.path(), PLAN, "abc", 7).unwrap_err();
+    let refused = merge(&folders, out.path(), PLAN, &origin()).unwrap_err();
     assert!(matches!(&refused, MergeError::Gaps { missing, .. } if *missing == [1]), "{refused}");
     assert_eq!(refused.to_string(), "1 of 3 shards are missing: 1");
 
@@ -352,11 +355,11 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
     let mut altered: Vec<RunRow> = PLAN.range(1).map(row).collect();
     altered[0].hil.metrics.peak_contact_force += 1.0;
     write_shard(two.path(), 1, &schema(), altered, &provenance()).unwrap();
-    let refused = merge(&folders, out.path(), PLAN, "abc", 7).unwrap_err();
+    let refused = merge(&folders, out.path(), PLAN, &origin()).unwrap_err();
     assert!(matches!(&refused, MergeError::Clash { shard: 1, .. }), "{refused}");
     fs::remove_file(shard_path(two.path(), 1)).unwrap();
 
-    let refused = check_merge(&folders, PLAN, "another", 7).unwrap_err();
+    let refused = check_merge(&folders, PLAN, &Origin { campaign_hash: "another".to_owned(), ..origin() }).unwrap_err();
     assert!(matches!(&refused, MergeError::Foreign { .. }), "{refused}");
 
     let rows: Vec<RunRow> = PLAN.range(1).map(row).collect();
@@ -365,7 +368,7 @@ fn merge_refuses_gaps_clashes_strangers_and_damage() {
         metadata.push((format!("softdock.{key}"), value.to_owned()));
     }
     write_table(&shard_path(two.path(), 1), &schema().table(&rows), &metadata).unwrap();
-    let refused = check_merge(&folders, PLAN, "abc", 7).unwrap_err();
+    let refused = check_merge(&folders, PLAN, &origin()).unwrap_err();
     assert!(refused.to_string().contains("the file states 0000"), "{refused}");
     assert!(parquet_names(out.path()).is_empty(), "a refused merge wrote something");
 }
@@ -436,7 +439,7 @@ fn what_is_made_from_the_runs_is_bound_to_them() {
     let traces = read_traces(results.path(), &more).unwrap();
     let foreign = &traces.foreign;
     assert!(traces.kept.is_empty() && foreign[0].1.contains("from other runs"), "{foreign:?}");
-    let other = ShardIndex { seed: 8, ..index };
+    let other = ShardIndex { origin: Origin { seed: 8, ..origin() }, ..index };
     assert!(read_repetition(&PARITY, results.path(), &other).unwrap_err().to_string().contains("seed is `7`"));
 }
 

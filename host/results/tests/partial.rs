@@ -4,12 +4,12 @@ mod sample;
 
 use std::fs;
 
-use sample::{PLAN, fill, provenance, row, schema};
+use sample::{PLAN, fill, origin, provenance, row, schema};
 use softdock_results::merge::{MergeError, check_merge};
 use softdock_results::partial::{
     PartialShard, partial_path, partial_runs, read_partial, remove_partial, reopen_shard, write_partial,
 };
-use softdock_results::shards::{Provenance, ShardIndex, ShardPlan, shard_path};
+use softdock_results::shards::{Origin, Provenance, ShardIndex, ShardPlan, shard_path};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -29,7 +29,7 @@ fn finished_runs_come_back_bit_for_bit_and_are_no_shard() {
     let kept = [11, 12, 17].map(row).to_vec();
     assert_eq!(read(results.path(), &provenance()), PartialShard::Usable(kept));
     assert_eq!(partial_runs(results.path()).expect("a folder"), 4);
-    let scan = || ShardIndex::scan(results.path(), PLAN, "abc", 7).expect("a folder");
+    let scan = || ShardIndex::scan(results.path(), PLAN, &origin()).expect("a folder");
     assert!(scan().complete.is_empty() && scan().foreign.is_empty());
     // Not even in the place of a shard.
     fs::create_dir(results.path().join("runs")).expect("made");
@@ -46,10 +46,12 @@ fn rows_of_another_campaign_seed_version_or_device_are_not_used() {
     write_partial(results.path(), 1, &schema(), vec![row(11)], &provenance()).expect("written");
     let other_cpu = Provenance { device: "other lanes".to_owned(), ..provenance() };
     assert!(matches!(read(results.path(), &other_cpu), PartialShard::Usable(_)), "all CPUs give equal rows");
+    let of = |origin: Origin| Provenance { origin, ..provenance() };
     let others = [
-        ("campaign_hash", Provenance { campaign_hash: "other".to_owned(), ..provenance() }),
-        ("seed", Provenance { seed: 8, ..provenance() }),
-        ("version", Provenance { version: "0.2.0".to_owned(), ..provenance() }),
+        ("campaign_hash", of(Origin { campaign_hash: "other".to_owned(), ..origin() })),
+        ("seed", of(Origin { seed: 8, ..origin() })),
+        ("version", of(Origin { version: "0.2.0".to_owned(), ..origin() })),
+        ("commit", of(Origin { commit: "another".to_owned(), ..origin() })),
         ("backend", Provenance { backend: "gpu".to_owned(), ..provenance() }),
     ];
     for (key, own) in others {
@@ -69,7 +71,7 @@ fn rows_of_another_campaign_seed_version_or_device_are_not_used() {
 fn the_last_shard_of_a_campaign_that_gets_more_runs_is_reopened() {
     let results = folder();
     fill(results.path(), &[0, 1, 2]);
-    let index = ShardIndex::scan(results.path(), PLAN, "abc", 7).expect("a folder");
+    let index = ShardIndex::scan(results.path(), PLAN, &origin()).expect("a folder");
     reopen_shard(results.path(), 2, &index.complete[&2]).expect("reopened");
     let grown = ShardPlan { runs: 40, ..PLAN };
     let range = grown.range(2);
@@ -83,6 +85,6 @@ fn a_merge_takes_no_unfinished_shard() {
     let results = folder();
     fill(results.path(), &[0, 2]);
     write_partial(results.path(), 1, &schema(), (10..20).map(row).collect(), &provenance()).expect("written");
-    let gaps = check_merge(&[results.path().to_owned()], PLAN, "abc", 7);
+    let gaps = check_merge(&[results.path().to_owned()], PLAN, &origin());
     assert!(matches!(gaps, Err(MergeError::Gaps { missing, .. }) if missing == [1]));
 }

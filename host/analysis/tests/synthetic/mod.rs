@@ -50,6 +50,7 @@ pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_
         hash: "9f1c2d7be0a4",
         seed: 20_261_121,
         version: "0.1.0",
+        commit: "0123456789ab",
         plan: plan(runs),
         invalid: InvalidRuns::CountAsFailures,
         independent_runs: true,
@@ -64,9 +65,7 @@ pub(crate) fn facts(requirements: &[Requirement], runs: u64) -> CampaignFacts<'_
 /// Where the files say they come from.
 pub(crate) fn provenance() -> Provenance {
     Provenance {
-        campaign_hash: "9f1c2d7be0a4".to_owned(),
-        seed: 20_261_121,
-        version: "0.1.0".to_owned(),
+        origin: facts(&[], 0).origin(),
         backend: "gpu".to_owned(),
         device: "NVIDIA H200 (Vulkan)".to_owned(),
         more: vec![("kernel_hash".to_owned(), "77aa".to_owned())],
@@ -204,7 +203,7 @@ pub(crate) fn write_shards(results: &Path, runs: u64, shards: impl Iterator<Item
 pub(crate) fn write_campaign(results: &Path, runs: u64) {
     write_shards(results, runs, 0..plan(runs).shards());
     let own = provenance();
-    let index = ShardIndex::scan(results, plan(runs), &own.campaign_hash, own.seed).expect("a folder");
+    let index = ShardIndex::scan(results, plan(runs), &own.origin).expect("a folder");
     let pairs = (0..100).map(|run| {
         let (mut backend, truth) = (row(run * 7), row(run * 7));
         backend.space.metrics.peak_contact_force += 0.02 * (uniform(run, 20) - 0.5);

@@ -8,7 +8,7 @@ use softdock_results::runs::{
     Agreement, Cause, CustomMetricColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow,
     RunsSchema, Status, input_fields, metric_fields,
 };
-use softdock_results::shards::{Provenance, ShardPlan, write_shard};
+use softdock_results::shards::{Origin, Provenance, ShardPlan, write_shard};
 
 /// 25 runs in shards of 10: the last shard is shorter.
 pub(crate) const PLAN: ShardPlan = ShardPlan { runs: 25, shard_runs: 10 };
@@ -20,11 +20,15 @@ pub(crate) fn schema() -> RunsSchema {
 }
 
 /// Where the made-up runs come from.
+pub(crate) fn origin() -> Origin {
+    let [campaign_hash, version, commit] = ["abc", "0.1.0", "0123456789ab"].map(str::to_owned);
+    Origin { campaign_hash, seed: 7, version, commit }
+}
+
+/// Where the files say they come from.
 pub(crate) fn provenance() -> Provenance {
     Provenance {
-        campaign_hash: "abc".to_owned(),
-        seed: 7,
-        version: "0.1.0".to_owned(),
+        origin: origin(),
         backend: "cpu".to_owned(),
         device: "test lanes".to_owned(),
         more: vec![("campaign_toml".to_owned(), "id = \"test\"".to_owned())],
