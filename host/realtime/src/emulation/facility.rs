@@ -51,6 +51,7 @@ pub struct Facility {
     renewal: Option<Renewal>,
     /// Set-points of both robots at the begin of each of their cycles, if somebody wants to see them.
     set_points: Option<[Vec<SetPoint>; 2]>,
+    kept_in_motion: [bool; 2],
 }
 
 /// What a facility does about sessions that have ended.
@@ -107,6 +108,7 @@ impl Facility {
             knock: 0.0,
             renewal: None,
             set_points: None,
+            kept_in_motion: [false; 2],
         }
     }
 
@@ -248,6 +250,11 @@ impl Facility {
         }
     }
 
+    /// Whether the kept set-points of a robot (0 or 1) begin in the middle of a motion.
+    pub fn kept_in_motion(&self, robot: usize) -> bool {
+        self.kept_in_motion[robot]
+    }
+
     /// Keeps the robots' set-points from now on.
     pub fn keep_set_points(&mut self) {
         self.set_points = Some([Vec::new(), Vec::new()]);
@@ -270,6 +277,7 @@ impl Facility {
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
+        self.kept_in_motion[robot] = false;
     }
 
     /// The controller of a robot (0 or 1) goes on with another cycle.
@@ -279,6 +287,7 @@ impl Facility {
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
+        self.kept_in_motion[robot] = true;
     }
 
     /// Holds an axis of a robot (0 or 1) where it is, whatever its controller asks for, or lets it go.

@@ -261,7 +261,10 @@ impl Rig {
     /// Greatest share of a limit that the steps of both robots' set-points have used.
     pub(crate) fn greatest_share(&self, limits: &[AxisLimits; AXES]) -> f64 {
         let mut network = self.network.borrow_mut();
-        let shares = [0, 1].map(|robot| greatest_share(network.facility().set_points(robot), limits));
+        let shares = [0, 1].map(|robot| {
+            let facility = network.facility();
+            greatest_share(facility.set_points(robot), facility.kept_in_motion(robot), limits)
+        });
         shares[0].max(shares[1])
     }
 
@@ -323,10 +326,12 @@ impl Rig {
 
 /// Greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
 ///
-/// A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
-pub(crate) fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> f64 {
+/// Set-points that begin `in_motion` are judged from the third step on, others from rest. A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
+pub(crate) fn greatest_share(seen: &[SetPoint], in_motion: bool, limits: &[AxisLimits; AXES]) -> f64 {
     let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
-    for three in seen.array_windows::<3>() {
+    for (n, three) in seen.array_windows::<3>().enumerate() {
+        // In motion the first two steps give the speed and the acceleration from which the others are judged.
+        let first = in_motion && n < 2;
         let h = (three[2].at - three[1].at).seconds();
         let held = three[1].late_answers > three[0].late_answers;
         for (i, limit) in limits.iter().enumerate() {
@@ -346,7 +351,9 @@ pub(crate) fn greatest_share(seen: &[SetPoint], limits: &[AxisLimits; AXES]) -> 
                 beyond(faster / h, 2) / limit.acceleration,
                 beyond(jerk / h, 3) / limit.jerk,
             ];
-            most = shares.into_iter().fold(most, f64::max);
+            if !first {
+                most = shares.into_iter().fold(most, f64::max);
+            }
             (speed[i], acceleration[i]) = (step / h, faster / h);
         }
     }

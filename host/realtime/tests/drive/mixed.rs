@@ -30,7 +30,7 @@ fn a_robot_of_1_ms_under_a_master_of_4_ms_sees_no_staircase() {
     let limits = setting.station.limits;
     for (robot, cycle) in [(0, CYCLE), (1, SHORT_CYCLE)] {
         let seen = network.facility().set_points(robot);
-        let share = greatest_share(seen, &limits);
+        let share = greatest_share(seen, false, &limits);
         let turns: Vec<usize> = (0..AXES).map(|axis| reversals(seen, axis, cycle.seconds())).collect();
         println!("robot {}: {} cycles, {share:.3} of a limit, reversals {turns:?}", robot + 1, seen.len());
         assert!(share <= 1.05, "robot {}: {share} of a limit", robot + 1);
