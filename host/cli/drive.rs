@@ -513,16 +513,7 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
             "id": row.id, "value": stop.value, "limit": (row.limit)(&plan.task.plant.facility), "unit": row.unit,
         })
     });
-    let stop = ended.stopped.map(|(time, alarm)| {
-        let found = alarm.found;
-        json!({
-            "cause": alarm.cause.word(), "time_s": time.seconds(),
-            "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
-            "axis": found.and_then(|found| found.axis).map(axis_name),
-            "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
-            "unit": found.map(|found| found.unit),
-        })
-    });
+    let stop = ended.stopped.map(stop_json);
     let (last, outcome) = (&ended.last, outcome(plan, ended));
     let robot = |r: usize| {
         let record = softdock_realtime::drive::start::moved(last)[r];
@@ -544,6 +535,18 @@ fn answer(plan: &Plan, ended: &Ended) -> Value {
             "robot_1": robot(0), "robot_2": robot(1), "lost_samples": last.ft.link.lost, "overruns": last.overruns,
             "log_records_lost": ended.kept[1],
         },
+    })
+}
+
+/// What a session was stopped for, and when, for programs and for the page.
+pub(crate) fn stop_json((time, alarm): (Nanos, Alarm)) -> Value {
+    let found = alarm.found;
+    json!({
+        "cause": alarm.cause.word(), "time_s": time.seconds(),
+        "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
+        "axis": found.and_then(|found| found.axis).map(axis_name),
+        "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
+        "unit": found.map(|found| found.unit),
     })
 }
 

@@ -3,6 +3,7 @@
 //! The page can move robots. It is served on loopback alone, to requests that name this address, and takes a command
 //! only with the token that the page itself holds: no other page in the same browser can send one.
 
+use crate::drive::stop_json;
 use crate::words::refuse;
 use axum::Router;
 use axum::extract::{Request, State};
@@ -251,16 +252,6 @@ fn state(view: &View) -> Value {
         })
     };
     let notice = &view.notice;
-    let stop = notice.stopped.map(|(time, alarm)| {
-        let found = alarm.found;
-        json!({
-            "time_s": time.seconds(), "cause": alarm.cause.word(), "meaning": alarm.cause.meaning(),
-            "robot": found.and_then(|found| found.robot).map(|robot| robot + 1),
-            "axis": found.and_then(|found| found.axis).map(axis_name),
-            "value": found.map(|found| found.value), "limit": found.map(|found| found.limit),
-            "unit": found.map(|found| found.unit),
-        })
-    });
     json!({
         "time_s": now.time.seconds(), "cycle": now.cycle, "phase": now.phase.word(), "meaning": now.phase.meaning(),
         "armed": now.armed, "over": view.over, "stops": view.stops,
@@ -274,6 +265,6 @@ fn state(view: &View) -> Value {
         "robots": [robot(0), robot(1)],
         "checks": notice.checklist.checks().iter().map(check).collect::<Vec<_>>(),
         "refusal": notice.refusal.map(|refusal| refusal.to_string()),
-        "stop": stop, "retracted_mm": notice.retracted.map(|way| way * 1e3),
+        "stop": notice.stopped.map(stop_json), "retracted_mm": notice.retracted.map(|way| way * 1e3),
     })
 }

@@ -200,23 +200,19 @@ checks! {
 impl What {
     /// Whether its value is not known where a robot does not report it, or before it is measured.
     pub fn may_be_unknown(self) -> bool {
-        use What::{
-            ArmDistance, Clearance, Clock, KeepOut, Period, Still, ToolPosition, ToolRotation, TurnedForce,
-            TurnedMoment,
-        };
-        let optional = [
-            ArmDistance,
-            Clearance,
-            Clock,
-            KeepOut,
-            Period,
-            Still,
-            ToolPosition,
-            ToolRotation,
-            TurnedForce,
-            TurnedMoment,
-        ];
-        optional.contains(&self)
+        matches!(
+            self,
+            Self::ArmDistance
+                | Self::Clearance
+                | Self::Clock
+                | Self::KeepOut
+                | Self::Period
+                | Self::Still
+                | Self::ToolPosition
+                | Self::ToolRotation
+                | Self::TurnedForce
+                | Self::TurnedMoment
+        )
     }
 }
 

@@ -237,6 +237,8 @@ pub struct Core {
     retracted: Option<f64>,
     /// When the session was stopped, and why.
     stopped: Option<(Nanos, Alarm)>,
+    /// When the last ramp to rest began: a retract has one of its own.
+    ramp_begun: Nanos,
     record: CycleRecord,
 }
 
@@ -288,6 +290,7 @@ impl Core {
             approach: approach(&commanded),
             retracted: None,
             stopped: None,
+            ramp_begun: Nanos(0),
             record,
             task,
         })
@@ -530,7 +533,11 @@ impl Core {
         self.state = match (&self.state, &self.limiters) {
             (_, None) => State::Ending { cycles: 0 },
             (State::Ending { .. } | State::Over, _) => return,
-            _ => State::Stopping,
+            (State::Stopping, _) => State::Stopping,
+            _ => {
+                self.ramp_begun = self.record.time;
+                State::Stopping
+            }
         };
     }
 
@@ -655,7 +662,7 @@ impl Core {
         // A dead link does not come to rest by anything that we send.
         let moving = moved(&self.record).map(|robot| robot.wire.moving != 0);
         let still = (0..2).all(|r| limiters[r].at_rest() && (!moving[r] || self.dead[r]));
-        let late = self.stopped.is_some_and(|(begun, _)| (self.record.time - begun).seconds() > LONGEST_STOP);
+        let late = (self.record.time - self.ramp_begun).seconds() > LONGEST_STOP;
         if still || late {
             let retreat = self.retreat().filter(|_| still);
             let begun = self.record.time;

@@ -230,7 +230,6 @@ pub struct View {
     round_trip: [Times; 2],
     bars: VecDeque<f64>,
     bar_began: Nanos,
-    bar: u64,
     met: [LimitFlags; 2],
 }
 
@@ -248,7 +247,6 @@ impl View {
             round_trip: Default::default(),
             bars: VecDeque::from([0.0]),
             bar_began: Nanos(0),
-            bar: 0,
             met: Default::default(),
         }
     }
@@ -259,7 +257,6 @@ impl View {
         self.peak_measured_force = self.peak_measured_force.max(sample.force);
         if sample.time.0.saturating_sub(self.bar_began.0) >= BAR.0 {
             self.bar_began = sample.time;
-            self.bar += 1;
             if self.bars.len() == BARS {
                 self.bars.pop_front();
             }
@@ -289,11 +286,6 @@ impl View {
     /// Times from a robot's report (0 or 1) to our answer.
     pub fn round_trip(&self, robot: usize) -> Percentiles {
         self.round_trip[robot].percentiles()
-    }
-
-    /// Number of the newest bar of [`force_history`](Self::force_history), from 0.
-    pub fn bars_so_far(&self) -> u64 {
-        self.bar
     }
 
     /// The largest forces \[N\] of the last times, the newest last, at most this many.

@@ -278,6 +278,29 @@ fn after_a_stop_in_contact_the_probe_is_moved_back_on_request_and_no_force_remai
     }
 }
 
+#[test]
+fn a_long_retract_that_is_stopped_ramps_down_like_any_motion() {
+    let mut setting = Setting { retract: 0.3, ..Setting::docking() };
+    setting.with_rules(|rules| rules.force = 10.0);
+    let mut rig = Rig::new(&setting, Relay::default());
+    let stopped = |rig: &Rig| rig.session.core().stopped().map(|(time, _)| time);
+    // Longer after the stop than a ramp may take, in the middle of the way back.
+    while stopped(&rig).is_none_or(|time| (rig.session.record().time - time).seconds() < 15.0) {
+        assert!(!rig.cycle(), "{:?}", rig.session.record().cause);
+    }
+    assert_eq!(rig.session.record().phase, Phase::Retracting);
+    rig.session.cycle(Some(StopCause::Operator));
+    rig.records.push(*rig.session.record());
+    rig.finish();
+    let ramp: Vec<_> = rig.records.iter().skip_while(|r| r.phase != Phase::Retracting).collect();
+    let ramp: Vec<_> = ramp.into_iter().skip_while(|r| r.phase == Phase::Retracting).collect();
+    let ends = ramp.iter().position(|r| r.robot_1.order == OrderKind::End).expect("the protocol's end");
+    assert!(ends > 1, "a ramp before the end: {ends} cycles");
+    assert_eq!(ramp[ends].robot_1.command, ramp[ends - 1].robot_1.command, "at rest at the end");
+    assert!(rig.session.core().retracted().is_some_and(|way| way > 0.05 && way < 0.29));
+    assert!(rig.greatest_share(&setting.station.limits) <= 1.0 + 1e-6);
+}
+
 /// The sensor stands otherwise than the file says.
 fn turn_sensor(there: &mut Setting, by: Quat<f64>) {
     let frame = &mut there.station.sensor.frame;

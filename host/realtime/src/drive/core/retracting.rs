@@ -89,6 +89,7 @@ impl Core {
         self.retracted = Some(way);
         let orders = self.limited(&[axes.position, retreat.other], reachable);
         if time >= retreat.duration && matches!(self.state, State::Retracting { .. }) {
+            self.ramp_begun = now;
             self.state = State::Stopping;
         }
         self.commanded = Parts { a: part, ..self.commanded };
