@@ -17,4 +17,5 @@ mod oracles;
 mod parity;
 mod resume;
 mod step;
+mod two_writers;
 mod verify;

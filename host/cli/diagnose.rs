@@ -1,11 +1,10 @@
 //! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
 
 use crate::args::{DiagnoseArgs, default_results};
-use crate::compare_models::Comparison;
-use crate::farm::failed;
+use crate::farm::{called, unusable};
 use crate::found::{file_name, file_names, listed, paths, told, write};
+use crate::progress::Terminal;
 use crate::rehearse::proposed;
-use crate::run::unusable;
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
 use softdock_campaign::rig::{
@@ -18,6 +17,7 @@ use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
 use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
 use softdock_engine::EngineError;
 use softdock_engine::simulator::Simulator;
+use softdock_farm::{ModelComparison, device_failure};
 use std::path::Path;
 
 /// Diagnoses a rig.
@@ -95,16 +95,19 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
 
 /// Says that CPU lanes simulate from now on, and why.
 fn tell_lanes(error: &EngineError) {
-    warn(format!("{}; CPU lanes simulate the rest", failed(error)));
+    warn(format!("{}; CPU lanes simulate the rest", device_failure(error)));
 }
 
 /// The extended model in the results folder.
 const EXTENDED: &str = "extended.toml";
 
 /// How the verdicts of a campaign change with what was found, if that was asked for and there is anything.
-fn compared(args: &DiagnoseArgs, folder: &Path, found: bool) -> miette::Result<Option<Comparison>> {
+fn compared(args: &DiagnoseArgs, folder: &Path, found: bool) -> miette::Result<Option<ModelComparison>> {
     match &args.compare {
-        Some(campaign) if found => Comparison::of(campaign, &folder.join(EXTENDED), args.compare_runs).map(Some),
+        Some(campaign) if found => {
+            let (extended, terminal) = (folder.join(EXTENDED), Terminal::new());
+            called(ModelComparison::of(campaign, &extended, args.compare_runs, terminal.context())).map(Some)
+        }
         Some(_) => {
             warn("nothing was found that would change a verdict: no comparison".to_owned());
             Ok(None)

@@ -1,10 +1,9 @@
-//! How a campaign's verdicts change with what a diagnosis found: the same campaign with and without it.
+//! How a campaign's verdicts change with an extended model: the same campaign with and without it.
 
-use crate::args::choice;
-use crate::farm::Farm;
-use crate::progress::Progress;
-use crate::run::unusable;
-use crate::words::{explain, refuse};
+use crate::choice_of;
+use crate::error::{FarmError, Result};
+use crate::observer::{Context, Progress, Work};
+use crate::run_engine::{RunEngine, counting};
 use serde_json::{Value, json};
 use softdock_analysis::exact::pooled;
 use softdock_analysis::number::significant;
@@ -19,7 +18,7 @@ const CONFIDENCE: f64 = 0.95;
 
 /// A share of runs with its interval of 95 %.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Share {
+struct Share {
     value: f64,
     lo: f64,
     hi: f64,
@@ -27,7 +26,7 @@ pub(crate) struct Share {
 
 /// A campaign's verdicts with one model.
 #[derive(Clone, Debug)]
-pub(crate) struct Verdicts {
+struct Verdicts {
     runs: u64,
     invalid: u64,
     space_success: Share,
@@ -37,26 +36,30 @@ pub(crate) struct Verdicts {
     aborted: Share,
 }
 
-/// The verdicts with the model as it is, and with what was found.
+/// Verdicts of a campaign with its own model and with an extended one.
 #[derive(Clone, Debug)]
-pub(crate) struct Comparison {
+pub struct ModelComparison {
     campaign: String,
     before: Verdicts,
     after: Verdicts,
 }
 
-impl Comparison {
-    /// Runs a campaign with the scenario that it names and with an extended one, over the posterior of what was found.
-    pub(crate) fn of(campaign: &Path, extended: &Path, runs: Option<u64>) -> miette::Result<Self> {
+impl ModelComparison {
+    /// Runs a campaign with the scenario that it names and with an extended one, over the posterior of the identified
+    /// effects; `runs` in the place of the campaign's number of runs.
+    ///
+    /// # Errors
+    /// If a file is wrong, the scenarios have different ids, or no engine can make the runs.
+    pub fn of(campaign: &Path, extended: &Path, runs: Option<u64>, context: Context) -> Result<Self> {
         let sampled = |campaign: Campaign| {
             let (runs, seed) = (runs.unwrap_or(campaign.runs), campaign.seed);
             campaign.with_sample(runs, seed)
         };
-        let before = sampled(Campaign::load(campaign).map_err(explain)?);
-        let after = sampled(Campaign::load_with(campaign, Some(extended)).map_err(explain)?);
+        let before = sampled(Campaign::load(campaign)?);
+        let after = sampled(Campaign::load_with(campaign, Some(extended))?);
         if before.scenario.id != after.scenario.id {
             let message = format!("`{}` is of another scenario, {}", campaign.display(), before.scenario.id);
-            return Err(refuse(message, format!("name a campaign of the scenario {}", after.scenario.id)));
+            return Err(FarmError::refused(message, format!("name a campaign of the scenario {}", after.scenario.id)));
         }
         let draws = DRAWS.min(u32::try_from(after.runs).unwrap_or(DRAWS));
         let uncertain = after.scenario.found.iter().any(softdock_campaign::FoundEffect::is_uncertain);
@@ -64,23 +67,23 @@ impl Comparison {
         let id = before.id.clone();
         Ok(Self {
             campaign: id,
-            before: verdicts(&before, "as it is")?,
-            after: verdicts(&after, "with what was found")?,
+            before: verdicts(&before, Work::OwnModel, context)?,
+            after: verdicts(&after, Work::ExtendedModel, context)?,
         })
     }
 
-    /// As a program reads it.
-    pub(crate) fn json(&self) -> Value {
+    /// As JSON.
+    pub fn json(&self) -> Value {
         json!({ "campaign": self.campaign, "before": self.before.json(), "after": self.after.json() })
     }
 
     /// As a table.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let row = |name: &str, of: fn(&Verdicts) -> Share| {
             format!("  {name:<22}{:<30}{}\n", shown(of(&self.before)), shown(of(&self.after)))
         };
         let mut out = format!("{}, {} runs each; shares with intervals of 95 %\n", self.campaign, self.after.runs);
-        out += &format!("  {:<22}{:<30}{}\n", "", "model as it is", "with what was found");
+        out += &format!("  {:<22}{:<30}{}\n", "", "model as it is", "extended model");
         out += &row("success in space", |v| v.space_success);
         out += &row("success on facility", |v| v.hil_success);
         out += &row("false passes", |v| v.false_pass);
@@ -106,10 +109,14 @@ fn shown(share: Share) -> String {
     format!("{} % ({} to {})", percent(share.value), percent(share.lo), percent(share.hi))
 }
 
-fn verdicts(campaign: &Campaign, what: &'static str) -> miette::Result<Verdicts> {
-    let mut farm = Farm::open(campaign, choice(campaign.execution.backend)).map_err(unusable)?;
-    let progress = Progress::new(what, campaign.runs);
-    let rows = farm.make(0..campaign.runs, &|ended| progress.add(ended)).map_err(unusable)?;
+fn verdicts(campaign: &Campaign, work: Work, context: Context) -> Result<Verdicts> {
+    let mut engine = RunEngine::open(campaign, choice_of(campaign), context)?;
+    let progress = Progress::new(context, work, campaign.runs);
+    let numbers: Vec<u64> = (0..campaign.runs).collect();
+    let (rows, is_whole) = engine.make_numbered(&numbers, &counting(&progress))?;
+    if !is_whole {
+        return Err(FarmError::Cancelled);
+    }
     let share = |is: &dyn Fn(&RunRow) -> bool| {
         let draws = campaign.outer_draws.unwrap_or(1);
         let mut counts = vec![(0, 0); draws as usize];
