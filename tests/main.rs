@@ -6,6 +6,7 @@ mod cli;
 mod diagnose;
 mod drive;
 mod engine_loss;
+mod examples;
 mod facility;
 mod gpu;
 mod house;
