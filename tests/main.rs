@@ -17,6 +17,7 @@ mod operator_page;
 mod oracles;
 mod parity;
 mod resume;
+mod slurm;
 mod step;
 mod two_writers;
 mod verify;

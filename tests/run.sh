@@ -128,6 +128,23 @@ step "tests"
 cargo test "${all[@]}" --no-fail-fast
 cargo test --release -p softdock-oracle-rapier
 
+# An array job on a real Slurm cluster; it waits most of the time, and the next step computes meanwhile.
+slurm=
+slurm_missing="needs root"
+if [ "$(id -u)" -eq 0 ]; then
+    slurm_missing="Slurm could not be installed, or does not start here"
+    for program in slurmctld slurmd sbatch munged pgrep; do
+        command -v "$program" >/dev/null || { install slurmctld slurmd slurm-client munge procps; break; }
+    done
+    if bash tests/slurm/cluster.sh start "$scratch/slurm" >"$scratch/slurm.log" 2>&1; then
+        slurm_missing=
+        cargo test "${all[@]}" --test softdock slurm -- --ignored >"$scratch/slurm.log" 2>&1 &
+        slurm=$!
+    fi
+    bash tests/slurm/cluster.sh stop "$scratch/slurm"
+fi
+[ "$full" = no ] || [ -z "$slurm_missing" ] || fail "Slurm: $slurm_missing: $(cat "$scratch/slurm.log")"
+
 step "measured data of others"
 data="${SOFTDOCK_DATA:-../shared/data}"
 data_seen=no
@@ -137,6 +154,15 @@ if [ -d "$data/emps" ]; then
     SOFTDOCK_DATA="$(realpath "$data")" \
         cargo test "${all[@]}" --test diagnose measured -- --ignored --skip free_runs_of_a_cube "${long[@]}"
     data_seen=yes
+fi
+
+if [ -n "$slurm" ]; then
+    step "an array job on a Slurm cluster on loopback"
+    wait "$slurm" || {
+        cat "$scratch/slurm.log" >&2
+        fail "the array job"
+    }
+    tail -n 3 "$scratch/slurm.log"
 fi
 
 swiftshader_seen=no
@@ -174,6 +200,7 @@ elif [ "$swiftshader_seen" = no ]; then
 fi
 [ "$data_seen" = yes ] ||
     printf '\n!! NOT RUN: diagnosis of measured data: give its folder as SOFTDOCK_DATA\n' >&2
+[ -z "$slurm_missing" ] || printf '\n!! NOT RUN: an array job on a Slurm cluster: %s\n' "$slurm_missing" >&2
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] ||
     printf '\n!! NOT RUN: a running RSI controller: give the local address that it sends to as SOFTDOCK_PEER_RSI\n' >&2
 [ -n "${SOFTDOCK_PEER_ETHERCAT:-}" ] ||

@@ -42,6 +42,12 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Compare every file of a results folder with what it states, and summary and page with what the runs give.
     Verify(StatusArgs),
+    /// Make one part of the runs of a results folder, as one worker of many; judge nothing.
+    Worker(WorkerArgs),
+    /// End a results folder whose runs are all made: repeated runs, time histories, summary and page.
+    Finish(FinishArgs),
+    /// Run a campaign as an array job of a cluster.
+    Submit(SubmitArgs),
     /// Join the results folders of several workers into one, and judge them.
     Merge(MergeArgs),
     /// Compare two results folders: failures, rates, runs that changed, metrics, and keys that differ.
@@ -370,6 +376,83 @@ pub(crate) struct StatusArgs {
     pub(crate) json: bool,
 }
 
+/// Arguments of `worker`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 the part is made, 2 bad input, 3 stopped, the same command goes on.
+
+Example:
+  softdock worker /data/dock --part array/16    (a task of an array job with the indices 0 to 15)")]
+pub(crate) struct WorkerArgs {
+    /// Results folder, which `submit` or `run` has begun.
+    pub(crate) results: PathBuf,
+    /// The I-th of N parts; `array/N` takes the index of the scheduler's array, from 0 to N-1.
+    #[arg(long, value_name = "I/N", value_parser = array_part, default_value = "1/1")]
+    pub(crate) part: Part,
+    /// Where the runs are made.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: BackendArg,
+}
+
+/// Arguments of `finish`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: as `run`.
+
+Example:
+  softdock finish /data/dock")]
+pub(crate) struct FinishArgs {
+    /// Results folder.
+    pub(crate) results: PathBuf,
+    /// Answer in JSON: the summary, or the comparison of the variants.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments of `submit`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+DIR must be visible from every node. It gets the campaign's files, the scripts (DIR/slurm) and their logs. A task that
+is requeued goes on from what is on disk; near its time limit a task keeps what is finished and requeues itself.
+`softdock status DIR` shows how far the array is. Templates for other schedulers: examples/clusters.
+
+Example:
+  softdock submit campaigns/probe_drogue.toml --slurm --out /scratch/dock --sbatch=--time=01:00:00")]
+pub(crate) struct SubmitArgs {
+    /// Campaign file.
+    pub(crate) campaign: PathBuf,
+    /// Submit to Slurm.
+    #[arg(long, required = true)]
+    pub(crate) slurm: bool,
+    /// Results folder; `results/ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Number of runs, instead of the campaign's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub(crate) runs: Option<u64>,
+    /// Seed, instead of the campaign's.
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Where the runs are made.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: BackendArg,
+    /// Tasks of the array; one for each shard, 64 at most, if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) tasks: Option<u32>,
+    /// Seconds before the time limit at which a task ends by itself.
+    #[arg(long, value_name = "SECONDS", default_value_t = 120)]
+    pub(crate) grace: u32,
+    /// Option of sbatch for the array, such as --time=01:00:00; may stand several times.
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub(crate) sbatch: Vec<String>,
+    /// Option of sbatch for the job that judges.
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub(crate) finish_sbatch: Vec<String>,
+    /// Write the scripts, submit nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
 /// Arguments of `merge`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  softdock merge results/dock worker1/dock worker2/dock")]
@@ -503,6 +586,15 @@ pub(crate) enum BackendArg {
 }
 
 impl BackendArg {
+    /// As it is typed.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Gpu => "gpu",
+            Self::Cpu => "cpu",
+        }
+    }
+
     /// The engine to open.
     pub(crate) fn choice(self) -> Choice {
         self.into()
@@ -517,6 +609,13 @@ impl From<BackendArg> for Choice {
             BackendArg::Cpu => Self::Cpu,
         }
     }
+}
+
+/// A part by its numbers, or by the index of a scheduler's array.
+fn array_part(text: &str) -> Result<Part, String> {
+    let Some(count) = text.strip_prefix("array/") else { return text.parse() };
+    let count: Option<u32> = count.parse().ok().filter(|count| *count > 0);
+    Part::of_array(count.ok_or("write array/N with N from 1")?, |name| std::env::var(name).ok())
 }
 
 fn share(text: &str) -> Result<f64, String> {

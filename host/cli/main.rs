@@ -32,8 +32,10 @@ mod schema;
 mod secret;
 mod serve;
 mod status;
+mod submit;
 mod verify;
 mod words;
+mod worker;
 
 use args::{BenchCommand, Command};
 use clap::Parser;
@@ -46,6 +48,9 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Status(args) => status::status(&args),
         Command::Verify(args) => verify::verify(&args),
+        Command::Worker(args) => worker::worker(&args),
+        Command::Finish(args) => worker::finish(&args),
+        Command::Submit(args) => submit::submit(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Judge(args) => judge::judge(&args),

@@ -3,12 +3,13 @@
 use crate::args::StatusArgs;
 use crate::farm::called;
 use crate::words::{Exit, explain, json, refuse, say, warn};
-use softdock_farm::default_results;
+use softdock_farm::{default_results, slurm_state};
 use std::path::{Path, PathBuf};
 
 /// Reports what exists and what it shows so far.
 pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
-    let status = called(softdock_farm::status(&results_of(&args.what, None)?))?;
+    let results = results_of(&args.what, None)?;
+    let status = called(softdock_farm::status(&results))?;
     match args.json {
         true => say(json(&status.shown.json())),
         false => say(status.shown.text()),
@@ -16,6 +17,15 @@ pub(crate) fn status(args: &StatusArgs) -> miette::Result<Exit> {
     if status.partial_runs > 0 {
         let runs = status.partial_runs;
         warn(format!("{runs} finished runs of unfinished shards are kept; `softdock run` goes on from them"));
+    }
+    match slurm_state(&results) {
+        Ok(None) => {}
+        Ok(Some((jobs, states))) => {
+            let states: Vec<String> = states.iter().map(|(state, tasks)| format!("{tasks} {state}")).collect();
+            let states = if states.is_empty() { "no task in the queue".to_owned() } else { states.join(", ") };
+            warn(format!("slurm jobs {} ({} tasks) and {}: {states}", jobs.array, jobs.tasks, jobs.finish));
+        }
+        Err(error) => warn(format!("the state of the slurm jobs is unknown: {error}")),
     }
     Ok(Exit::of_code(status.shown.exit_code()))
 }

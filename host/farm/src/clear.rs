@@ -5,6 +5,7 @@ use crate::folder::{ResultsFolder, busy};
 use crate::lock::{FOLDER_LOCK, FolderLock, SHARD_LOCKS};
 use crate::observer::{Context, Note};
 use crate::paths::{files_below, named_files, normal};
+use crate::slurm::{SLURM_FILES, SLURM_FOLDER};
 use std::path::{Path, PathBuf};
 
 /// Files at the top of a results folder; the last one goes last, so that what is left is still known as one.
@@ -105,6 +106,7 @@ fn is_own(name: &str) -> bool {
     match name.split_once('/') {
         Some((SHARD_LOCKS, file)) => file.starts_with("shard="),
         None if name == FOLDER_LOCK => true,
+        Some((SLURM_FOLDER, file)) => SLURM_FILES.contains(&file) || file.ends_with(".log"),
         None => FILES.contains(&name),
         Some((folder @ ("runs" | "partial"), file)) if FOLDERS.contains(&folder) => numbered(file, "shard="),
         Some((folder, file)) => FOLDERS.contains(&folder) && (numbered(file, "run=") || file == "nominal.parquet"),

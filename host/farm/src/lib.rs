@@ -1,7 +1,7 @@
 //! Campaigns from file to verdict, as functions on typed values.
 //!
 //! [`load_campaign`] reads a campaign, [`run`] makes what is missing of it in a results folder and judges it, [`merge`]
-//! joins the folders of several workers, [`judge`] judges finished runs by other criteria, [`status`], [`report`],
+//! joins the folders of several workers, [`work`] is one of many workers in a folder and [`finish_folder`] its end, [`judge`] judges finished runs by other criteria, [`status`], [`report`],
 //! [`verify`], [`compare_folders`] and [`replay_run`] read a folder. Long calls take a [`Context`]: an [`Observer`] that
 //! receives progress and notes, and a [`Cancel`] token. Nothing is printed, and nothing is global.
 //!
@@ -41,6 +41,7 @@ mod run;
 mod run_engine;
 mod select;
 mod signals;
+mod slurm;
 mod status;
 pub mod step;
 #[cfg(test)]
@@ -48,6 +49,7 @@ mod tests;
 mod traces;
 mod variants;
 mod verify;
+mod worker;
 
 pub use cases::{failed_results, failed_runs, read_cases};
 pub use compare::{FolderComparison, compare_folders};
@@ -62,8 +64,10 @@ pub use outcome::{Ended, Incomplete, Shown};
 pub use replay::{ReplayedRun, replay_run};
 pub use run::{Part, RunOptions, run};
 pub use select::{Selection, load_campaign};
+pub use slurm::{SlurmJobs, SlurmOptions, slurm_state, submit_slurm_scripts, write_slurm_scripts};
 pub use status::{Status, report, status};
 pub use verify::{Verification, verify};
+pub use worker::{ARRAY_INDICES, finish_folder, work};
 
 use std::path::{Path, PathBuf};
 

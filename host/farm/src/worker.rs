@@ -1,0 +1,103 @@
+//! One worker of many in a results folder: makes its part of the runs, judges nothing. And the end of a folder whose
+//! shards all exist.
+
+use crate::error::{FarmError, Result};
+use crate::finish::finish;
+use crate::folder::ResultsFolder;
+use crate::observer::Context;
+use crate::outcome::{Ended, Incomplete, Shown};
+use crate::run::{Part, RunOptions, make_missing};
+use crate::run_engine::RunEngine;
+use crate::variants;
+use std::path::Path;
+
+/// Variables in which schedulers give a task of an array its index: Slurm, PBS Pro, Torque, LSF, Grid Engine, and an
+/// indexed Job of Kubernetes.
+pub const ARRAY_INDICES: [&str; 6] =
+    ["SLURM_ARRAY_TASK_ID", "PBS_ARRAY_INDEX", "PBS_ARRAYID", "LSB_JOBINDEX", "SGE_TASK_ID", "JOB_COMPLETION_INDEX"];
+
+impl Part {
+    /// The part of a task of a scheduler's array with the indices 0 to `count` - 1.
+    ///
+    /// # Errors
+    /// If no variable of [`ARRAY_INDICES`] is set, or it is no such index.
+    pub fn of_array(count: u32, variable: impl Fn(&str) -> Option<String>) -> std::result::Result<Self, String> {
+        let found = ARRAY_INDICES.iter().find_map(|name| Some((name, variable(name)?)));
+        let Some((name, text)) = found else {
+            return Err(format!("this is no task of an array: none of {} is set", ARRAY_INDICES.join(", ")));
+        };
+        match text.parse() {
+            Ok(index) if index < count => Ok(Self { index, count }),
+            _ => Err(format!("{name} is `{text}`, and an array of {count} tasks has the indices 0 to {}", count - 1)),
+        }
+    }
+}
+
+/// Makes the missing runs of one part of a results folder, which exists already; gives the reason if some are still
+/// missing. Nothing is judged.
+///
+/// # Errors
+/// If the folder is no results folder, no engine can make the runs, or a file cannot be read or written.
+pub fn work(results: &Path, options: &RunOptions, context: Context) -> Result<Option<Incomplete>> {
+    let whole = ResultsFolder::open(results)?;
+    let folders = if whole.campaign.variants.is_empty() { vec![whole] } else { whole.variants()? };
+    for folder in folders {
+        let folder = ResultsFolder::claim(&folder.path.clone(), folder.campaign, context)?;
+        let scene = folder.campaign.clone();
+        let mut engine = RunEngine::open(&scene, options.choice, context)?;
+        if let Some(incomplete) = make_missing(&folder, options, &mut engine, context)? {
+            return Ok(Some(incomplete));
+        }
+        if context.cancel.is_cancelled() {
+            let index = folder.shards()?;
+            let partial_runs = softdock_results::partial::partial_runs(&folder.path)?;
+            let (done, planned) = (index.complete.len(), index.plan.shards());
+            return Ok(Some(Incomplete::Cancelled { done, planned, partial_runs }));
+        }
+    }
+    Ok(None)
+}
+
+/// Ends a results folder whose shards all exist: repeated runs, time histories, summary and page; of a campaign with
+/// variants their comparison.
+///
+/// # Errors
+/// If the folder is no results folder, or a file cannot be read or written.
+pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
+    let whole = ResultsFolder::open(results)?;
+    if !whole.campaign.variants.is_empty() {
+        for folder in whole.variants()? {
+            if folder.path.is_dir() && folder.shards()?.is_complete() {
+                finish(&folder, context)?;
+            }
+        }
+        return variants::conclude(&whole, Incomplete::VariantMissing);
+    }
+    let index = whole.shards()?;
+    if !index.is_complete() {
+        let missing = Incomplete::ShardsMissing { done: index.complete.len(), planned: index.plan.shards() };
+        return Ok(Ended { incomplete: Some(missing), ..Ended::new(&whole, Shown::Nothing) });
+    }
+    match finish(&whole, context) {
+        Err(FarmError::Cancelled) => {
+            let incomplete = Some(Incomplete::CancelledInChecks);
+            Ok(Ended { incomplete, ..Ended::new(&whole, Shown::Nothing) })
+        }
+        summary => Ok(Ended::new(&whole, Shown::Campaign(Box::new(summary?)))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_part_of_a_task_is_its_index_in_the_array() {
+        let slurm = |name: &str| (name == "SLURM_ARRAY_TASK_ID").then(|| "3".to_owned());
+        assert_eq!(Part::of_array(16, slurm), Ok(Part { index: 3, count: 16 }));
+        let error = Part::of_array(3, slurm).expect_err("beyond the array");
+        assert!(error.contains("SLURM_ARRAY_TASK_ID is `3`") && error.contains("0 to 2"), "{error}");
+        let error = Part::of_array(3, |_| None).expect_err("no array");
+        assert!(error.contains("PBS_ARRAY_INDEX"), "{error}");
+    }
+}
