@@ -4,7 +4,7 @@ use crate::args::{DiagnoseArgs, default_results};
 use crate::compare_models::Comparison;
 use crate::farm::failed;
 use crate::found::{file_name, file_names, listed, paths, told, write};
-use crate::rehearse::proposed;
+use crate::reports::session_failed;
 use crate::run::unusable;
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
@@ -14,10 +14,12 @@ use softdock_campaign::rig::{
 use softdock_campaign::{Campaign, FileKind, Rig, Scenario};
 use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::block::facility::FacilityModel;
-use softdock_diagnosis::diagnosis::{Options, prepare, prepare_facility};
-use softdock_diagnosis::{diagnosis_page, extend, isolability, outside, words};
+use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, prepare, prepare_facility};
+use softdock_diagnosis::experiment::Experiment;
+use softdock_diagnosis::{diagnosis_page, extend, isolability, next_drive, outside, words};
 use softdock_engine::EngineError;
 use softdock_engine::simulator::Simulator;
+use softdock_session::rehearsal::rehearse_runs;
 use std::path::Path;
 
 /// Diagnoses a rig.
@@ -91,6 +93,21 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(format!("{}\n\n{comparison}{}", words::text(&diagnosis), listed(&folder, &files)));
     }
     Ok(Exit::Done)
+}
+
+/// The run to drive next, if an answer to drives of a campaign is ambiguous: of those that a rehearsal at the station
+/// completes.
+fn proposed(
+    campaign: &Campaign,
+    station: &Path,
+    diagnosis: &Diagnosis,
+    judged: &[Judged],
+) -> miette::Result<Option<Experiment>> {
+    let folder = tempfile::tempdir().into_diagnostic()?;
+    let rehearsed = rehearse_runs(campaign, station, folder.path()).map_err(session_failed)?;
+    let logs: Vec<(u64, &Path)> = rehearsed.iter().map(|rehearsed| (rehearsed.run, rehearsed.log.as_path())).collect();
+    let model = FacilityModel::Campaign(Box::new(campaign.clone()));
+    next_drive(&model, diagnosis, judged, &logs).map_err(told)
 }
 
 /// Says that CPU lanes simulate from now on, and why.
