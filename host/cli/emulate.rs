@@ -4,14 +4,14 @@ use crate::args::EmulateArgs;
 use crate::reports::session_failed;
 use crate::words::{Exit, json, say, warn};
 use miette::IntoDiagnostic;
-use softdock_session::emulated::{EmulatedFacility, EmulationNotice};
+use softdock_session::emulated::{EmulationNotice, FacilityEmulator};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Serves an emulated facility.
 pub(crate) fn emulate(args: &EmulateArgs) -> miette::Result<Exit> {
     let report = |notice: EmulationNotice| if notice.is_warning() { warn(notice) } else { say(notice) };
-    let facility = EmulatedFacility::open(&args.options(), &report).map_err(session_failed)?;
+    let facility = FacilityEmulator::open(&args.options(), &report).map_err(session_failed)?;
     let stop = Arc::new(AtomicBool::new(false));
     let heard = Arc::clone(&stop);
     ctrlc::set_handler(move || heard.store(true, Ordering::Relaxed)).into_diagnostic()?;

@@ -5,6 +5,7 @@
 
 mod causes;
 pub mod compare;
+pub mod compare_models;
 pub mod compare_results;
 mod error;
 pub mod exact;

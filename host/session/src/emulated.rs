@@ -146,7 +146,7 @@ struct Source {
 }
 
 /// An emulated facility whose ports are open.
-pub struct EmulatedFacility {
+pub struct FacilityEmulator {
     source: Source,
     facility: Facility,
     sockets: Sockets,
@@ -156,7 +156,7 @@ pub struct EmulatedFacility {
     _servers: Vec<Box<dyn Any>>,
 }
 
-impl EmulatedFacility {
+impl FacilityEmulator {
     /// Reads the files and opens the ports.
     ///
     /// # Errors

@@ -534,7 +534,18 @@ impl Core {
             (_, None) => State::Ending { cycles: 0 },
             (State::Ending { .. } | State::Over, _) => return,
             (State::Stopping, _) => State::Stopping,
-            _ => {
+            (
+                State::StartUp
+                | State::Enabling { .. }
+                | State::ToStart { .. }
+                | State::Weighing { .. }
+                | State::Taring { .. }
+                | State::RunIn { .. }
+                | State::Running
+                | State::Closing { .. }
+                | State::Retracting { .. },
+                _,
+            ) => {
                 self.ramp_begun = self.record.time;
                 State::Stopping
             }

@@ -141,7 +141,7 @@ impl CheckedAddress {
     /// Builds the emulated controller of a robot, on a rail or not.
     ///
     /// # Errors
-    /// If a port is taken, or the address does not say what the controller needs.
+    /// If a port is taken, or the address does not state what the controller needs.
     pub fn emulate_robot(&self, rail: bool, report: Reporter) -> Result<EmulatedEnd<dyn Controller>, LinkError> {
         match self.row.emulated_robot {
             Some(emulate) => emulate(&self.address, rail, report),
@@ -164,7 +164,7 @@ impl CheckedAddress {
     /// `robotN_`, and text.
     ///
     /// # Errors
-    /// If the address does not say what stands in the configuration.
+    /// If the address does not state what the configuration needs.
     pub fn configuration(&self, rail: bool, report: Reporter) -> Result<Option<(&'static str, String)>, LinkError> {
         self.row.configuration.map(|write| write(&self.address, rail, report)).transpose()
     }

@@ -60,7 +60,7 @@ impl Value {
     pub const fn real(self) -> f64 {
         match self {
             Self::Real(value) => value,
-            _ => f64::NAN,
+            Self::Signed(_) | Self::Whole(_) | Self::Word(_) => f64::NAN,
         }
     }
 
