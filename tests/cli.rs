@@ -54,7 +54,7 @@ impl Bench {
     }
 
     /// Runs in the background; waits until the first shard is written.
-    fn until_first_shard(&self, words: &str, results: &str) -> Child {
+    pub(crate) fn until_first_shard(&self, words: &str, results: &str) -> Child {
         let child = self.command(words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
         let begin = Instant::now();
         while !self.path(results).join("runs/shard=00000.parquet").is_file() {

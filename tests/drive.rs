@@ -231,8 +231,9 @@ fn a_killed_drive_leaves_a_log_that_can_be_read() {
     assert!(said.contains("ends early") && said.contains("equal, bit for bit"), "{said}");
 }
 
-#[test]
-fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
+/// A dry run on loopback against an emulated facility: its output, and what has met at the emulated robots, if it ran to
+/// its end.
+fn dry_run_against_an_emulated_facility() -> Result<serde_json::Value, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let (out, truth) = (folder.path().join("drive"), folder.path().join("truth.json"));
     let (one, two, http, rdt) = (free_port(), free_port(), free_port(), free_port());
@@ -247,13 +248,31 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
     );
     let emulator = command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("softdock starts");
     std::thread::sleep(Duration::from_secs(1));
-    let said = expect(0, &format!("{DRIVE} {links} --no-band --out {}", out.display()));
-    assert!(said.contains("dry run") && said.contains("stopped by completed"), "{said}");
+    let mut drive = command(&format!("{DRIVE} {links} --no-band --out {}", out.display()));
+    let drive = drive.env("TMPDIR", folder.path()).output().expect("softdock starts");
+    let output = format!("{}{}", String::from_utf8_lossy(&drive.stdout), String::from_utf8_lossy(&drive.stderr));
     let ended = emulator.wait_with_output().expect("the emulator ends by itself");
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
-    // Only the emulated robots of the dry run have met.
-    let truth: serde_json::Value = serde_json::from_str(&fs::read_to_string(&truth).expect("the truth")).expect("JSON");
-    assert_eq!(truth["peak_contact_force"], 0.0);
+    if drive.status.code() != Some(0) {
+        return Err(output);
+    }
+    assert!(output.contains("dry run") && output.contains("stopped by completed"), "{output}");
+    Ok(serde_json::from_str(&fs::read_to_string(&truth).expect("the truth")).expect("JSON"))
+}
+
+#[test]
+fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
+    // Both programs run in real time: a machine that stalls one of them for longer than the links allow ends the session,
+    // and that is right. Such a stall is no finding of this test; three in a row are.
+    let mut stalled = Vec::new();
+    for _ in 0..3 {
+        match dry_run_against_an_emulated_facility() {
+            // Only the emulated robots of the dry run have met.
+            Ok(truth) => return assert_eq!(truth["peak_contact_force"], 0.0),
+            Err(output) => stalled.push(output),
+        }
+    }
+    panic!("no dry run ended by itself:\n{}", stalled.join("\n"));
 }
 
 #[test]

@@ -8,10 +8,10 @@ pub(crate) use diagnose::DiagnoseArgs;
 pub(crate) use drive::{DriveArgs, EmulateArgs};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use softdock_campaign::Campaign;
-use softdock_campaign::campaign::Backend;
 use softdock_engine::Choice;
-use std::path::{Path, PathBuf};
+use softdock_farm::Part;
+pub(crate) use softdock_farm::default_results;
+use std::path::PathBuf;
 
 /// Monte Carlo verification of contact tasks: thousands of runs, in space and on the HIL facility side by side.
 #[derive(Debug, Parser)]
@@ -222,7 +222,7 @@ pub(crate) struct BenchDiagnosisArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub(crate) draws: Option<u64>,
     /// Run only the I-th of N parts of the cases.
-    #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
+    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
     /// Run only cases whose name has this in it: `null`, `drive.pair`, `C1_transport_delay.x2`.
     #[arg(long, value_name = "TEXT")]
@@ -347,7 +347,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["cases", "model", "variant"])]
     pub(crate) only_failed: Option<PathBuf>,
     /// Make only the I-th of N parts of the campaign; `merge` joins them.
-    #[arg(long, value_name = "I/N", value_parser = part, default_value = "1/1", hide_default_value = true)]
+    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true)]
     pub(crate) shard: Part,
     /// Scenario in the place of the campaign's: the model that a diagnosis has extended.
     #[arg(long, value_name = "FILE")]
@@ -503,45 +503,21 @@ pub(crate) enum BackendArg {
     Cpu,
 }
 
-/// Part `index` (from 0) of `count` of a campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Part {
-    /// Which part, from 0.
-    pub(crate) index: u32,
-    /// Number of parts.
-    pub(crate) count: u32,
-}
-
-impl RunArgs {
-    /// The engine to open: the command line before the campaign.
-    pub(crate) fn choice(&self, campaign: &Campaign) -> Choice {
-        self.backend.map_or_else(|| choice(campaign.execution.backend), BackendArg::choice)
-    }
-}
-
 impl BackendArg {
     /// The engine to open.
     pub(crate) fn choice(self) -> Choice {
-        match self {
-            Self::Auto => Choice::Auto,
-            Self::Gpu => Choice::Gpu,
-            Self::Cpu => Choice::Cpu,
+        self.into()
+    }
+}
+
+impl From<BackendArg> for Choice {
+    fn from(backend: BackendArg) -> Self {
+        match backend {
+            BackendArg::Auto => Self::Auto,
+            BackendArg::Gpu => Self::Gpu,
+            BackendArg::Cpu => Self::Cpu,
         }
     }
-}
-
-/// The engine that a campaign asks for.
-pub(crate) fn choice(backend: Backend) -> Choice {
-    match backend {
-        Backend::Auto => Choice::Auto,
-        Backend::Gpu => Choice::Gpu,
-        Backend::Cpu => Choice::Cpu,
-    }
-}
-
-/// Results folder of a campaign if none is named.
-pub(crate) fn default_results(id: &str) -> PathBuf {
-    Path::new("results").join(id)
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -554,12 +530,4 @@ fn share(text: &str) -> Result<f64, String> {
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
     number.ok_or_else(|| "write a number above 0".to_owned())
-}
-
-fn part(text: &str) -> Result<Part, String> {
-    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
-    match numbers {
-        Some((index, count)) if (1..=count).contains(&index) => Ok(Part { index: index - 1, count }),
-        _ => Err("write I/N with I from 1 to N: 2/8 is the second of eight parts".to_owned()),
-    }
 }

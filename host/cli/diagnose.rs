@@ -1,13 +1,11 @@
 //! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
 
 use crate::args::{DiagnoseArgs, default_results};
-use crate::compare_models::compare_models;
-use crate::farm::failed;
+use crate::farm::{called, unusable};
+use crate::progress::Terminal;
 use crate::reports::{diagnosis_failed, listed, paths, session_failed, write};
-use crate::run::unusable;
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
-use softdock_analysis::compare_models::ModelComparison;
 use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
 use softdock_diagnosis::experiment::Experiment;
@@ -16,6 +14,7 @@ use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
 use softdock_diagnosis::{isolability, words};
 use softdock_engine::EngineError;
 use softdock_engine::simulator::Simulator;
+use softdock_farm::{ModelComparison, device_failure};
 use softdock_session::rehearsal::rehearse_runs;
 use std::path::Path;
 
@@ -50,7 +49,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     let comparison = compared(args, &folder, work.files.iter().any(|file| file.name == EXTENDED))?;
     if args.json {
         if let Some(comparison) = &comparison {
-            work.figures["comparison"] = serde_json::to_value(comparison).into_diagnostic()?;
+            work.figures["comparison"] = comparison.json();
         }
         say(json(&work.figures));
     } else {
@@ -76,13 +75,16 @@ fn proposed(
 
 /// Warns that CPU lanes simulate from now on, and why.
 fn warn_of_lanes(error: &EngineError) {
-    warn(format!("{}; CPU lanes simulate the rest", failed(error)));
+    warn(format!("{}; CPU lanes simulate the rest", device_failure(error)));
 }
 
 /// How the verdicts of a campaign change with what was found, if that was asked for and there is anything.
 fn compared(args: &DiagnoseArgs, folder: &Path, is_extended: bool) -> miette::Result<Option<ModelComparison>> {
     match &args.compare {
-        Some(campaign) if is_extended => compare_models(campaign, &folder.join(EXTENDED), args.compare_runs).map(Some),
+        Some(campaign) if is_extended => {
+            let (extended, terminal) = (folder.join(EXTENDED), Terminal::new());
+            called(ModelComparison::of(campaign, &extended, args.compare_runs, terminal.context())).map(Some)
+        }
         Some(_) => {
             warn("nothing was found that would change a verdict: no comparison".to_owned());
             Ok(None)

@@ -1,7 +1,6 @@
 //! How the command ends, and how it speaks.
 
 use miette::{Report, miette};
-use softdock_analysis::Summary;
 use softdock_campaign::Problems;
 use std::fmt::Display;
 use std::io::Write;
@@ -21,11 +20,6 @@ pub(crate) enum Exit {
 }
 
 impl Exit {
-    /// The end that a summary asks for.
-    pub(crate) fn of(summary: &Summary) -> Self {
-        Self::of_code(summary.exit_code)
-    }
-
     /// The end of a number that a summary or a comparison states.
     pub(crate) fn of_code(code: u8) -> Self {
         match code {

@@ -5,8 +5,8 @@
 
 mod causes;
 pub mod compare;
-pub mod compare_models;
 pub mod compare_results;
+mod content;
 mod error;
 pub mod exact;
 pub mod facts;
@@ -27,12 +27,13 @@ mod terminal;
 pub use causes::cause_sentence;
 pub use compare::{Compared, VariantInput, compare, compare_text, write_compare};
 pub use compare_results::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
+pub use content::Content;
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page, map_text};
 pub use plots::scene::scene_svg;
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, summary_text, write_report, write_summary};
-pub use summarise::summarise;
+pub use summarise::{summarise, summarise_folder};
 pub use summary::{Extension, Judgement, Summary, Verdict};
 pub use terminal::{table, verdict_text};

@@ -6,11 +6,11 @@ use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use serde::Serialize;
-use softdock_results::traces::read_traces;
 use softdock_results::write_file;
 
 use crate::Result;
 use crate::causes::{cause_text, cause_unit};
+use crate::content::Content;
 use crate::exact::Interval;
 use crate::facts::CampaignFacts;
 use crate::number::{digits_of, grouped, interval, percent, significant, unit_text, with_unit};
@@ -56,8 +56,8 @@ pub struct Fact {
 pub struct ReportInput<'a> {
     /// The campaign.
     pub campaign: CampaignFacts<'a>,
-    /// Results folder.
-    pub results: &'a Path,
+    /// The content of the results folder.
+    pub content: &'a Content,
     /// One row per dispersed parameter.
     pub dispersions: Vec<Dispersion>,
     /// Scenario, model, step sizes, hashes: whatever the reader of the numbers should know.
@@ -131,7 +131,7 @@ pub fn write_summary(results: &Path, summary: &Summary) -> Result<PathBuf> {
 
 /// Writes `report.html` below the results folder.
 pub fn write_report(input: &ReportInput, summary: &Summary) -> Result<PathBuf> {
-    let path = input.results.join("report.html");
+    let path = input.content.results.join("report.html");
     write_file(&path, report_page(input, summary)?.as_bytes())?;
     Ok(path)
 }
@@ -141,9 +141,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     let columns: Vec<String> = input.dispersions.iter().map(|dispersion| dispersion.column.clone()).collect();
     let sample = match summary.completeness.runs_done {
         0 => Sample::default(),
-        _ => Sample::read(input.results, &input.campaign, &columns)?,
+        _ => Sample::read(input.content, &input.campaign, &columns)?,
     };
-    let traces = read_traces(input.results, &input.campaign.shards(input.results)?)?.kept;
     let mut success = Vec::new();
     for column in &sample.inputs {
         success.extend(success_figure(&sample, column)?);
@@ -156,7 +155,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         requirement_figures: requirement_figures(input, summary, &sample)?,
         success,
         energy: energy_figure(&sample)?,
-        forces: force_figures(&traces, input.campaign.requirements)?,
+        forces: force_figures(&input.content.traces.kept, input.campaign.requirements)?,
         tracking: tracking_rows(&sample),
         tracking_figures: tracking_figures(&sample)?,
         dispersions: dispersion_rows(input, &sample),

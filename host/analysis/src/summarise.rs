@@ -8,8 +8,8 @@ use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
 use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::ShardIndex;
-use softdock_results::traces::read_traces;
 
+use crate::content::Content;
 use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::parity::Parity;
@@ -23,19 +23,30 @@ use crate::{Error, Result};
 /// Missing shards that a summary lists.
 const LISTED_SHARDS: usize = 100;
 
-/// Reads a results folder once and judges it.
+/// Reads a results folder and judges it; see [`summarise`].
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn summarise_folder(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
+    summarise(&Content::read(results, facts)?, facts)
+}
+
+/// Judges the content of a results folder.
 ///
 /// A file under `runs/` that is damaged, stray or of another campaign counts for nothing and is listed: its shard is
 /// missing, unless another file holds it.
-pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
-    let index = facts.shards(results)?;
+///
+/// # Errors
+/// If a file cannot be read any more.
+pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
+    let (results, index) = (content.results.as_path(), &content.shards);
     let mut tally = Tally::new(facts);
     for batch in index.read_columns(&Tally::columns(facts)) {
         let misfit = |what| Error::Results { path: results.to_owned(), what };
         tally.add(&batch?, facts).map_err(misfit)?;
     }
-    let mut completeness = completeness(results, &index, &tally);
-    let mut repeated = |kind: &Repetition| match read_repetition(kind, results, &index) {
+    let mut completeness = completeness(results, index, &tally);
+    let mut repeated = |kind: &Repetition| match read_repetition(kind, results, index) {
         Ok(table) => table.map(|table| Parity::of(kind, &table)),
         Err(error) => {
             completeness.ignored.push(ignored(results, &results.join(kind.file), &error.to_string()));
@@ -43,8 +54,7 @@ pub fn summarise(results: &Path, facts: &CampaignFacts) -> Result<Summary> {
         }
     };
     let (parity, half_step) = (repeated(&PARITY), repeated(&HALF_STEP));
-    let foreign = read_traces(results, &index)?.foreign;
-    completeness.ignored.extend(foreign.iter().map(|(path, reason)| ignored(results, path, reason)));
+    completeness.ignored.extend(content.traces.foreign.iter().map(|(path, reason)| ignored(results, path, reason)));
     Ok(Summary { parity, half_step, ..judge(facts, completeness, &tally) })
 }
 

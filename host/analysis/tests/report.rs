@@ -6,14 +6,14 @@ mod synthetic;
 
 use std::path::{Path, PathBuf};
 
-use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, summarise, write_report, write_summary};
+use softdock_analysis::{Content, Dispersion, Fact, ReportInput, Summary, summarise, write_report, write_summary};
 use softdock_campaign::requirement::Requirement;
 use softdock_results::shards::write_shard;
 use synthetic::{facts, provenance, requirements, row, schema, write_campaign, write_shards};
 
 const RUNS: u64 = 4_000;
 
-fn input<'a>(results: &'a Path, requirements: &'a [Requirement], runs: u64) -> ReportInput<'a> {
+fn input<'a>(content: &'a Content, requirements: &'a [Requirement], runs: u64) -> ReportInput<'a> {
     let dispersion = |column: &str, distribution: &str, class: &str, source: &str| Dispersion {
         target: column.strip_prefix("in_").unwrap_or(column).to_owned(),
         column: column.to_owned(),
@@ -26,7 +26,7 @@ fn input<'a>(results: &'a Path, requirements: &'a [Requirement], runs: u64) -> R
         criteria: vec!["the latch closes".to_owned()],
         rules: vec!["energy injected by the facility above 30 J".to_owned()],
         campaign: facts(requirements, runs),
-        results,
+        content,
         dispersions: vec![
             dispersion("in_closing_speed_m_per_s", "uniform 0.02 m/s to 0.08 m/s", "aleatory", "IDSS-like"),
             dispersion("in_loop_delay_s", "uniform 4 ms to 40 ms", "epistemic", "facility log"),
@@ -44,8 +44,9 @@ fn input<'a>(results: &'a Path, requirements: &'a [Requirement], runs: u64) -> R
 }
 
 fn page(results: &Path, requirements: &[Requirement], runs: u64) -> (String, Summary) {
-    let summary = summarise(results, &facts(requirements, runs)).unwrap();
-    let path = write_report(&input(results, requirements, runs), &summary).unwrap();
+    let content = Content::read(results, &facts(requirements, runs)).unwrap();
+    let summary = summarise(&content, &facts(requirements, runs)).unwrap();
+    let path = write_report(&input(&content, requirements, runs), &summary).unwrap();
     (std::fs::read_to_string(path).unwrap(), summary)
 }
 

@@ -3,7 +3,7 @@
 mod synthetic;
 
 use softdock_analysis::exact::{allowed_failures, clopper_pearson, upper_bound};
-use softdock_analysis::{CampaignFacts, InvalidRuns, Summary, Verdict, summarise, verdict_text};
+use softdock_analysis::{CampaignFacts, InvalidRuns, Summary, Verdict, summarise_folder, verdict_text};
 use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Subject};
 use softdock_results::runs::{Agreement, Outcome, RunRow, Status};
 use softdock_results::shards::{shard_path, write_shard};
@@ -20,7 +20,7 @@ fn whole(runs: u64) -> (tempfile::TempDir, Vec<Requirement>) {
 #[test]
 fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
     let (results, requirements) = whole(RUNS);
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     let rows: Vec<RunRow> = (0..RUNS).map(row).collect();
     let count = |which: &dyn Fn(&&RunRow) -> bool| rows.iter().filter(which).count() as u64;
     let invalid = count(&|row| row.status == Status::Invalid);
@@ -77,7 +77,7 @@ fn counts_are_those_of_the_rows_and_invalid_runs_are_failures() {
 #[test]
 fn the_worst_run_and_the_tolerance_limit_are_order_statistics() {
     let (results, requirements) = whole(RUNS);
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     let margins = |at: usize| -> Vec<(f64, u64)> {
         let keyed =
             (0..RUNS).map(row).map(|row| (row.space.requirements[at].margin.unwrap_or(f64::NEG_INFINITY), row.run));
@@ -98,9 +98,9 @@ fn the_worst_run_and_the_tolerance_limit_are_order_statistics() {
 fn report_only_takes_invalid_runs_out_of_the_verdict_but_not_out_of_the_report() {
     let (results, requirements) = whole(RUNS);
     let mut facts = facts(&requirements, RUNS);
-    let strict = summarise(results.path(), &facts).unwrap();
+    let strict = summarise_folder(results.path(), &facts).unwrap();
     facts.invalid = InvalidRuns::ReportOnly;
-    let lenient = summarise(results.path(), &facts).unwrap();
+    let lenient = summarise_folder(results.path(), &facts).unwrap();
     let invalid = strict.accounting.invalid;
     let [strict_space, lenient_space] = [&strict, &lenient].map(|summary| &summary.requirements[0].loops.space);
     assert_eq!(lenient_space.runs, strict_space.runs - invalid);
@@ -112,17 +112,17 @@ fn report_only_takes_invalid_runs_out_of_the_verdict_but_not_out_of_the_report()
 #[test]
 fn an_incomplete_campaign_may_fail_early_and_never_passes_early() {
     let (results, mut requirements) = (tempfile::tempdir().unwrap(), requirements());
-    let empty = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let empty = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((empty.exit_code, empty.verdict), (3, Verdict::Undecided));
     write_shards(results.path(), RUNS, 0..7);
     requirements[0].limits.at_most = Some(1.0e9);
     requirements[0].probability = 0.5;
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((summary.exit_code, summary.completeness.shards_missing.clone()), (3, vec![7]));
     assert_eq!(summary.requirements[0].loops.space.verdict, Verdict::Undecided);
     requirements[0].probability = 0.999_9;
     requirements[1].probability = 0.999;
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!(summary.requirements[0].loops.space.allowed, None);
     assert_eq!(summary.requirements[1].loops.space.verdict, Verdict::NotVerified);
     assert_eq!((summary.exit_code, summary.verdict), (3, Verdict::NotVerified));
@@ -133,7 +133,7 @@ fn a_requirement_is_judged_on_its_subject() {
     let (results, mut requirements) = whole(RUNS);
     requirements.truncate(1);
     requirements[0].probability = 0.01;
-    let on_space = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let on_space = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((on_space.exit_code, on_space.verdict), (0, Verdict::Verified));
     assert!(on_space.requirements[0].agreement.is_some());
     // Between the rates of the two loops: verified in space, not on the facility.
@@ -141,10 +141,10 @@ fn a_requirement_is_judged_on_its_subject() {
         .map(|judged| judged.failure_rate_bound.unwrap());
     assert!(space + 0.005 < facility, "{space} {facility}");
     requirements[0].probability = 1.0 - 0.5 * (space + facility);
-    let on_space = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let on_space = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((on_space.exit_code, on_space.requirements[0].verdict), (0, Verdict::Verified));
     requirements[0].subject = Subject::Facility;
-    let on_facility = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let on_facility = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((on_facility.exit_code, on_facility.requirements[0].verdict), (1, Verdict::NotVerified));
     assert_eq!(on_facility.requirements[0].agreement, None, "a demand on the test itself is no question to the test");
     let text = verdict_text(&on_facility).split_whitespace().collect::<Vec<_>>().join(" ");
@@ -154,7 +154,7 @@ fn a_requirement_is_judged_on_its_subject() {
 #[test]
 fn the_agreement_is_judged_by_an_exact_bound_of_its_rates() {
     let (results, requirements) = whole(RUNS);
-    let all = summarise(results.path(), &facts(&requirements, RUNS)).unwrap().agreement;
+    let all = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap().agreement;
     let rates =
         [(Rate::FalsePass, all.false_pass_rate), (Rate::FalseFail, all.false_fail_rate), (Rate::Abort, all.abort_rate)];
     let invalid = all.invalid.count;
@@ -165,7 +165,7 @@ fn the_agreement_is_judged_by_an_exact_bound_of_its_rates() {
             let own = [AgreementRequirement { id, text, rate, at_most, confidence: 0.9 }];
             let facts =
                 CampaignFacts { requirements: &[], agreement: &own, invalid: policy, ..facts(&requirements, RUNS) };
-            summarise(results.path(), &facts).unwrap()
+            summarise_folder(results.path(), &facts).unwrap()
         };
         for (policy, added) in [(InvalidRuns::CountAsFailures, invalid), (InvalidRuns::ReportOnly, 0)] {
             let (count, cases) = (share.count + added, share.cases + added);
@@ -192,7 +192,7 @@ fn a_rate_without_cases_is_not_verified() {
     let (id, text) = ("AGR-1".to_owned(), "t".to_owned());
     let own = [AgreementRequirement { id, text, rate: Rate::FalsePass, at_most: 0.5, confidence: 0.9 }];
     let facts = CampaignFacts { requirements: &[], agreement: &own, ..facts(&requirements, 500) };
-    let summary = summarise(results.path(), &facts).unwrap();
+    let summary = summarise_folder(results.path(), &facts).unwrap();
     let rate = &summary.agreement_requirements[0];
     assert_eq!((rate.share.cases, rate.bound, rate.allowed), (0, Some(1.0), None));
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
@@ -202,7 +202,7 @@ fn a_rate_without_cases_is_not_verified() {
 fn without_a_requirement_there_is_no_verdict() {
     let (results, requirements) = whole(RUNS);
     let facts = CampaignFacts { requirements: &[], ..facts(&requirements, RUNS) };
-    let summary = summarise(results.path(), &facts).unwrap();
+    let summary = summarise_folder(results.path(), &facts).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided));
     assert!(verdict_text(&summary).contains("no verdict: the campaign has no requirement"));
 }
@@ -211,14 +211,14 @@ fn without_a_requirement_there_is_no_verdict() {
 fn the_exit_code_is_the_verdict_of_all_requirements() {
     let (results, mut requirements) = whole(RUNS);
     requirements.iter_mut().for_each(|requirement| requirement.probability = 0.01);
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (0, Verdict::Verified));
     requirements[1].probability = 0.999;
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
     let mut exploring = facts(&requirements, RUNS);
     exploring.independent_runs = false;
-    let summary = summarise(results.path(), &exploring).unwrap();
+    let summary = summarise_folder(results.path(), &exploring).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided));
     let text = verdict_text(&summary);
     assert!(text.contains("exploring only, no verdict: the runs are not independent"), "{text}");
@@ -229,7 +229,7 @@ fn the_exit_code_is_the_verdict_of_all_requirements() {
         (None, None, None, None)
     );
     exploring.requirements = &[];
-    let summary = summarise(results.path(), &exploring).unwrap();
+    let summary = summarise_folder(results.path(), &exploring).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::Undecided), "nor without requirements");
 }
 
@@ -238,7 +238,7 @@ fn a_campaign_of_invalid_runs_alone_is_not_verified() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     let invalid = |run: u64| RunRow { run, ..row(996) };
     write_shard(results.path(), 0, &schema(), (0..500).map(invalid).collect(), &provenance()).unwrap();
-    let summary = summarise(results.path(), &facts(&requirements, 500)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, 500)).unwrap();
     assert_eq!((summary.exit_code, summary.verdict), (1, Verdict::NotVerified));
     assert_eq!(summary.requirements[0].loops.facility.failures, 500);
     assert_eq!(summary.requirements[0].loops.space.worst, None);
@@ -257,7 +257,7 @@ fn every_outer_draw_must_be_verified() {
         };
         write_shard(results.path(), shard, &schema(), rows.map(bad).collect(), &provenance()).unwrap();
     }
-    let summary = summarise(results.path(), &facts(&requirements, 1_000)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, 1_000)).unwrap();
     let space = &summary.requirements[0].loops.space;
     let outer = space.outer.as_ref().unwrap();
     assert_eq!((outer.draws, outer.verified, outer.worst_draw), (4, 3, 2));
@@ -269,7 +269,7 @@ fn every_outer_draw_must_be_verified() {
 fn a_damaged_shard_is_missing_and_named() {
     let (results, requirements) = whole(1_000);
     std::fs::write(shard_path(results.path(), 1), b"damaged").unwrap();
-    let summary = summarise(results.path(), &facts(&requirements, 1_000)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, 1_000)).unwrap();
     let done = &summary.completeness;
     assert_eq!((summary.exit_code, done.runs_done, done.shards_missing.clone()), (3, 500, vec![1]));
     assert_eq!(done.ignored.len(), 1);
@@ -281,7 +281,7 @@ fn a_damaged_shard_is_missing_and_named() {
 fn parity_measures_differences_and_flips() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     write_campaign(results.path(), RUNS);
-    let summary = summarise(results.path(), &facts(&requirements, RUNS)).unwrap();
+    let summary = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     let parity = summary.parity.as_ref().unwrap();
     assert_eq!((parity.runs, parity.flipped.count, parity.diverged), (100, 2, 1));
     assert_eq!((parity.flips[0].run, parity.flips[0].column.as_str()), (280, "hil_pass_dck_010"));
@@ -311,7 +311,7 @@ fn parity_measures_differences_and_flips() {
 fn the_terminal_text_is_aligned_and_gives_no_share_without_its_interval() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     write_campaign(results.path(), RUNS);
-    let text = verdict_text(&summarise(results.path(), &facts(&requirements, RUNS)).unwrap());
+    let text = verdict_text(&summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap());
     println!("{text}");
     assert!(text.lines().all(|line| line.len() <= 140), "{text}");
     for line in text.lines().filter(|line| line.contains('%')) {

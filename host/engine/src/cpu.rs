@@ -56,7 +56,7 @@ impl Engine for CpuEngine {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress };
         let instructions = self.instructions;
@@ -75,7 +75,7 @@ struct Queue<'a> {
     runs: &'a [RunInput],
     next: AtomicUsize,
     stopped: AtomicBool,
-    progress: &'a (dyn Fn(usize) -> bool + Sync),
+    progress: &'a (dyn Fn(&[Finished]) -> bool + Sync),
 }
 
 impl Queue<'_> {
@@ -83,8 +83,8 @@ impl Queue<'_> {
         self.runs.get(self.next.fetch_add(1, Ordering::Relaxed)).copied()
     }
 
-    fn report(&self, ended: usize) -> bool {
-        if ended > 0 && !(self.progress)(ended) {
+    fn report(&self, ended: &[Finished]) -> bool {
+        if !ended.is_empty() && !(self.progress)(ended) {
             self.stopped.store(true, Ordering::Relaxed);
         }
         !self.stopped.load(Ordering::Relaxed)
@@ -118,7 +118,7 @@ fn work<L: Lane, const N: usize>(job: &Job, queue: &Queue, mut see: See) -> Vec<
         }
         let before = out.len();
         tile.take_finished(&job.plant, &mut out);
-        if !queue.report(out.len() - before) {
+        if !queue.report(&out[before..]) {
             return out;
         }
     }

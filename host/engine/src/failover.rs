@@ -3,25 +3,25 @@
 use crate::cpu::CpuEngine;
 use crate::{Engine, EngineError, Job, RunInput};
 use softdock_kernels::outcome::Finished;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A first engine until its device fails, then the CPU.
 ///
-/// A batch comes from one engine as a whole, and [`Engine::device`] names it after the batch: no rows are mixed.
-pub struct Failover {
-    engine: Box<dyn Engine>,
+/// A batch comes from one engine as a whole, and [`Engine::device`] names it after the batch: no rows are mixed. Runs
+/// that had ended on the first engine are reported as progress once more when the CPU has made them.
+pub struct Failover<'a> {
+    engine: Box<dyn Engine + 'a>,
     replaced: bool,
-    tell: fn(&EngineError),
+    report: Box<dyn Fn(&EngineError) + 'a>,
 }
 
-impl Failover {
-    /// Begins with `first`; `tell` hears why it is replaced.
-    pub fn new(first: Box<dyn Engine>, tell: fn(&EngineError)) -> Self {
-        Self { engine: first, replaced: false, tell }
+impl<'a> Failover<'a> {
+    /// Begins with `first`; `report` receives the reason why it is replaced.
+    pub fn new(first: Box<dyn Engine + 'a>, report: impl Fn(&EngineError) + 'a) -> Self {
+        Self { engine: first, replaced: false, report: Box::new(report) }
     }
 }
 
-impl Engine for Failover {
+impl Engine for Failover<'_> {
     fn device(&self) -> String {
         self.engine.device()
     }
@@ -34,25 +34,14 @@ impl Engine for Failover {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
-        let counted = AtomicUsize::new(0);
-        let counting = |ended: usize| {
-            counted.fetch_add(ended, Ordering::Relaxed);
-            progress(ended)
-        };
-        match self.engine.run(job, runs, &counting) {
-            Err(error) if error.is_of_the_device() && !self.replaced => (self.tell)(&error),
+        match self.engine.run(job, runs, progress) {
+            Err(error) if error.is_of_the_device() && !self.replaced => (self.report)(&error),
             answer => return answer,
         }
         self.engine = Box::new(CpuEngine::new());
         self.replaced = true;
-        // Runs that were counted and then lost with the batch are not counted again.
-        let again = |ended: usize| {
-            let owed = counted.load(Ordering::Relaxed).min(ended);
-            counted.fetch_sub(owed, Ordering::Relaxed);
-            progress(ended - owed)
-        };
-        self.engine.run(job, runs, &again)
+        self.engine.run(job, runs, progress)
     }
 }

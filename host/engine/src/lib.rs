@@ -63,7 +63,7 @@ pub enum EngineError {
     DeviceLost(String),
     /// The device has no memory for a batch, or its limits are too small for it.
     #[error(
-        "the GPU has no room for a batch ({0}); finished shards are safe: free its memory and run the same command again, or add `--backend cpu`"
+        "the GPU has too little memory for a batch ({0}); finished shards are safe: free its memory and run the same command again, or add `--backend cpu`"
     )]
     OutOfMemory(String),
     /// The kernel did not build.
@@ -99,7 +99,8 @@ pub trait Engine {
 
     /// Makes all runs and gives them back in order of their numbers.
     ///
-    /// `progress` is told how many runs have ended since the last call; it answers `false` to stop the batch.
+    /// `progress` receives the runs that have ended since the last call, in any order; it answers `false` to stop the
+    /// batch. Calls may come from several threads at a time.
     ///
     /// # Errors
     /// See [`EngineError`]. `Ok` holds every run of the batch. A batch that `progress` stops gives back the runs that
@@ -108,7 +109,7 @@ pub trait Engine {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError>;
 }
 
@@ -132,20 +133,20 @@ pub enum Choice {
     Cpu,
 }
 
-/// Opens an engine; `tell` hears why the CPU takes over, should a GPU of [`Choice::Auto`] fail.
+/// Opens an engine; `report` receives the reason why the CPU takes over, should a GPU of [`Choice::Auto`] fail.
 ///
 /// # Errors
 /// [`EngineError::NoAdapter`] if a GPU was asked for and there is none.
-pub fn open(choice: Choice, tell: fn(&EngineError)) -> Result<Box<dyn Engine>, EngineError> {
+pub fn open<'a>(choice: Choice, report: impl Fn(&EngineError) + 'a) -> Result<Box<dyn Engine + 'a>, EngineError> {
     match choice {
         Choice::Cpu => Ok(Box::new(cpu::CpuEngine::new())),
         Choice::Gpu => Ok(Box::new(gpu::GpuEngine::new(gpu::Adapters::Any)?)),
         Choice::Auto => match gpu::GpuEngine::new(gpu::Adapters::Hardware) {
-            Ok(engine) => Ok(Box::new(failover::Failover::new(Box::new(engine), tell))),
+            Ok(engine) => Ok(Box::new(failover::Failover::new(Box::new(engine), report))),
             Err(EngineError::NoAdapter(why)) => {
                 // Without any GPU the CPU is no surprise; one that is there and gives no device is.
                 if !why.is_empty() {
-                    tell(&EngineError::NoAdapter(why));
+                    report(&EngineError::NoAdapter(why));
                 }
                 Ok(Box::new(cpu::CpuEngine::new()))
             }

@@ -170,6 +170,12 @@ impl ShardIndex {
         Ok(index)
     }
 
+    /// Looks at one shard again; true if it is whole now.
+    pub fn look_again(&mut self, results: &Path, shard: u32) -> bool {
+        let found = belongs(&shard_path(results, shard), self.plan, &self.origin);
+        found.map(|(shard, file)| self.complete.insert(shard, file)).is_ok()
+    }
+
     /// Numbers of the shards that are still to be computed.
     pub fn missing(&self) -> Vec<u32> {
         (0..self.plan.shards()).filter(|shard| !self.complete.contains_key(shard)).collect()

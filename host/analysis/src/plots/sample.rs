@@ -5,6 +5,7 @@ use std::path::Path;
 use softdock_results::Table;
 use softdock_results::runs::{Agreement, Outcome, input_fields, requirement_columns};
 
+use crate::content::Content;
 use crate::facts::CampaignFacts;
 use crate::moments::Moments;
 use crate::tally::LOOPS;
@@ -61,8 +62,8 @@ pub(crate) struct Sample {
 
 impl Sample {
     /// Reads the runs of a campaign; `inputs` are column names.
-    pub(crate) fn read(results: &Path, facts: &CampaignFacts, inputs: &[String]) -> Result<Self> {
-        let index = facts.shards(results)?;
+    pub(crate) fn read(content: &Content, facts: &CampaignFacts, inputs: &[String]) -> Result<Self> {
+        let (index, results) = (&content.shards, content.results.as_path());
         let described = index.columns()?;
         let input = |name: &String| {
             let column = described.column(name).ok_or_else(|| lacking(results, name))?;

@@ -188,8 +188,8 @@ impl<'a> Farm<'a> {
         self.engine.dispatch(pipeline, &self.buffers.bindings, (self.lanes.len() / WORKGROUP) as u32);
     }
 
-    /// Steps every lane by up to `ticks` ticks and takes out what has finished; gives their number.
-    pub(super) fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<usize, EngineError> {
+    /// Steps every lane by up to `ticks` ticks and appends the runs that have finished to `out`.
+    pub(super) fn slice(&mut self, ticks: u32, out: &mut Vec<Finished>) -> Result<(), EngineError> {
         self.batch.ticks = ticks;
         self.engine.queue.write_buffer(&self.buffers.uniform, 0, bytemuck::bytes_of(&self.batch));
         if std::mem::take(&mut self.fresh) {
@@ -214,7 +214,7 @@ impl<'a> Farm<'a> {
             }
             self.engine.queue.write_buffer(&self.buffers.controls, 0, bytemuck::cast_slice(&self.lanes));
         }
-        Ok(ended.len())
+        Ok(())
     }
 
     /// One lane's outcome: parameters as it was given them, metrics of both loops, and what the flags are made of.

@@ -153,7 +153,7 @@ impl Engine for GpuEngine {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         self.check()?;
         let mut farm = Farm::new(self, job, runs.len().clamp(1, self.lanes()))?;
@@ -162,11 +162,12 @@ impl Engine for GpuEngine {
         let mut ticks = 32;
         while farm.fill(&mut waiting) {
             let started = Instant::now();
-            let ended = farm.slice(ticks, &mut out)?;
+            let before = out.len();
+            farm.slice(ticks, &mut out)?;
             // The slice's length changes no result: state goes through memory unrounded.
             let ratio = (SLICE_SECONDS / started.elapsed().as_secs_f64().max(1e-6)).clamp(0.5, 2.0);
             ticks = ((f64::from(ticks) * ratio) as u32).clamp(1, MOST_TICKS);
-            if ended > 0 && !progress(ended) {
+            if out.len() > before && !progress(&out[before..]) {
                 break;
             }
         }

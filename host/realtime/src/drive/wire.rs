@@ -24,7 +24,9 @@ const NEAR: [f64; 2] = [2e-4, 2e-4];
 const EARLY: f64 = 0.9;
 /// or if its reports are ahead of our clock by this many cycles.
 const AHEAD: f64 = 1.5;
-/// Rate by which a robot's clock may be faster than ours.
+/// Longest pause, in cycles, whose reports may follow in a burst: a longer one ends the session by its own rule.
+const PAUSE: f64 = 3.0;
+/// Rate by which a robot's clock may differ from ours; an advance or a pause is forgotten at this rate.
 const DRIFT: f64 = 0.02;
 
 /// The last stage before a robot's link.
@@ -37,7 +39,7 @@ pub struct Wire {
     /// Stamp and arrival of its last report, and the least growth of the stamp before any motion.
     last: Option<(Nanos, Nanos)>,
     growth: Nanos,
-    /// How much sooner than a cycle after the last ones its reports have come, as far as no pause has made up for it.
+    /// Cycles by which its reports are ahead of our clock; negative after a pause.
     ahead: f64,
     /// Answers between two commands of the master, at least 1.
     share: f64,
@@ -133,18 +135,20 @@ impl Wire {
     /// that takes them in a shorter one.
     fn beat(&mut self, report: &RobotState) {
         let now = (report.stamp, report.received);
-        let Some(last) = self.last.replace(now).filter(|_| self.beats) else { return };
-        let grown = now.0 - last.0;
-        if self.limiter.is_none() {
-            self.growth = self.growth.min(grown);
-            return;
-        }
-        if grown.0 == 0 {
+        if self.last.is_some_and(|last| last.0 == now.0) {
             // A report that is sent again until it is answered.
             return;
         }
+        let Some(last) = self.last.replace(now).filter(|_| self.beats) else { return };
+        let grown = now.0 - last.0;
         let cycles = (now.1 - last.1).0 as f64 / self.cycle.0 as f64;
-        self.ahead = (self.ahead + 1.0 - DRIFT - cycles).max(0.0);
+        let ahead = (self.ahead + 1.0 - cycles).max(-PAUSE);
+        self.ahead = ahead - ahead.clamp(-DRIFT, DRIFT);
+        if self.limiter.is_none() {
+            self.growth = self.growth.min(grown);
+            self.ahead = self.ahead.min(0.0);
+            return;
+        }
         let early = (grown.0 as f64) < EARLY * self.growth.0 as f64 && self.growth.0 < i64::MAX;
         self.state.early += u32::from(early || self.ahead > AHEAD);
     }
@@ -313,6 +317,34 @@ mod tests {
             }
         }
         assert!((last - 49e-4).abs() < 1e-12, "{last}");
+    }
+
+    /// Reports that are stamped by a counter and arrive at these times, in cycles of the robot; how many came too early.
+    fn early_reports(arrivals: impl Iterator<Item = f64>) -> u32 {
+        let mut wire = Wire::new([LIMIT; AXES], robot(MASTER), MASTER);
+        for (cycle, arrival) in arrivals.enumerate() {
+            let mut report = state_at([0.0; AXES], MASTER * cycle as i64);
+            report.received = Nanos::from_seconds(arrival * MASTER.seconds());
+            wire.reported(&report, &LinkCounters::default());
+            let order = Order::Move([0.0; AXES]);
+            wire.command(&order);
+            wire.answer(&order, false);
+        }
+        wire.state().early
+    }
+
+    #[test]
+    fn reports_in_a_burst_after_a_pause_are_no_shorter_cycle() {
+        // Every 20 cycles the reports of three cycles wait for the next one.
+        let bursts =
+            (0..1000).map(|cycle| if cycle % 20 > 16 { f64::from(cycle - cycle % 20 + 20) } else { cycle.into() });
+        assert_eq!(early_reports(bursts), 0);
+        let faster = (0..1000).map(|cycle| f64::from(cycle) * 0.985);
+        assert_eq!(early_reports(faster), 0, "a clock that is faster by 1.5 %");
+        let slower = (0..1000).map(|cycle| f64::from(cycle) * 1.015);
+        assert_eq!(early_reports(slower), 0, "a clock that is slower by 1.5 %");
+        let shorter = (0..100).map(|cycle| f64::from(cycle.min(50)) + 0.5 * f64::from((cycle - 50).max(0)));
+        assert!(early_reports(shorter) > 40, "half the cycle from the 50th report on");
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Time histories: which runs are kept, and a run stepped again in f64 with its signals written down.
 
-use crate::folder::Folder;
-use crate::parity::spread;
-use crate::rows::Ledger;
+use crate::error::Result;
+use crate::folder::ResultsFolder;
+use crate::repetitions::is_chosen;
+use crate::rows::RowBuilder;
 use crate::signals::signals;
-use miette::IntoDiagnostic;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Keep;
@@ -17,17 +17,17 @@ use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
 use std::collections::BTreeMap;
 
 /// A run whose time history is kept, and why.
-pub(crate) type Kept = (RunInput, String);
+pub(crate) type KeptTrace = (RunInput, String);
 
 /// Looks at all rows and picks the runs that the campaign keeps.
-pub(crate) struct Keeper<'a> {
+pub(crate) struct TraceSelection<'a> {
     campaign: &'a Campaign,
-    picked: BTreeMap<u64, Kept>,
+    picked: BTreeMap<u64, KeptTrace>,
     /// Per requirement and loop the runs of least margin, in ascending order.
     worst: Vec<[Vec<(f64, RunInput)>; 2]>,
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> TraceSelection<'a> {
     /// Nothing picked but the nominal run, if it is wanted.
     pub(crate) fn new(campaign: &'a Campaign) -> Self {
         let mut picked = BTreeMap::new();
@@ -45,7 +45,7 @@ impl<'a> Keeper<'a> {
             let reason = match keep {
                 Keep::Failed if row.status == Status::Fail => "failed",
                 Keep::Invalid if row.status == Status::Invalid => "invalid",
-                Keep::Random(count) if spread(place, u64::from(*count), self.campaign.runs) => "random",
+                Keep::Random(count) if is_chosen(place, u64::from(*count), self.campaign.runs) => "random",
                 Keep::Worst(count) => {
                     Self::see_margins(&mut self.worst, row, *count as usize);
                     continue;
@@ -71,7 +71,7 @@ impl<'a> Keeper<'a> {
     }
 
     /// The picked runs; the least margin is the strongest reason.
-    pub(crate) fn kept(self) -> Vec<Kept> {
+    pub(crate) fn kept(self) -> Vec<KeptTrace> {
         let mut picked = self.picked;
         for (requirement, worst) in self.campaign.requirements.iter().zip(self.worst).rev() {
             let [in_space, on_facility] = worst;
@@ -92,24 +92,24 @@ pub(crate) fn input_of(row: &RunRow) -> RunInput {
 
 /// Steps the kept runs again and writes their time histories.
 pub(crate) fn write_traces(
-    folder: &Folder,
-    ledger: &Ledger,
+    folder: &ResultsFolder,
+    builder: &RowBuilder,
     provenance: &Provenance,
     index: &ShardIndex,
-    kept: Vec<Kept>,
-) -> miette::Result<()> {
+    kept: Vec<KeptTrace>,
+) -> Result<()> {
     kept.into_par_iter().try_for_each(|(input, kept_as)| {
-        let (_, trace) = record(ledger, folder.campaign.traces.every_ticks, input, kept_as);
-        write_trace(&folder.path, &trace, provenance, index).into_diagnostic()
+        let (_, trace) = record(builder, folder.campaign.traces.every_ticks, input, kept_as);
+        Ok(write_trace(&folder.path, &trace, provenance, index)?)
     })
 }
 
 /// Steps one run in f64 and writes down its signals every so many ticks.
-pub(crate) fn record(ledger: &Ledger, every_ticks: u32, input: RunInput, kept_as: String) -> (Finished, Trace) {
+pub(crate) fn record(builder: &RowBuilder, every_ticks: u32, input: RunInput, kept_as: String) -> (Finished, Trace) {
     let channels = signals();
     let every = u64::from(every_ticks.max(1));
     let (mut time, mut values, mut tick) = (Vec::new(), vec![Vec::new(); channels.len()], 0);
-    let finished = cpu::replay(&ledger.job, input, &mut |signals| {
+    let finished = cpu::replay(&builder.job, input, &mut |signals| {
         tick += 1;
         if tick % every == 0 {
             time.push(signals.time);

@@ -16,7 +16,7 @@ pub(crate) type NamedFiles = [(String, PathBuf)];
 
 /// How one file differs.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum FileChange {
+pub enum FileChange {
     /// A key of a TOML file.
     Key(String, KeyChange),
     /// The file as a whole, and how.
@@ -54,8 +54,8 @@ impl FileChange {
             && (key == "title" || key.strip_prefix("task.").is_some_and(|id| Criterion::of(id).is_some()))
     }
 
-    /// As a program reads it.
-    pub(crate) fn json(&self) -> Value {
+    /// As JSON: file, key, old and new value, or file and change.
+    pub fn json(&self) -> Value {
         match self {
             Self::Key(file, change) => json!({ "file": file, "key": change.key, "old": change.old, "new": change.new }),
             Self::File(file, how) => json!({ "file": file, "change": how }),
@@ -73,7 +73,7 @@ impl std::fmt::Display for FileChange {
 }
 
 /// The changes one a line; of many the first ones.
-pub(crate) fn listed(changes: &[FileChange]) -> Vec<String> {
+pub fn listed(changes: &[FileChange]) -> Vec<String> {
     let mut lines: Vec<String> = changes.iter().take(LISTED).map(ToString::to_string).collect();
     if changes.len() > LISTED {
         lines.push(format!("... and {} changes more", changes.len() - LISTED));
@@ -115,20 +115,4 @@ fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange
         TextChange::Keys(keys) => changes.extend(keys.into_iter().map(|key| FileChange::Key(name.to_owned(), key))),
         TextChange::NotToml => changes.push(whole("the file differs")),
     }
-}
-
-/// All files below a folder, by their names in it; what cannot be read is left out.
-pub(crate) fn files_below(folder: &Path) -> Vec<(String, PathBuf)> {
-    let (mut open, mut files) = (vec![(String::new(), folder.to_owned())], Vec::new());
-    while let Some((prefix, folder)) = open.pop() {
-        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            match entry.path() {
-                path if path.is_dir() => open.push((format!("{name}/"), path)),
-                path => files.push((name, path)),
-            }
-        }
-    }
-    files.sort();
-    files
 }

@@ -1,8 +1,10 @@
 //! `run --fresh`: deletes what softdock has written in a results folder, and nothing else.
 
-use crate::changes::files_below;
-use crate::folder::{Folder, normal};
-use crate::words::{refuse, warn};
+use crate::error::{FarmError, Result, io};
+use crate::folder::{ResultsFolder, busy};
+use crate::lock::{FOLDER_LOCK, FolderLock, SHARD_LOCKS};
+use crate::observer::{Context, Note};
+use crate::paths::{files_below, named_files, normal};
 use std::path::{Path, PathBuf};
 
 /// Files at the top of a results folder; the last one goes last, so that what is left is still known as one.
@@ -26,44 +28,53 @@ const FOLDERS: [&str; 4] = ["runs", "partial", "traces", "replays"];
 /// # Errors
 /// If the folder holds a file that softdock does not write there, or one of `inputs`, which the next run reads; nothing
 /// is deleted then.
-pub(crate) fn clear(results: &Path, inputs: &[PathBuf]) -> miette::Result<()> {
-    if !results.exists() || results.read_dir().is_ok_and(|mut entries| entries.next().is_none()) {
+pub(crate) fn clear(results: &Path, inputs: &[PathBuf], context: Context) -> Result<()> {
+    let is_lock = |entry: std::io::Result<std::fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == FOLDER_LOCK);
+    if !results.exists() || results.read_dir().is_ok_and(|mut entries| entries.all(is_lock)) {
         return Ok(());
     }
     let inside = normal(results);
     if let Some(input) = inputs.iter().find(|input| normal(input).starts_with(&inside)) {
         let message = format!("`{}` lies in the folder that --fresh would empty", input.display());
-        return Err(refuse(message, "copy the campaign's files elsewhere and run them from there"));
+        return Err(FarmError::refused(message, "copy the campaign's files elsewhere and run them from there"));
     }
     if !results.join("campaign.json").is_file() {
         let message = format!("`{}` is no results folder: it has no campaign.json", results.display());
-        return Err(refuse(message, "name a folder that `softdock run` has written, or empty it by hand"));
+        return Err(FarmError::refused(message, "name a folder that `softdock run` has written, or empty it by hand"));
     }
-    let folder = Folder::open(results).map_err(|error| {
+    let folder = ResultsFolder::open(results).map_err(|error| {
         let message = format!("`{}` cannot be read, so that nothing in it is deleted: {error}", results.display());
-        refuse(message, "delete the folder by hand")
+        FarmError::refused(message, "delete the folder by hand")
     })?;
+    let variants = folder.campaign.variants.iter().map(|variant| results.join(&variant.name));
+    let folders = std::iter::once(results.to_owned()).chain(variants.filter(|variant| variant.is_dir()));
+    let alone = |folder: PathBuf| FolderLock::try_alone(&folder)?.ok_or_else(|| busy(&folder));
+    let _locks: Vec<FolderLock> = folders.map(alone).collect::<Result<_>>()?;
     let is_known = is_known(&folder);
     let mut files = files_below(results);
     if let Some((name, path)) = files.iter().find(|(name, _)| !is_known(name)) {
         let message = format!("`{}` is not written by softdock: `{name}`", path.display());
-        return Err(refuse(message, "move it out of the results folder, or write --out DIR; nothing was deleted"));
+        return Err(FarmError::refused(
+            message,
+            "move it out of the results folder, or write --out DIR; nothing was deleted",
+        ));
     }
+    // The lock is still needed.
+    files.retain(|(name, _)| name != FOLDER_LOCK);
     files.sort_by_key(|(name, _)| name == "campaign.json");
     let shards = files.iter().filter(|(name, _)| name.contains("runs/") && name.ends_with(".parquet")).count();
     for (_, path) in &files {
-        std::fs::remove_file(path)
-            .map_err(|error| refuse(format!("{}: {error}", path.display()), "check the permissions of the folder"))?;
+        std::fs::remove_file(path).map_err(io(path))?;
     }
     remove_empty(results);
-    warn(format!("deleted {} files of `{}`, {shards} shards among them", files.len(), results.display()));
+    context.note(Note::Deleted { folder: results.to_owned(), files: files.len(), shards });
     Ok(())
 }
 
 /// Whether a name below a results folder is one that softdock writes there.
-pub(crate) fn is_known(folder: &Folder) -> impl Fn(&str) -> bool + use<> {
+pub(crate) fn is_known(folder: &ResultsFolder) -> impl Fn(&str) -> bool + use<> {
     let mut known: Vec<String> =
-        crate::folder::named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
+        named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
     for variant in &folder.campaign.variants {
         let own = known.iter().filter(|name| name.starts_with("campaign/")).cloned().collect::<Vec<_>>();
         known.extend(own.into_iter().map(|name| format!("{}/{name}", variant.name)));
@@ -92,6 +103,8 @@ fn is_own(name: &str) -> bool {
         number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
     };
     match name.split_once('/') {
+        Some((SHARD_LOCKS, file)) => file.starts_with("shard="),
+        None if name == FOLDER_LOCK => true,
         None => FILES.contains(&name),
         Some((folder @ ("runs" | "partial"), file)) if FOLDERS.contains(&folder) => numbered(file, "shard="),
         Some((folder, file)) => FOLDERS.contains(&folder) && (numbered(file, "run=") || file == "nominal.parquet"),

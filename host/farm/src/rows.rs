@@ -1,4 +1,4 @@
-//! Finished runs as rows of the results.
+//! Finished runs as judged rows of the results.
 
 use rayon::prelude::*;
 use softdock_analysis::Judge;
@@ -15,8 +15,8 @@ use softdock_results::runs::{Agreement, Cause, LoopRow, Outcome, Phase, RunRow, 
 /// Parameters that need random numbers inside the loop.
 const NOISE: [&str; 4] = ["delay_jitter", "drop_probability", "sensor_noise_force", "sensor_noise_moment"];
 
-/// What the rows of a campaign have in common.
-pub(crate) struct Ledger<'a> {
+/// Builds the rows of a campaign's runs: their physics, criteria and columns.
+pub(crate) struct RowBuilder<'a> {
     campaign: &'a Campaign,
     /// What the runs have in common.
     pub(crate) job: Job,
@@ -26,7 +26,7 @@ pub(crate) struct Ledger<'a> {
     pub(crate) schema: RunsSchema,
 }
 
-impl<'a> Ledger<'a> {
+impl<'a> RowBuilder<'a> {
     /// Prepares a campaign.
     pub(crate) fn new(campaign: &'a Campaign) -> Self {
         let plant = Plant::new(campaign.scenario.model.clone()).with_effects(campaign.effects());

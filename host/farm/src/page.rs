@@ -1,9 +1,9 @@
 //! What the report page states about the campaign beside its results.
 
-use crate::folder::Folder;
-use miette::IntoDiagnostic;
+use crate::error::Result;
+use crate::folder::ResultsFolder;
 use softdock_analysis::number::with_unit;
-use softdock_analysis::{Dispersion, Fact, ReportInput, Summary, report_page, write_report};
+use softdock_analysis::{Content, Dispersion, Fact, ReportInput, Summary, report_page, write_report};
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
@@ -12,19 +12,20 @@ use softdock_campaign::rules;
 use softdock_results::runs::input_fields;
 
 /// Writes `report.html`.
-pub(crate) fn write_page(folder: &Folder, summary: &Summary) -> miette::Result<()> {
-    write_report(&input(folder, summary), summary).into_diagnostic().map(drop)
+pub(crate) fn write_page(folder: &ResultsFolder, content: &Content, summary: &Summary) -> Result<()> {
+    write_report(&input(folder, content, summary), summary)?;
+    Ok(())
 }
 
 /// The text of `report.html`.
-pub(crate) fn page_text(folder: &Folder, summary: &Summary) -> miette::Result<String> {
-    report_page(&input(folder, summary), summary).into_diagnostic()
+pub(crate) fn page_text(folder: &ResultsFolder, content: &Content, summary: &Summary) -> Result<String> {
+    Ok(report_page(&input(folder, content, summary), summary)?)
 }
 
-fn input<'a>(folder: &'a Folder, summary: &Summary) -> ReportInput<'a> {
+fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary) -> ReportInput<'a> {
     ReportInput {
         campaign: folder.facts(),
-        results: &folder.path,
+        content,
         dispersions: dispersions(&folder.campaign),
         configuration: configuration(&folder.campaign, summary),
         commands: commands(folder),
@@ -98,7 +99,7 @@ fn configuration(campaign: &Campaign, summary: &Summary) -> Vec<Fact> {
 }
 
 /// From inside the folder, so that no path of the machine stands in the page.
-fn commands(folder: &Folder) -> Vec<String> {
+fn commands(folder: &ResultsFolder) -> Vec<String> {
     let c = &folder.campaign;
     let variant = c.id.split_once('/').map_or(String::new(), |(_, name)| format!(" --variant {name}"));
     let model = folder.model.as_ref().map_or(String::new(), |model| format!(" --model campaign/{model}"));

@@ -1,10 +1,9 @@
 //! Inputs that are given instead of drawn: tables of the user, and the failed runs of a results folder.
 
-use crate::args::RunArgs;
-use crate::folder::{Folder, normal};
-use crate::variants::refuse_whole;
-use crate::words::{explain, refuse, warn};
-use miette::IntoDiagnostic;
+use crate::error::{FarmError, Result, io};
+use crate::folder::ResultsFolder;
+use crate::observer::{Context, Note};
+use crate::paths::normal;
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::{Campaign, Cases};
 use softdock_results::foreign::{column_names, number_columns};
@@ -13,71 +12,76 @@ use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, Kind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
 
-/// Reads a table of cases: Parquet by its extension, else CSV.
-pub(crate) fn read(path: &Path) -> miette::Result<Cases> {
+/// Reads a table of given cases, a column per parameter in SI units: Parquet by its extension, else CSV.
+///
+/// # Errors
+/// If the file is not such a table.
+pub fn read_cases(path: &Path) -> Result<Cases> {
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet")) {
-        return Cases::of_csv(path).map_err(explain);
+        return Ok(Cases::of_csv(path)?);
     }
-    let unreadable =
-        |error: &dyn std::fmt::Display| refuse(error, "name a CSV or Parquet file with a column per parameter");
+    let unreadable = |error: &dyn std::fmt::Display| {
+        FarmError::refused(error, "name a CSV or Parquet file with a column per parameter")
+    };
     let bytes = std::fs::read(path).map_err(|error| unreadable(&format!("{}: {error}", path.display())))?;
     let names = column_names(path).map_err(|error| unreadable(&error))?;
     let columns = |names: &[&str]| number_columns(path, names).map_err(|error| error.to_string());
-    Cases::of_columns(path, bytes, &names, columns).map_err(explain)
+    Ok(Cases::of_columns(path, bytes, &names, columns)?)
 }
 
-/// Reports what a table gives.
-pub(crate) fn tell(cases: &Cases) {
-    let names = cases.parameters();
-    let aside = match cases.left_aside() {
-        0 => String::new(),
-        count => format!("; {count} columns of results are left aside"),
-    };
-    let numbers = if cases.is_numbered() { "run numbers of the table" } else { "run numbers from 0" };
-    warn(format!("given cases  {} runs, {} parameters, {numbers}{aside}", cases.len(), names.len()));
+/// What a table gives, as a note.
+pub(crate) fn note(cases: &Cases) -> Note {
+    Note::GivenCases {
+        runs: cases.len(),
+        parameters: cases.parameters().len(),
+        is_numbered: cases.is_numbered(),
+        ignored_columns: cases.left_aside(),
+    }
 }
 
-/// The failed runs of `--only-failed` as a campaign on given cases, with its results folder; `None` if no run failed.
-pub(crate) fn failed_runs(args: &RunArgs) -> miette::Result<Option<(Campaign, PathBuf)>> {
-    let Some(results) = &args.only_failed else {
-        return Err(refuse("no campaign is named", "write softdock run CAMPAIGN, or --only-failed DIR"));
-    };
-    let folder = Folder::open(results)?;
-    refuse_whole(&folder)?;
+/// The runs of a finished results folder that failed in space or on the facility, or are invalid, as a campaign on given
+/// cases; `None` if no run failed.
+///
+/// # Errors
+/// If the folder cannot be read, holds variants, or is not complete.
+pub fn failed_runs(results: &Path, context: Context) -> Result<Option<Campaign>> {
+    let folder = ResultsFolder::open(results)?;
+    folder.refuse_variants()?;
     let index = folder.shards()?;
     if !index.is_complete() {
         let (done, planned) = (index.complete.len(), index.plan.shards());
         let message = format!("`{}` has {done} of {planned} shards", results.display());
-        return Err(refuse(message, "finish the campaign first, with the command that began it"));
-    }
-    let name = results.file_name().map_or_else(|| "results".to_owned(), |name| name.to_string_lossy().into_owned());
-    let out = args.out.clone().unwrap_or_else(|| results.with_file_name(format!("{name}_failed")));
-    if normal(&out) == normal(results) {
-        let message = format!("`{}` holds the runs that are to be repeated", out.display());
-        return Err(refuse(message, "write --out DIR with a folder of its own"));
+        return Err(FarmError::refused(message, "finish the campaign first, with the command that began it"));
     }
     let (table, counts) = failed_table(&index, &folder.campaign.requirements)?;
-    let all = folder.campaign.runs;
+    let (campaign, all) = (folder.campaign.id.clone(), folder.campaign.runs);
+    context.note(Note::FailedRuns { campaign, all, repeated: table.rows(), counts });
     if table.rows() == 0 {
-        warn(format!("{}  none of {all} runs failed: nothing to repeat", folder.campaign.id));
         return Ok(None);
     }
-    let [space, facility, invalid] = counts;
-    warn(format!(
-        "{}  {} of {all} runs are repeated: {space} failed in space, {facility} on the facility, {invalid} invalid",
-        folder.campaign.id,
-        table.rows()
-    ));
-    let temporary = tempfile::tempdir().into_diagnostic()?;
+    let temporary = tempfile::tempdir().map_err(io(&std::env::temp_dir()))?;
     let file = temporary.path().join("cases.parquet");
-    write_table(&file, &table, &[]).into_diagnostic()?;
-    let campaign = folder.campaign.with_cases(read(&file)?).map_err(explain)?;
-    Ok(Some((campaign, out)))
+    write_table(&file, &table, &[])?;
+    Ok(Some(folder.campaign.with_cases(read_cases(&file)?)?))
+}
+
+/// Results folder of the failed runs of another one, if none is named: `DIR_failed` beside `DIR`.
+///
+/// # Errors
+/// If the folder that is named is the one whose runs are repeated.
+pub fn failed_results(results: &Path, out: Option<&Path>) -> Result<PathBuf> {
+    let name = results.file_name().map_or_else(|| "results".to_owned(), |name| name.to_string_lossy().into_owned());
+    let out = out.map_or_else(|| results.with_file_name(format!("{name}_failed")), Path::to_owned);
+    if normal(&out) == normal(results) {
+        let message = format!("`{}` holds the runs that are to be repeated", out.display());
+        return Err(FarmError::refused(message, "write --out DIR with a folder of its own"));
+    }
+    Ok(out)
 }
 
 /// Numbers and inputs of the runs that did not pass, and how many failed in space, on the facility, or are invalid.
-fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> miette::Result<(Table, [u64; 3])> {
-    let all = index.columns().into_diagnostic()?;
+fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Table, [u64; 3])> {
+    let all = index.columns()?;
     let named = |is: &dyn Fn(&Column) -> bool| -> Vec<String> {
         all.columns.iter().filter(|column| is(column)).map(|column| column.name.clone()).collect()
     };
@@ -96,7 +100,7 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> miette::Res
     let names: Vec<String> = fixed.iter().chain(passes.iter().flatten()).chain(&inputs).cloned().collect();
     let (mut runs, mut values, mut counts) = (Vec::new(), vec![Vec::new(); inputs.len()], [0; 3]);
     for batch in index.read_columns(&names) {
-        let batch = batch.into_diagnostic()?;
+        let batch = batch?;
         let word = |name: &str, row| batch.column(name).and_then(|column| column.values.word(row)).unwrap_or_default();
         for (row, run) in batch.u64s("run").unwrap_or_default().iter().enumerate() {
             let invalid = word("status", row) == "invalid";

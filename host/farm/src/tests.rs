@@ -1,23 +1,34 @@
 //! Devices that fail while a campaign runs: what stays on disk, how the command ends, who makes the rest.
 
-use crate::args::Part;
-use crate::farm::{Farm, tell_failover};
 use crate::finish::finish;
-use crate::folder::Folder;
-use crate::run::make_missing;
-use crate::words::Exit;
+use crate::folder::ResultsFolder;
+use crate::observer::{Cancel, Context, Silent};
+use crate::outcome::Incomplete;
+use crate::run::{Part, RunOptions, make_missing};
+use crate::run_engine::RunEngine;
 use softdock_campaign::Campaign;
 use softdock_engine::cpu::CpuEngine;
-use softdock_engine::failover::Failover;
 use softdock_engine::gpu::{Adapters, GpuEngine};
 use softdock_engine::{Choice, Engine, EngineError, Job, RunInput};
 use softdock_kernels::outcome::{Finished, Stop};
 use softdock_kernels::session::Rule;
 use softdock_results::runs::{Agreement, Outcome};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 
-const WHOLE: Part = Part { index: 0, count: 1 };
+/// A context without observer, which nobody cancels.
+fn context() -> Context<'static> {
+    static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
+    Context { observer: &Silent, cancel: &CANCEL }
+}
+
+fn whole_campaign() -> RunOptions {
+    RunOptions::default()
+}
+
+fn every_other_shard() -> RunOptions {
+    RunOptions { part: Part { index: 0, count: 2 }, ..RunOptions::default() }
+}
 
 /// A GPU whose device is destroyed in the middle of one of its batches.
 struct Fragile {
@@ -41,7 +52,7 @@ impl Engine for Fragile {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         let destroy = self.engine.breaker();
         let breaks = self.good_batches == 0;
@@ -57,7 +68,7 @@ impl Engine for Fragile {
 
 /// The smoke campaign in eight shards of eight runs. They end one after the other, so that a batch has a middle.
 fn campaign(folder: &Path) -> Campaign {
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns");
     std::fs::create_dir_all(folder.join("scenarios")).expect("a folder");
     std::fs::copy(shipped.join("scenarios/smoke.toml"), folder.join("scenarios/smoke.toml")).expect("the scenario");
     let text = std::fs::read_to_string(shipped.join("smoke.toml")).expect("the campaign");
@@ -81,7 +92,7 @@ impl Engine for Interrupted {
         &mut self,
         job: &Job,
         runs: &[RunInput],
-        progress: &(dyn Fn(usize) -> bool + Sync),
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         let made = &runs[..runs.len().min(self.runs)];
         self.runs -= made.len();
@@ -95,14 +106,15 @@ impl Engine for Interrupted {
 fn however_often_the_work_is_stopped_no_run_is_made_twice_and_the_shards_are_the_same() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
-    let claimed = |name: &str| Folder::claim(&temporary.path().join(name), campaign.clone()).expect("claimed");
+    let claimed =
+        |name: &str| ResultsFolder::claim(&temporary.path().join(name), campaign.clone(), context()).expect("claimed");
     let (whole, stopped) = (claimed("whole"), claimed("stopped"));
     let asked = Arc::new(Mutex::new(Vec::new()));
-    let farm = |runs| Farm::with(&campaign, Box::new(Interrupted { runs, asked: Arc::clone(&asked) }));
-    assert!(make_missing(&whole, WHOLE, &mut farm(64)).is_ok());
+    let engine = |runs| RunEngine::with(&campaign, Box::new(Interrupted { runs, asked: Arc::clone(&asked) }));
+    assert!(make_missing(&whole, &whole_campaign(), &mut engine(64), context()).is_ok());
     asked.lock().expect("no holder panics").clear();
     for (runs, shards, kept) in [(11, 1, 3), (2, 1, 5), (5, 2, 2), (46, 8, 0)] {
-        assert!(make_missing(&stopped, WHOLE, &mut farm(runs)).is_ok());
+        assert!(make_missing(&stopped, &whole_campaign(), &mut engine(runs), context()).is_ok());
         let index = stopped.shards().expect("a folder");
         assert!(index.foreign.is_empty(), "{:?}", index.foreign);
         let partial = softdock_results::partial::partial_runs(&stopped.path).expect("a folder");
@@ -120,7 +132,7 @@ fn however_often_the_work_is_stopped_no_run_is_made_twice_and_the_shards_are_the
 }
 
 /// Backend of every shard that is there.
-fn backends(folder: &Folder) -> Vec<(u32, String)> {
+fn backends(folder: &ResultsFolder) -> Vec<(u32, String)> {
     let index = folder.shards().expect("a folder");
     assert!(index.foreign.is_empty(), "{:?}", index.foreign);
     index.complete.into_iter().map(|(shard, file)| (shard, file.backend)).collect()
@@ -134,16 +146,16 @@ fn of(backend: &str, shards: &[u32]) -> Vec<(u32, String)> {
 fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resumes() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
-    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
-    let mut farm = Farm::with(&campaign, Fragile::after(1));
+    let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");
+    let mut engine = RunEngine::with(&campaign, Fragile::after(1));
     // Every other shard, so that each is a batch of its own: the first is written, the second is lost.
-    let end = make_missing(&folder, Part { index: 0, count: 2 }, &mut farm);
-    assert!(matches!(end, Err(Ok(Exit::Incomplete))), "{end:?}");
+    let end = make_missing(&folder, &every_other_shard(), &mut engine, context()).expect("no other error");
+    assert_eq!(end, Some(Incomplete::DeviceFailed));
     assert_eq!(backends(&folder), of("gpu", &[0]));
     let written = std::fs::read(folder.path.join("runs/shard=00000.parquet")).expect("the shard");
     // The same command: a new device makes what is missing and leaves what is there.
-    let mut farm = Farm::open(&campaign, Choice::Gpu).expect("lavapipe");
-    assert!(make_missing(&folder, WHOLE, &mut farm).is_ok());
+    let mut engine = RunEngine::open(&campaign, Choice::Gpu, context()).expect("lavapipe");
+    assert!(make_missing(&folder, &whole_campaign(), &mut engine, context()).is_ok());
     assert_eq!(backends(&folder), of("gpu", &[0, 1, 2, 3, 4, 5, 6, 7]));
     assert_eq!(std::fs::read(folder.path.join("runs/shard=00000.parquet")).expect("the shard"), written);
 }
@@ -152,12 +164,12 @@ fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resum
 fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
-    let folder = Folder::claim(&temporary.path().join("out"), campaign.clone()).expect("claimed");
-    let mut farm = Farm::with(&campaign, Box::new(Failover::new(Fragile::after(2), tell_failover)));
-    assert!(make_missing(&folder, Part { index: 0, count: 2 }, &mut farm).is_ok());
+    let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");
+    let mut engine = RunEngine::with_failover(&campaign, Fragile::after(2), context());
+    assert!(make_missing(&folder, &every_other_shard(), &mut engine, context()).is_ok());
     assert_eq!(backends(&folder), [of("gpu", &[0, 2]), of("cpu", &[4, 6])].concat());
-    assert!(make_missing(&folder, WHOLE, &mut farm).is_ok());
-    let summary = finish(&folder).expect("judged");
+    assert!(make_missing(&folder, &whole_campaign(), &mut engine, context()).is_ok());
+    let summary = finish(&folder, context()).expect("judged");
     let made: Vec<_> = summary.completeness.devices.iter().map(|made| (made.backend.as_str(), made.shards)).collect();
     assert_eq!(made, [("cpu", 6), ("gpu", 2)]);
     assert!(softdock_analysis::verdict_text(&summary).contains("rows of two backends"));
@@ -175,22 +187,111 @@ fn agreement_counts_the_requirements_and_an_aborted_session_is_no_answer() {
     let force =
         campaign.requirements.iter_mut().find(|r| r.metric.name == "peak_contact_force").expect("a limit on the force");
     force.limits.at_most = Some(300.0);
-    let ledger = crate::rows::Ledger::new(&campaign);
+    let builder = crate::rows::RowBuilder::new(&campaign);
     let input = RunInput { run: 0, params: campaign.draw(0).params };
-    let made = CpuEngine::new().run(&ledger.job, &[input], &|_| true).expect("the CPU is there");
+    let made = CpuEngine::new().run(&builder.job, &[input], &|_| true).expect("the CPU is there");
     let mut run = made[0];
     run.hil = run.space;
-    assert_eq!(ledger.row(&run).agreement, Agreement::TruePass, "the run docks, and meets every requirement");
+    assert_eq!(builder.row(&run).agreement, Agreement::TruePass, "the run docks, and meets every requirement");
     // A requirement that fails on the facility alone, while the task succeeds on both.
     assert!(campaign.scenario.model.task.max_contact_force > 350.0);
     run.hil.peak_contact_force = 350.0;
-    let row = ledger.row(&run);
+    let row = builder.row(&run);
     assert_eq!((row.hil.outcome, row.agreement), (Outcome::Pass, Agreement::FalseFail));
     // A rule that stops the session.
     run.stop = Some(Stop { rule: Rule::InjectedEnergy, value: 0.7 });
-    let row = ledger.row(&run);
+    let row = builder.row(&run);
     let cause = row.hil.cause.expect("a cause");
     assert_eq!((row.hil.outcome, row.agreement), (Outcome::Aborted, Agreement::AbortedPass));
     assert_eq!((cause.id.as_str(), cause.value, cause.time), ("injected_energy", Some(0.7), Some(run.hil.end_time)));
     assert!(row.hil.requirements.iter().all(|result| result.pass.is_none()), "no answer to any requirement");
+}
+
+/// CPU lanes that record what they were asked for.
+struct Recording {
+    device: &'static str,
+    asked: Arc<Mutex<Vec<u64>>>,
+}
+
+impl Engine for Recording {
+    fn device(&self) -> String {
+        self.device.to_owned()
+    }
+
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError> {
+        self.asked.lock().expect("no holder panics").extend(runs.iter().map(|run| run.run));
+        CpuEngine::new().run(job, runs, progress)
+    }
+}
+
+#[test]
+fn writers_of_one_folder_make_each_run_once() {
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let campaign = campaign(temporary.path());
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context());
+                let folder = folder.expect("claimed");
+                let recording = Recording { device: "cpu f64", asked: Arc::clone(&asked) };
+                let mut engine = RunEngine::with(&campaign, Box::new(recording));
+                assert_eq!(make_missing(&folder, &whole_campaign(), &mut engine, context()).expect("no error"), None);
+                assert!(folder.shards().expect("a folder").is_complete(), "whoever ends has waited for the others");
+            });
+        }
+    });
+    let mut asked = asked.lock().expect("no holder panics").clone();
+    asked.sort_unstable();
+    assert_eq!(asked, (0..64).collect::<Vec<_>>());
+}
+
+/// CPU lanes that report so many runs as finished and are lost then, as a GPU.
+struct LostAfter(usize);
+
+impl Engine for LostAfter {
+    fn device(&self) -> String {
+        "a GPU that fails".to_owned()
+    }
+
+    fn lanes(&self) -> usize {
+        8
+    }
+
+    fn run(
+        &mut self,
+        job: &Job,
+        runs: &[RunInput],
+        progress: &(dyn Fn(&[Finished]) -> bool + Sync),
+    ) -> Result<Vec<Finished>, EngineError> {
+        CpuEngine::new().run(job, &runs[..self.0], progress)?;
+        Err(EngineError::DeviceLost("a test".to_owned()))
+    }
+}
+
+#[test]
+fn finished_runs_of_a_lost_batch_are_on_disk_and_are_not_made_again() {
+    let temporary = tempfile::tempdir().expect("a temporary folder");
+    let campaign = campaign(temporary.path());
+    let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");
+    let options = RunOptions { save_every: std::time::Duration::ZERO, ..RunOptions::default() };
+    let mut engine = RunEngine::with(&campaign, Box::new(LostAfter(27)));
+    assert_eq!(
+        make_missing(&folder, &options, &mut engine, context()).expect("no error"),
+        Some(Incomplete::DeviceFailed)
+    );
+    let partial = softdock_results::partial::partial_runs(&folder.path).expect("a folder");
+    assert_eq!((backends(&folder).len(), partial), (3, 3), "three shards of eight runs, and three runs more");
+    // The device is back.
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    let recording = Recording { device: "a GPU that fails", asked: Arc::clone(&asked) };
+    let mut engine = RunEngine::with(&campaign, Box::new(recording));
+    assert_eq!(make_missing(&folder, &options, &mut engine, context()).expect("no error"), None);
+    assert_eq!(*asked.lock().expect("no holder panics"), (27..64).collect::<Vec<_>>());
+    assert!(folder.shards().expect("a folder").is_complete());
 }

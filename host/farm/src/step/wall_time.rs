@@ -1,7 +1,7 @@
 //! Expected wall time of a campaign, extrapolated from the measured time of a few draws.
 
 use super::{Draws, Nominal};
-use crate::farm::Farm;
+use crate::run_engine::RunEngine;
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Keep;
 use softdock_results::runs::{RunRow, Status};
@@ -73,14 +73,14 @@ fn end_of(row: &RunRow) -> f64 {
 pub(super) fn expected(
     campaign: &Campaign,
     nominal: &Nominal,
-    on_cpu: (&Draws, &Farm),
-    elsewhere: Option<(&Draws, &Farm)>,
+    on_cpu: (&Draws, &RunEngine),
+    elsewhere: Option<(&Draws, &RunEngine)>,
 ) -> WallTime {
     let cpu = Pace::of(on_cpu.0, on_cpu.1.lanes());
-    let batch = |farm: &Farm| campaign.execution.shard_runs * farm.batch_shards() as u64;
+    let batch = |engine: &RunEngine| campaign.execution.shard_runs * engine.batch_shards() as u64;
     let runs = match elsewhere {
         None => cpu.batches(campaign.runs, batch(on_cpu.1)),
-        Some((draws, farm)) => Pace::of(draws, farm.lanes()).batches(campaign.runs, batch(farm)),
+        Some((draws, engine)) => Pace::of(draws, engine.lanes()).batches(campaign.runs, batch(engine)),
     };
     // At half the substep a run costs twice as much; what a GPU made is stepped in f64 once more, to be compared.
     let half_step = campaign.half_step_runs();

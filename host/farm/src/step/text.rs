@@ -14,7 +14,7 @@ const MOST_CAUSES: usize = 4;
 
 impl Stepped {
     /// All of it, facility by facility, and the wall time of the campaign.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut text = String::new();
         for facility in &self.facilities {
             if let Some(name) = &facility.name {

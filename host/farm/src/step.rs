@@ -4,10 +4,10 @@ mod answer;
 mod text;
 mod wall_time;
 
-use crate::farm::Farm;
-use crate::run::unusable;
+use crate::error::Result;
+use crate::observer::{Context, Note};
+use crate::run_engine::RunEngine;
 use crate::traces::input_of;
-use crate::words::warn;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_engine::{Choice, EngineError, RunInput, cpu};
@@ -55,7 +55,7 @@ const RANGES: usize = 4;
 const LOOPS: [&str; 2] = ["space", "facility"];
 
 /// What stepping a campaign has found, for its facility or for each of its variants.
-pub(crate) struct Stepped {
+pub struct Stepped {
     facilities: Vec<SteppedFacility>,
     /// Draws that the user asked for; none: one round of the CPU's lanes.
     asked: Option<u64>,
@@ -114,14 +114,14 @@ struct LoopDraws {
 ///
 /// # Errors
 /// If no engine can make the runs.
-pub(crate) fn step(campaign: &Campaign, asked: Option<u64>, choice: Choice) -> miette::Result<Stepped> {
+pub fn step(campaign: &Campaign, asked: Option<u64>, choice: Choice, context: Context) -> Result<Stepped> {
     let variants = campaign.variants.iter().map(|variant| (Some(variant.name.clone()), &variant.campaign));
     let mut all: Vec<(Option<String>, &Campaign)> = variants.collect();
     if all.is_empty() {
         all.push((None, campaign));
     }
-    let facilities = all.into_iter().map(|(name, campaign)| facility(name, campaign, asked, choice));
-    let facilities = facilities.collect::<miette::Result<_>>()?;
+    let facilities = all.into_iter().map(|(name, campaign)| facility(name, campaign, asked, choice, context));
+    let facilities = facilities.collect::<Result<_>>()?;
     Ok(Stepped { facilities, asked, is_other_device: asked.is_none() && choice != Choice::Cpu })
 }
 
@@ -130,13 +130,14 @@ fn facility(
     campaign: &Campaign,
     asked: Option<u64>,
     choice: Choice,
-) -> miette::Result<SteppedFacility> {
-    let mut on_cpu = Farm::open(campaign, Choice::Cpu).map_err(unusable)?;
+    context: Context,
+) -> Result<SteppedFacility> {
+    let mut on_cpu = RunEngine::reference(campaign);
     let nominal = nominal(campaign, &on_cpu);
-    let plant = on_cpu.ledger.job.plant.clone();
+    let plant = on_cpu.builder.job.plant.clone();
     let start = deepest_overlap(&plant, &start_parts(&plant, &campaign.nominal()));
     let other = match asked {
-        Some(_) if choice != Choice::Cpu => other_device(campaign, choice)?,
+        Some(_) if choice != Choice::Cpu => other_device(campaign, choice, context)?,
         _ => None,
     };
     let round = asked.filter(|_| other.is_none()).unwrap_or(on_cpu.lanes() as u64);
@@ -146,9 +147,9 @@ fn facility(
             let wall_time = expected(campaign, &nominal, (&by_cpu, &on_cpu), None);
             (by_cpu, wall_time)
         }
-        Some(mut farm) => {
-            let own = draws(campaign, &mut farm, asked.unwrap_or(1))?;
-            let wall_time = expected(campaign, &nominal, (&by_cpu, &on_cpu), Some((&own, &farm)));
+        Some(mut engine) => {
+            let own = draws(campaign, &mut engine, asked.unwrap_or(1))?;
+            let wall_time = expected(campaign, &nominal, (&by_cpu, &on_cpu), Some((&own, &engine)));
             (own, wall_time)
         }
     };
@@ -156,25 +157,25 @@ fn facility(
 }
 
 /// The campaign's GPU, if it has one here; its kernel is compiled by a first run.
-fn other_device(campaign: &Campaign, choice: Choice) -> miette::Result<Option<Farm<'_>>> {
-    let mut farm = match Farm::open(campaign, choice) {
-        Ok(farm) => farm,
+fn other_device<'a>(campaign: &'a Campaign, choice: Choice, context: Context<'a>) -> Result<Option<RunEngine<'a>>> {
+    let mut engine = match RunEngine::open(campaign, choice, context) {
+        Ok(engine) => engine,
         Err(error @ EngineError::NoAdapter(_)) => {
-            warn(format!("{error}; the draws are stepped on the CPU"));
+            context.note(Note::NoAdapter(error));
             return Ok(None);
         }
-        Err(error) => return Err(unusable(error)),
+        Err(error) => return Err(error.into()),
     };
-    if farm.backend() == "cpu" {
+    if engine.backend() == "cpu" {
         return Ok(None);
     }
-    farm.make(0..1, &|_| true).map_err(unusable)?;
-    Ok(Some(farm))
+    engine.make_numbered(&[0], &|_, _| true)?;
+    Ok(Some(engine))
 }
 
 /// Steps the nominal case and finds where the parts first touch.
-fn nominal(campaign: &Campaign, farm: &Farm) -> Nominal {
-    let job = &farm.ledger.job;
+fn nominal(campaign: &Campaign, engine: &RunEngine) -> Nominal {
+    let job = &engine.builder.job;
     let mut seen: [Option<(f64, Overlap)>; 2] = [None, None];
     let mut see = |signals: &Signals| {
         // The parts of the simulation touch in space, those that the robots hold touch on the facility.
@@ -188,7 +189,7 @@ fn nominal(campaign: &Campaign, farm: &Farm) -> Nominal {
     let begin = Instant::now();
     let finished = cpu::replay(job, RunInput { run: NOMINAL_RUN, params: campaign.nominal() }, &mut see);
     let seconds = begin.elapsed().as_secs_f64();
-    let row = farm.ledger.row(&finished);
+    let row = engine.builder.row(&finished);
     let tick = job.plant.timing.tick();
     // A later contact is not the first one, which then was shorter than a tick.
     let first = |seen: Option<(f64, Overlap)>, side: &LoopRow| {
@@ -199,18 +200,18 @@ fn nominal(campaign: &Campaign, farm: &Farm) -> Nominal {
 }
 
 /// Steps draws that are spread over the campaign.
-fn draws(campaign: &Campaign, farm: &mut Farm, count: u64) -> miette::Result<Draws> {
+fn draws(campaign: &Campaign, engine: &mut RunEngine, count: u64) -> Result<Draws> {
     let count = count.clamp(1, campaign.runs.max(1));
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(count)) as u64;
     let runs: Vec<u64> = (0..count).map(run).collect();
     let begin = Instant::now();
-    let (rows, _) = farm.make_numbered(&runs, &|_| true).map_err(unusable)?;
+    let (rows, _) = engine.make_numbered(&runs, &|_, _| true)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let starts = starts(&farm.ledger.job.plant, &rows);
+    let starts = starts(&engine.builder.job.plant, &rows);
     let overlapping = starts.iter().filter(|(_, pair)| pair.depth > 0.0).count() as u64;
     let deepest = starts.into_iter().reduce(|most, next| if next.1.depth > most.1.depth { next } else { most });
     let loops = [LoopDraws::of(rows.iter().map(|row| &row.space)), LoopDraws::of(rows.iter().map(|row| &row.hil))];
-    Ok(Draws { rows, loops, overlapping, deepest, device: farm.device(), seconds })
+    Ok(Draws { rows, loops, overlapping, deepest, device: engine.device(), seconds })
 }
 
 /// The deepest overlap at the start of every draw, or its nearest pair.

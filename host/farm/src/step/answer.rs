@@ -10,7 +10,7 @@ use softdock_results::runs::{Cause, LoopRow, OUTCOME_WORDS, Outcome};
 
 impl Stepped {
     /// All of it, facility by facility; entries of points and solids count from 1, as in the scenario.
-    pub(crate) fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         json!({
             "is_asked": self.asked.is_some(),
             "expected_wall_time_s": self.facilities.iter().map(|facility| facility.wall_time.total()).sum::<f64>(),

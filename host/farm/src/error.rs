@@ -1,0 +1,73 @@
+//! Errors of the campaign functions: message, remedy, and whose fault it is.
+
+use softdock_campaign::Problems;
+use softdock_engine::EngineError;
+use std::fmt::Display;
+
+/// Result of this crate.
+pub type Result<T> = std::result::Result<T, FarmError>;
+
+/// Why a campaign function did not complete.
+#[derive(Debug, thiserror::Error)]
+pub enum FarmError {
+    /// The request cannot be met with this input.
+    #[error("{message}")]
+    Refused {
+        /// What is wrong, with file, key, value and range.
+        message: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The files of a campaign are wrong.
+    #[error("{0}")]
+    Campaign(Problems),
+    /// A results file cannot be read or written.
+    #[error(transparent)]
+    Results(#[from] softdock_results::Error),
+    /// A results folder cannot be analysed.
+    #[error(transparent)]
+    Analysis(#[from] softdock_analysis::Error),
+    /// No engine can make the runs.
+    #[error("{0}")]
+    Engine(EngineError),
+    /// The caller has cancelled the work; every finished run is on disk.
+    #[error("cancelled; every finished run is on disk")]
+    Cancelled,
+}
+
+impl FarmError {
+    /// A refusal with its remedy.
+    pub(crate) fn refused(message: impl Display, remedy: impl Display) -> Self {
+        Self::Refused { message: message.to_string(), remedy: remedy.to_string() }
+    }
+
+    /// What to do about it, if there is more to say than the message does.
+    pub fn remedy(&self) -> Option<String> {
+        match self {
+            Self::Refused { remedy, .. } => Some(remedy.clone()),
+            Self::Engine(_) => Some("`softdock devices` lists what runs can be made on".to_owned()),
+            Self::Cancelled => Some("the same call resumes".to_owned()),
+            Self::Campaign(_) | Self::Results(_) | Self::Analysis(_) => None,
+        }
+    }
+}
+
+impl From<Problems> for FarmError {
+    fn from(problems: Problems) -> Self {
+        Self::Campaign(problems)
+    }
+}
+
+impl From<EngineError> for FarmError {
+    fn from(error: EngineError) -> Self {
+        match error {
+            EngineError::Stopped { .. } => Self::Cancelled,
+            error => Self::Engine(error),
+        }
+    }
+}
+
+/// An error of a file operation outside the results crate.
+pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> FarmError + '_ {
+    |source| softdock_results::Error::Io { path: path.to_owned(), source }.into()
+}

@@ -1,0 +1,82 @@
+//! What follows the last shard: repeated runs, time histories, summary and page.
+
+use crate::error::Result;
+use crate::folder::ResultsFolder;
+use crate::observer::Context;
+use crate::page::{page_text, write_page};
+use crate::paths::files_below;
+use crate::repetitions::{HalfStepRuns, ParityRuns};
+use crate::run_engine::RunEngine;
+use crate::traces::{TraceSelection, write_traces};
+use softdock_analysis::{Content, Summary, summarise, write_summary};
+use softdock_results::parity::{HALF_STEP, PARITY};
+use softdock_results::{hash_files, is_temporary};
+use std::path::Path;
+
+/// Ends a complete campaign; all of it follows from the shards, so that doing it twice changes nothing.
+///
+/// # Errors
+/// [`crate::FarmError::Cancelled`] if the context cancels the repetition of runs; if a file cannot be read or written.
+pub(crate) fn finish(folder: &ResultsFolder, context: Context) -> Result<Summary> {
+    let mut reference = RunEngine::reference(&folder.campaign);
+    let index = folder.shards()?;
+    let (mut parity, mut half_step) = (ParityRuns::of(folder, &index), HalfStepRuns::of(folder, &index));
+    let mut selection = TraceSelection::new(&folder.campaign);
+    // Run numbers of given cases may have gaps; the places of their rows have none.
+    for (place, row) in (0..).zip(index.read_runs()) {
+        let row = row?;
+        selection.see(place, &row);
+        half_step.see(place, &row);
+        parity.see(place, row);
+    }
+    write_traces(folder, &reference.builder, &reference.provenance(), &index, selection.kept())?;
+    parity.write(folder, &mut reference, &index, context)?;
+    half_step.write(folder, &mut reference, &index, context)?;
+    write_summary_and_page(folder)
+}
+
+/// Writes summary and page of what the folder holds.
+pub(crate) fn write_summary_and_page(folder: &ResultsFolder) -> Result<Summary> {
+    let stated = Stated::of(folder)?;
+    write_summary(&folder.path, &stated.summary)?;
+    write_page(folder, &stated.content, &stated.summary)?;
+    Ok(stated.summary)
+}
+
+/// What a results folder holds and shows.
+pub(crate) struct Stated {
+    /// Its shards and time histories.
+    pub(crate) content: Content,
+    /// The summary, with the hash of the files that it follows from.
+    pub(crate) summary: Summary,
+}
+
+impl Stated {
+    /// Reads and judges a folder.
+    pub(crate) fn of(folder: &ResultsFolder) -> Result<Self> {
+        let content = Content::read(&folder.path, &folder.facts())?;
+        let summary = summarise(&content, &folder.facts())?;
+        let hash = hash_files(&folder.path, &hashed(folder, &content))?;
+        Ok(Self { content, summary: Summary { results_hash: Some(hash), ..summary } })
+    }
+
+    /// The text of the page.
+    pub(crate) fn page(&self, folder: &ResultsFolder) -> Result<String> {
+        page_text(folder, &self.content, &self.summary)
+    }
+}
+
+/// Names of the files that the summary follows from, and of those made from the runs; files that count for nothing
+/// are not among them.
+fn hashed(folder: &ResultsFolder, content: &Content) -> Vec<String> {
+    let ignored: Vec<&Path> = content.foreign().map(|(path, _)| path.as_path()).collect();
+    let belongs = |name: &str| {
+        name == crate::manifest::MANIFEST_FILE
+            || [PARITY.file, HALF_STEP.file].contains(&name)
+            || ["campaign/", "runs/", "traces/"].iter().any(|folder| name.starts_with(folder))
+            || folder.campaign.cases().is_some_and(|cases| cases.file_name() == name)
+    };
+    let files = files_below(&folder.path).into_iter();
+    let own = files.filter(|(name, path)| belongs(name) && !is_temporary(path) && !ignored.contains(&path.as_path()));
+    own.map(|(name, _)| name).collect()
+}

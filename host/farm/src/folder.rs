@@ -1,0 +1,568 @@
+//! A results folder: which campaign it belongs to, with that campaign's files beside the results.
+//!
+//! `campaign.json` states which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
+//! to another machine on its own. A table of given cases lies beside them as `cases.csv` or `cases.parquet`.
+
+use crate::changes::{FileChange, JudgedFiles, changed_files, listed};
+use crate::error::{FarmError, Result, io};
+use crate::lock::FolderLock;
+use crate::manifest::{Build, MANIFEST_SCHEMA, Manifest};
+use crate::observer::{Context, Note};
+use crate::paths::{files_below, named_files, normal};
+use softdock_analysis::{CampaignFacts, Extension, InvalidRuns, Judge, Judgement};
+use softdock_campaign::Campaign;
+use softdock_campaign::campaign::{Invalid, Method};
+use softdock_results::partial::reopen_shard;
+use softdock_results::shards::{Origin, ShardIndex, ShardPlan, rewrite_runs, run_files};
+use softdock_results::{TableReader, remove_abandoned, write_file};
+use std::path::{Path, PathBuf};
+
+/// Files that follow from all runs together.
+const DERIVED: [&str; 6] =
+    ["summary.json", "report.html", "parity.parquet", "half_step.parquet", "compare.json", "compare.html"];
+
+/// Runs that are to be judged by another state of their campaign.
+#[derive(Clone, Debug)]
+pub(crate) struct Rejudgement {
+    /// Hash of the campaign by which they are judged now.
+    pub(crate) before: String,
+    /// What differs; `None` if nothing does, or if the record has it already.
+    pub(crate) changes: Option<Vec<String>>,
+}
+
+/// A results folder and its campaign.
+pub struct ResultsFolder {
+    /// Where the results lie.
+    pub path: PathBuf,
+    /// The campaign, with the folder's seed and number of runs.
+    pub campaign: Campaign,
+    /// The campaign's file below `campaign/`.
+    pub file: String,
+    /// Likewise the scenario in the place of the campaign's own.
+    pub model: Option<String>,
+    /// What has made the runs.
+    pub build: Build,
+    /// When the campaign got more runs, in order of time.
+    pub extensions: Vec<Extension>,
+    /// When the runs were judged anew, in order of time.
+    pub judgements: Vec<Judgement>,
+    /// Held while this process writes in the folder.
+    lock: Option<FolderLock>,
+}
+
+impl ResultsFolder {
+    /// Takes a folder for a campaign: an empty one gets the campaign's files, one of another campaign is refused.
+    ///
+    /// A folder of the same campaign with fewer runs is extended. What killed writers left in it is removed. Until the
+    /// value is dropped, other processes may make runs of the same campaign there, and do nothing else.
+    ///
+    /// # Errors
+    /// If the folder holds results of another campaign, state or build, or another process has it for itself.
+    pub fn claim(path: &Path, campaign: Campaign, context: Context) -> Result<Self> {
+        Self::claim_recorded(path, campaign, (Vec::new(), Vec::new()), context)
+    }
+
+    fn claim_recorded(
+        path: &Path,
+        campaign: Campaign,
+        (extensions, judgements): (Vec<Extension>, Vec<Judgement>),
+        context: Context,
+    ) -> Result<Self> {
+        let mut folder = Self::of_campaign(path, campaign);
+        (folder.extensions, folder.judgements) = (extensions, judgements);
+        // What is refused leaves nothing behind, not even a lock.
+        folder.compare(Manifest::read(path)?.as_ref())?;
+        std::fs::create_dir_all(path).map_err(io(path))?;
+        loop {
+            if let Some(lock) = FolderLock::try_alone(path)? {
+                folder.take(context)?;
+                folder.lock = Some(lock.share(path, context.cancel)?);
+            } else {
+                // Whoever has it makes runs, of this campaign if the manifests are equal.
+                folder.lock = Some(FolderLock::together(path, context.cancel)?);
+            }
+            match (folder.compare(Manifest::read(path)?.as_ref())?, &folder.lock) {
+                (Held::Same, _) => return Ok(folder),
+                // The other process has not come to write the manifest, and is gone.
+                (Held::Nothing, _) => {}
+                (Held::FewerRuns(_), _) => return Err(busy(path)),
+            }
+            folder.lock = None;
+        }
+    }
+
+    /// A folder of a campaign that nothing is known of.
+    fn of_campaign(path: &Path, campaign: Campaign) -> Self {
+        let files = named_files(&campaign);
+        let name_of =
+            |path: &Path| files.iter().find(|(_, other)| *other == normal(path)).map(|(name, _)| name.clone());
+        let model = campaign.model.as_deref().and_then(name_of);
+        Self {
+            path: path.to_owned(),
+            file: files[0].0.clone(),
+            model,
+            campaign,
+            build: Build::own(),
+            extensions: Vec::new(),
+            judgements: Vec::new(),
+            lock: None,
+        }
+    }
+
+    /// Compares the manifest of the folder with the campaign, and takes over what it records.
+    fn compare(&mut self, found: Option<&Manifest>) -> Result<Held> {
+        let Some(found) = found else {
+            self.refuse_strangers()?;
+            return Ok(Held::Nothing);
+        };
+        found.refuse_half_judged(&self.path)?;
+        (self.extensions, self.judgements) = (found.extensions.clone(), found.judgements.clone());
+        self.build = found.made_by.clone();
+        let own = self.manifest();
+        if found.with_runs(0) != own.with_runs(0) {
+            return Err(self.other(&self.path, found));
+        }
+        self.refuse_other_build()?;
+        match found.runs == own.runs {
+            true => Ok(Held::Same),
+            false => {
+                self.refuse_extension(found.runs)?;
+                Ok(Held::FewerRuns(found.runs))
+            }
+        }
+    }
+
+    /// Makes the folder one of the campaign, while this process has it alone.
+    fn take(&mut self, context: Context) -> Result<()> {
+        let records = (self.extensions.clone(), self.judgements.clone());
+        match self.compare(Manifest::read(&self.path)?.as_ref())? {
+            Held::Same => drop(remove_abandoned(&self.path)?),
+            Held::FewerRuns(before) => self.extend(before, context)?,
+            Held::Nothing => {
+                (self.extensions, self.judgements) = records;
+                self.write_files()?;
+                if let Some(cases) = self.campaign.cases() {
+                    write_file(&self.path.join(cases.file_name()), cases.bytes())?;
+                }
+                self.manifest().write(&self.path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses to make or judge runs beside those that another build has made.
+    fn refuse_other_build(&self) -> Result<()> {
+        let own = Build::own();
+        if self.build == own {
+            return Ok(());
+        }
+        let message = format!(
+            "`{}` holds runs that {} has made, and this is {own}: runs of two builds do not go together",
+            self.path.display(),
+            self.build
+        );
+        let remedy = "write --fresh to make all runs again here, --out DIR for a folder of its own, or use that build; \
+                      `softdock status`, `report` and `verify` read them as they are";
+        Err(FarmError::refused(message, remedy))
+    }
+
+    /// Keeps the campaign's files below `campaign/`.
+    fn write_files(&self) -> Result<()> {
+        for (name, file) in named_files(&self.campaign) {
+            let bytes = std::fs::read(&file).map_err(io(&file))?;
+            write_file(&self.path.join("campaign").join(name), &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Opens a folder for this process alone to judge its runs by `campaign`.
+    ///
+    /// # Errors
+    /// If the folder cannot be read, another process works in it, or its runs would not be those of the campaign: with
+    /// the keys that differ.
+    pub(crate) fn open_to_judge(path: &Path, campaign: Campaign) -> Result<(Self, Option<Rejudgement>)> {
+        Manifest::require(path)?;
+        let lock = FolderLock::try_alone(path)?.ok_or_else(|| busy(path))?;
+        let manifest = Manifest::require(path)?;
+        let campaign = campaign.with_sample(manifest.runs, manifest.seed);
+        let campaign = match manifest.cases_file(path) {
+            Some(cases) => campaign.with_cases(crate::cases::read_cases(&cases)?)?,
+            None => campaign,
+        };
+        let folder = Self {
+            build: manifest.made_by.clone(),
+            extensions: manifest.extensions.clone(),
+            judgements: manifest.judgements.clone(),
+            lock: Some(lock),
+            ..Self::of_campaign(path, campaign)
+        };
+        folder.refuse_other_build()?;
+        let (before, after) = (manifest.hash.clone(), folder.campaign.hash.clone());
+        if let Some(interrupted) = &manifest.judging {
+            if before == after {
+                return Ok((folder, Some(Rejudgement { before: interrupted.clone(), changes: None })));
+            }
+            let message =
+                format!("the judgement of `{}` by another state of the campaign was interrupted", path.display());
+            return Err(FarmError::refused(message, "complete it first: name the campaign file of that state"));
+        }
+        if before == after {
+            return Ok((folder, None));
+        }
+        let changes = folder.changes_from(&manifest);
+        let is_same_id = manifest.id == folder.campaign.id;
+        let making = folder.changes_of_runs(&changes);
+        if !is_same_id || !making.is_empty() || changes.is_empty() {
+            let mut lines = listed(&making);
+            if !is_same_id {
+                lines.insert(0, format!("id: \"{}\" -> \"{}\"", manifest.id, folder.campaign.id));
+            }
+            if lines.is_empty() {
+                lines.push("no key and no file: another version of softdock has made the results".to_owned());
+            }
+            let message = format!(
+                "the runs of `{}` cannot be judged by this campaign; what changes the runs themselves:\n  {}",
+                path.display(),
+                lines.join("\n  ")
+            );
+            let remedy = "put these values back, or make the runs with `softdock run` in a folder of its own: criteria of \
+                          [task], [[metric]] and [[requirement]] are judged again";
+            return Err(FarmError::refused(message, remedy));
+        }
+        Ok((folder, Some(Rejudgement { before, changes: Some(listed(&changes)) })))
+    }
+
+    /// Judges the folder's runs by its campaign: rewrites every file of runs, the campaign's files and the record.
+    ///
+    /// If this is interrupted, the folder says so, and the same command completes it: no run is lost.
+    pub(crate) fn rejudge(&mut self, rejudged: Rejudgement) -> Result<()> {
+        let (before, after) = (rejudged.before, self.campaign.hash.clone());
+        let files = run_files(&self.path)?;
+        if let Some((path, hash)) = files.iter().find(|(_, hash)| *hash != before && *hash != after) {
+            let message = format!("`{}` belongs to another campaign (hash `{hash}`)", path.display());
+            return Err(FarmError::refused(message, "move the file away; `softdock run` makes its runs again"));
+        }
+        if let Some(changes) = rejudged.changes {
+            self.judgements.push(Judgement { hash_before: before.clone(), hash_after: after.clone(), changes });
+        }
+        Manifest { judging: Some(before.clone()), ..self.manifest() }.write(&self.path)?;
+        let inside = normal(&self.path.join("campaign"));
+        let is_own = named_files(&self.campaign).iter().any(|(_, file)| file.starts_with(&inside));
+        if !is_own {
+            remove_folder(&inside)?;
+            self.write_files()?;
+        }
+        let judge = Judge::of(&self.campaign);
+        let schema = judge.schema();
+        let texts = [("campaign_hash", after.as_str())];
+        for (path, _) in files.iter().filter(|(_, hash)| *hash == before) {
+            rewrite_runs(path, &schema, &texts, |row| judge.judge(row))?;
+        }
+        self.remove_derived()?;
+        self.manifest().write(&self.path)
+    }
+
+    /// Removes what follows from all runs together: summary, page, time histories, repeated runs.
+    fn remove_derived(&self) -> Result<()> {
+        for name in DERIVED {
+            remove(&self.path.join(name))?;
+        }
+        remove_folder(&self.path.join("traces"))
+    }
+
+    /// What differs between the files that a folder keeps and those of this campaign.
+    fn changes_from(&self, found: &Manifest) -> Vec<FileChange> {
+        let there = files_below(&self.path.join("campaign"));
+        changed_files((&found.campaign, &there), (&self.file, &named_files(&self.campaign)))
+    }
+
+    /// The changes that change the runs themselves.
+    fn changes_of_runs(&self, changes: &[FileChange]) -> Vec<FileChange> {
+        let scenario = normal(self.campaign.scenario.file());
+        let files = named_files(&self.campaign);
+        let scenario = files.iter().find(|(_, file)| *file == scenario).map_or("", |(name, _)| name.as_str());
+        let judged = JudgedFiles { campaign: &self.file, scenario };
+        changes.iter().filter(|change| !change.leaves_runs(judged)).cloned().collect()
+    }
+
+    /// Refuses another number of runs where the runs that are there could not stay.
+    fn refuse_extension(&self, before: u64) -> Result<()> {
+        let (after, shown) = (self.campaign.runs, self.path.display());
+        if after < before {
+            let message = format!("`{shown}` holds a campaign of {before} runs, and {after} are asked for");
+            let remedy = format!("write --runs {before} or more, or --out DIR for a folder of {after} runs of its own");
+            return Err(FarmError::refused(message, remedy));
+        }
+        if let Some(reason) = self.campaign.draws_depend_on_runs() {
+            let message = format!("`{shown}` cannot go from {before} to {after} runs: {reason}");
+            let remedy = "write --out DIR to make all runs anew in a folder of its own, or --fresh to start over here";
+            return Err(FarmError::refused(message, remedy));
+        }
+        Ok(())
+    }
+
+    /// Gives the folder's campaign more runs: whole shards stay, the last one is completed if it was not full.
+    ///
+    /// What follows from all runs together (summary, page, time histories, repeated runs) is removed, to be made anew.
+    fn extend(&mut self, before: u64, context: Context) -> Result<()> {
+        let after = self.campaign.runs;
+        let old = Self { campaign: self.campaign.clone().with_sample(before, self.campaign.seed), ..self.unlocked() };
+        let (index, last) = (old.shards()?, before / old.plan().shard_runs.max(1));
+        let last = index.complete.get(&(last as u32)).map(|file| (last as u32, file));
+        if let Some((shard, file)) = last {
+            reopen_shard(&self.path, shard, file)?;
+        }
+        self.remove_derived()?;
+        self.extensions.push(Extension { runs_before: before, runs_after: after });
+        self.manifest().write(&self.path)?;
+        if let Some((_, file)) = last {
+            remove(&file.path)?;
+        }
+        context.note(Note::Extended { campaign: self.campaign.id.clone(), before, after });
+        Ok(())
+    }
+
+    /// The same folder without its lock.
+    fn unlocked(&self) -> Self {
+        Self {
+            path: self.path.clone(),
+            campaign: self.campaign.clone(),
+            file: self.file.clone(),
+            model: self.model.clone(),
+            build: self.build.clone(),
+            extensions: self.extensions.clone(),
+            judgements: self.judgements.clone(),
+            lock: None,
+        }
+    }
+
+    /// Opens a folder to read it, by the campaign files that it holds.
+    ///
+    /// # Errors
+    /// If it is no results folder, or its files were changed after the runs.
+    pub fn open(path: &Path) -> Result<Self> {
+        let manifest = Manifest::require(path)?;
+        manifest.refuse_half_judged(path)?;
+        let inside = |file: &String| path.join("campaign").join(file);
+        let model = manifest.model.as_ref().map(inside);
+        let whole = Campaign::load_with(&inside(&manifest.campaign), model.as_deref())?;
+        let variant = whole.variants.iter().find(|variant| manifest.id == variant.campaign.id);
+        let campaign = variant.map_or_else(|| whole.clone(), |variant| variant.campaign.clone());
+        let campaign = campaign.with_sample(manifest.runs, manifest.seed);
+        let campaign = match manifest.cases_file(path) {
+            Some(cases) => campaign.with_cases(crate::cases::read_cases(&cases)?)?,
+            None => campaign,
+        };
+        let folder = Self {
+            path: path.to_owned(),
+            campaign,
+            file: manifest.campaign.clone(),
+            model: manifest.model.clone(),
+            build: manifest.made_by.clone(),
+            extensions: manifest.extensions.clone(),
+            judgements: manifest.judgements.clone(),
+            lock: None,
+        };
+        if folder.manifest() == manifest {
+            return Ok(folder);
+        }
+        let message = format!("the campaign files in `{}` were changed after the runs", path.display());
+        Err(FarmError::refused(message, "put the files back, or run the changed campaign into a folder of its own"))
+    }
+
+    /// The folders of the campaign's variants, which lie below this one; one that does not exist is not made.
+    pub(crate) fn variants(&self) -> Result<Vec<Self>> {
+        let of_variant = |variant: &softdock_campaign::Variant| {
+            let path = self.path.join(&variant.name);
+            let found = Manifest::read(&path)?;
+            let (extensions, judgements, build) = match found {
+                Some(found) => (found.extensions, found.judgements, found.made_by),
+                None => (Vec::new(), Vec::new(), Build::own()),
+            };
+            Ok(Self { path, campaign: variant.campaign.clone(), build, extensions, judgements, ..self.unlocked() })
+        };
+        self.campaign.variants.iter().map(of_variant).collect()
+    }
+
+    /// Takes `path` for the same campaign as this folder.
+    pub(crate) fn claim_alike(&self, path: &Path, context: Context) -> Result<Self> {
+        let records = (self.extensions.clone(), self.judgements.clone());
+        let mut folder = Self::claim_recorded(path, self.campaign.clone(), records, context)?;
+        folder.file.clone_from(&self.file);
+        folder.model.clone_from(&self.model);
+        Ok(folder)
+    }
+
+    /// Refuses a folder of another campaign.
+    pub(crate) fn same_campaign(&self, other: &Self) -> Result<()> {
+        let found = other.manifest().without_records();
+        if found == self.manifest().without_records() { Ok(()) } else { Err(self.other(&other.path, &found)) }
+    }
+
+    /// Refuses a folder of variants where the runs of one are meant.
+    pub(crate) fn refuse_variants(&self) -> Result<()> {
+        match self.campaign.variants.first() {
+            None => Ok(()),
+            Some(first) => {
+                let message = format!("`{}` holds the runs of several variants", self.path.display());
+                let remedy = format!("name one of them: {}", self.path.join(&first.name).display());
+                Err(FarmError::refused(message, remedy))
+            }
+        }
+    }
+
+    /// Runs and how they are cut.
+    pub fn plan(&self) -> ShardPlan {
+        ShardPlan { runs: self.campaign.runs, shard_runs: self.campaign.execution.shard_runs }
+    }
+
+    /// Numbers of the runs of a shard, ascending.
+    pub(crate) fn run_numbers(&self, shard: u32) -> Vec<u64> {
+        self.plan().range(shard).map(|place| self.campaign.run_at(place)).collect()
+    }
+
+    /// Which shards exist.
+    /// Every byte of every shard is checked.
+    pub fn shards(&self) -> Result<ShardIndex> {
+        Ok(ShardIndex::scan(&self.path, self.plan(), &self.origin())?)
+    }
+
+    /// What the campaign's rows have in common.
+    pub(crate) fn origin(&self) -> Origin {
+        self.facts().origin()
+    }
+
+    /// The campaign as the analysis looks at it.
+    pub fn facts(&self) -> CampaignFacts<'_> {
+        let c = &self.campaign;
+        CampaignFacts {
+            id: &c.id,
+            title: &c.title,
+            text: &c.text,
+            hash: &c.hash,
+            seed: c.seed,
+            version: &self.build.version,
+            commit: &self.build.commit,
+            plan: self.plan(),
+            invalid: match c.execution.invalid {
+                Invalid::CountAsFailure => InvalidRuns::CountAsFailures,
+                Invalid::ReportOnly => InvalidRuns::ReportOnly,
+            },
+            independent_runs: c.method == Method::Random && c.cases().is_none(),
+            given_cases: c.cases().is_some(),
+            extensions: &self.extensions,
+            judgements: &self.judgements,
+            requirements: &c.requirements,
+            agreement: &c.agreement,
+        }
+    }
+
+    fn manifest(&self) -> Manifest {
+        let c = &self.campaign;
+        Manifest {
+            schema: MANIFEST_SCHEMA.to_owned(),
+            id: c.id.clone(),
+            campaign: self.file.clone(),
+            hash: c.hash.clone(),
+            seed: c.seed,
+            runs: c.runs,
+            made_by: self.build.clone(),
+            model: self.model.clone(),
+            cases: c.cases().map(|cases| cases.file_name().to_owned()),
+            cases_hash: c.cases().map(|cases| cases.hash().to_owned()),
+            extensions: self.extensions.clone(),
+            judgements: self.judgements.clone(),
+            judging: None,
+        }
+    }
+
+    /// Names every key in which the campaign of a folder differs from this one.
+    fn other(&self, path: &Path, found: &Manifest) -> FarmError {
+        let own = self.manifest();
+        let state = if own.id == found.id { "another state of this campaign" } else { "another campaign" };
+        let text = |text: &str| format!("\"{text}\"");
+        let or_none = |value: &Option<String>| value.as_deref().map_or("(none)".to_owned(), text);
+        let keys = [
+            ("id", text(&found.id), text(&own.id)),
+            ("seed", found.seed.to_string(), own.seed.to_string()),
+            ("runs", found.runs.to_string(), own.runs.to_string()),
+            ("model", or_none(&found.model), or_none(&own.model)),
+            ("cases", or_none(&found.cases), or_none(&own.cases)),
+        ];
+        let keys = keys.into_iter().filter(|(_, found, own)| found != own);
+        let mut lines: Vec<String> = keys.map(|(key, found, own)| format!("{key}: {found} -> {own}")).collect();
+        if own.cases == found.cases && own.cases_hash != found.cases_hash {
+            lines.push(format!("{}: the tables of cases differ", found.cases.as_deref().unwrap_or("cases")));
+        }
+        let there = Self { path: path.to_owned(), ..self.unlocked() };
+        let changes = there.changes_from(found);
+        let is_judgement = lines.is_empty() && !changes.is_empty() && self.changes_of_runs(&changes).is_empty();
+        lines.extend(listed(&changes));
+        if lines.is_empty() {
+            lines.push("no key and no file: another version of softdock has made the results".to_owned());
+        }
+        let message =
+            format!("`{}` holds the results of {state}; what differs:\n  {}", path.display(), lines.join("\n  "));
+        let more_runs = lines.iter().any(|line| line.starts_with(&format!("{}: runs: ", self.file)));
+        let extend = if more_runs { "; --runs N gives an unchanged campaign more runs" } else { "" };
+        if is_judgement {
+            let file = self.campaign.files()[0].display();
+            let remedy = format!(
+                "no run depends on these: `softdock judge {} {file}` judges the runs by them; or write --out DIR for a \
+                 folder of its own",
+                path.display()
+            );
+            return FarmError::refused(message, remedy);
+        }
+        let remedy = format!(
+            "put the old values back (`{}` keeps the files), write --out DIR for a folder of its own, or --fresh to \
+             start over{extend}",
+            path.join("campaign").display()
+        );
+        FarmError::refused(message, remedy)
+    }
+
+    /// Shards without `campaign.json` may still be somebody's work.
+    fn refuse_strangers(&self) -> Result<()> {
+        let readable = |(path, _): &&(PathBuf, String)| TableReader::open(path).is_ok();
+        match self.shards()?.foreign.iter().find(readable) {
+            None => Ok(()),
+            Some((path, reason)) => {
+                let message = format!("`{}` is not of this campaign: {reason}", path.display());
+                Err(FarmError::refused(
+                    message,
+                    "add `--out DIR` with a folder of its own, or move the old results away",
+                ))
+            }
+        }
+    }
+}
+
+/// What a folder holds of a campaign.
+enum Held {
+    /// No manifest.
+    Nothing,
+    /// The same campaign.
+    Same,
+    /// The same campaign with so many runs, which can be extended.
+    FewerRuns(u64),
+}
+
+/// The folder is in use by another process.
+pub(crate) fn busy(path: &Path) -> FarmError {
+    let message = format!("another softdock process works in `{}`", path.display());
+    FarmError::refused(message, "wait until it has ended, or stop it")
+}
+
+/// Removes a folder with all that is in it; one that is not there is no error.
+fn remove_folder(path: &Path) -> Result<()> {
+    if path.is_dir() { std::fs::remove_dir_all(path).map_err(io(path)) } else { Ok(()) }
+}
+
+/// Removes a file; one that is not there is no error.
+fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io(path)(error)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,84 @@
+//! Campaigns from file to verdict, as functions on typed values.
+//!
+//! [`load_campaign`] reads a campaign, [`run`] makes what is missing of it in a results folder and judges it, [`merge`]
+//! joins the folders of several workers, [`judge`] judges finished runs by other criteria, [`status`], [`report`],
+//! [`verify`], [`compare_folders`] and [`replay_run`] read a folder. Long calls take a [`Context`]: an [`Observer`] that
+//! receives progress and notes, and a [`Cancel`] token. Nothing is printed, and nothing is global.
+//!
+//! ```no_run
+//! use softdock_farm::{Cancel, Context, RunOptions, Selection, Silent, load_campaign, run};
+//! use std::path::Path;
+//!
+//! let (observer, cancel) = (Silent, Cancel::default());
+//! let context = Context { observer: &observer, cancel: &cancel };
+//! let campaign = load_campaign(Path::new("campaigns/smoke.toml"), &Selection::default(), context)?;
+//! let ended = run(campaign, Path::new("results/smoke"), &RunOptions::default(), context)?;
+//! println!("{}", ended.shown.text());
+//! # Ok::<(), softdock_farm::FarmError>(())
+//! ```
+
+mod cases;
+pub mod changes;
+pub mod check;
+mod clear;
+mod compare;
+mod compare_models;
+mod error;
+mod finish;
+mod folder;
+mod judge;
+mod lock;
+mod manifest;
+mod merge;
+mod observer;
+mod outcome;
+mod page;
+mod paths;
+mod repetitions;
+mod replay;
+mod rows;
+mod run;
+mod run_engine;
+mod select;
+mod signals;
+mod status;
+pub mod step;
+#[cfg(test)]
+mod tests;
+mod traces;
+mod variants;
+mod verify;
+
+pub use cases::{failed_results, failed_runs, read_cases};
+pub use compare::{FolderComparison, compare_folders};
+pub use compare_models::ModelComparison;
+pub use error::{FarmError, Result};
+pub use folder::ResultsFolder;
+pub use judge::judge;
+pub use manifest::{Build, MANIFEST_SCHEMA};
+pub use merge::merge;
+pub use observer::{Cancel, Context, Note, Observer, Silent, Work, device_failure};
+pub use outcome::{Ended, Incomplete, Shown};
+pub use replay::{ReplayedRun, replay_run};
+pub use run::{Part, RunOptions, run};
+pub use select::{Selection, load_campaign};
+pub use status::{Status, report, status};
+pub use verify::{Verification, verify};
+
+use std::path::{Path, PathBuf};
+
+/// Results folder of a campaign if none is named: `results/ID`.
+pub fn default_results(id: &str) -> PathBuf {
+    Path::new("results").join(id)
+}
+
+/// The backend that a campaign asks for.
+pub fn choice_of(campaign: &softdock_campaign::Campaign) -> softdock_engine::Choice {
+    use softdock_campaign::campaign::Backend;
+    use softdock_engine::Choice;
+    match campaign.execution.backend {
+        Backend::Auto => Choice::Auto,
+        Backend::Gpu => Choice::Gpu,
+        Backend::Cpu => Choice::Cpu,
+    }
+}

@@ -1,0 +1,55 @@
+//! Paths of campaigns' files: without `.` and `..`, and as names below a folder.
+
+use softdock_campaign::Campaign;
+use std::path::{Component, Path, PathBuf};
+
+/// A path from the root, without `.` and `..`.
+pub(crate) fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in std::path::absolute(path).unwrap_or(path.to_owned()).components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => drop(out.pop()),
+            part => out.push(part),
+        }
+    }
+    out
+}
+
+/// The files of a campaign, its own first: name below `campaign/`, and path.
+pub(crate) fn named_files(campaign: &Campaign) -> Vec<(String, PathBuf)> {
+    let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
+    let root = common_root(&files);
+    files.into_iter().map(|file| (slashed(file.strip_prefix(&root).unwrap_or(&file)), file)).collect()
+}
+
+/// All files below a folder, by their names in it; what cannot be read is omitted. Links are not followed.
+pub(crate) fn files_below(folder: &Path) -> Vec<(String, PathBuf)> {
+    let (mut open, mut files) = (vec![(String::new(), folder.to_owned())], Vec::new());
+    while let Some((prefix, folder)) = open.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() => open.push((format!("{name}/"), entry.path())),
+                _ => files.push((name, entry.path())),
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// The deepest folder that holds all files.
+fn common_root(files: &[PathBuf]) -> PathBuf {
+    let mut folders = files.iter().filter_map(|file| file.parent());
+    let first = folders.next().unwrap_or(Path::new("")).to_owned();
+    folders.fold(first, |root, folder| {
+        let shared = root.components().zip(folder.components()).take_while(|(one, two)| one == two);
+        shared.map(|(one, _)| one).collect()
+    })
+}
+
+/// A relative path as it is written on every system.
+fn slashed(path: &Path) -> String {
+    path.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}

@@ -1,0 +1,81 @@
+//! One run made again in f64, from exactly the inputs that stand in its row.
+
+use crate::error::{FarmError, Result};
+use crate::folder::ResultsFolder;
+use crate::run_engine::RunEngine;
+use crate::traces::{input_of, record};
+use softdock_analysis::number::with_unit;
+use softdock_kernels::metrics::flags;
+use softdock_results::runs::{RunRow, RunsSchema};
+use softdock_results::traces::write_trace_to;
+use softdock_results::{Column, Table, Values, content_hash};
+use std::path::{Path, PathBuf};
+
+/// A run that was made again.
+#[derive(Clone, Debug)]
+pub struct ReplayedRun {
+    /// Number of the run.
+    pub run: u64,
+    /// Columns whose bits differ, each with both values.
+    pub differences: Vec<String>,
+    /// Whether the row was made in f64, so that nothing may differ.
+    pub is_f64: bool,
+    /// Where the time history lies.
+    pub history: PathBuf,
+}
+
+impl ReplayedRun {
+    /// Whether the row differs where it must not.
+    pub fn is_wrong(&self) -> bool {
+        self.is_f64 && !self.differences.is_empty()
+    }
+}
+
+/// Repeats a run of a results folder in f64 and writes its time history to `out`, or below `replays/`.
+///
+/// # Errors
+/// If the folder cannot be read, or does not hold the run.
+pub fn replay_run(results: &Path, run: u64, out: Option<&Path>) -> Result<ReplayedRun> {
+    let folder = ResultsFolder::open(results)?;
+    folder.refuse_variants()?;
+    let index = folder.shards()?;
+    let row = index.read_run(run)?.ok_or_else(|| {
+        let message = format!("`{}` holds no run {}", folder.path.display(), run);
+        let remedy = match folder.campaign.cases() {
+            Some(_) => "its table of cases names the runs".to_owned(),
+            None => format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1),
+        };
+        FarmError::refused(message, remedy)
+    })?;
+    let shard = (folder.campaign.place_of(run).unwrap_or(run) / folder.campaign.execution.shard_runs) as u32;
+    let by_cpu = index.complete.get(&shard).is_some_and(|file| file.backend == "cpu");
+    let reference = RunEngine::reference(&folder.campaign);
+    let (finished, trace) =
+        record(&reference.builder, folder.campaign.traces.every_ticks, input_of(&row), "replay".to_owned());
+    let mut again = reference.builder.row(&finished);
+    again.flags |= row.flags & flags::RETRIED;
+    let history = out.map_or_else(|| folder.path.join("replays").join(format!("run={run:09}.parquet")), Path::to_owned);
+    write_trace_to(&history, &trace, &reference.provenance())?;
+    let differences = differences(&reference.builder.schema, &row, &again);
+    Ok(ReplayedRun { run, differences, is_f64: by_cpu || row.flags & flags::RETRIED != 0, history })
+}
+
+/// The columns whose bits differ, each with both values.
+fn differences(schema: &RunsSchema, row: &RunRow, again: &RunRow) -> Vec<String> {
+    let [one, two] = [row, again].map(|row| schema.table(std::slice::from_ref(row)));
+    let bits = |column: &Column| content_hash(&Table { columns: vec![column.clone()] });
+    let pairs = one.columns.iter().zip(&two.columns).filter(|(one, two)| bits(one) != bits(two));
+    pairs.map(|(one, two)| format!("{}: {} in the row, {} now", one.name, shown(one), shown(two))).collect()
+}
+
+/// The only value of a column.
+fn shown(column: &Column) -> String {
+    match &column.values {
+        Values::F64(values) => values[0].map_or("none".to_owned(), |value| with_unit(value, &column.unit)),
+        Values::Bool(values) => format!("{:?}", values[0]),
+        Values::U32(values) => values[0].to_string(),
+        Values::U64(values) => values[0].to_string(),
+        Values::I64(values) => values[0].to_string(),
+        Values::Words { .. } => column.values.word(0).unwrap_or_default().to_owned(),
+    }
+}

@@ -1,0 +1,66 @@
+//! A campaign as a caller wants it: another model, number of runs, seed, one variant, or given cases.
+
+use crate::cases;
+use crate::error::{FarmError, Result};
+use crate::observer::Context;
+use softdock_campaign::Campaign;
+use std::path::{Path, PathBuf};
+
+/// What a caller wants to be other than in the campaign's file.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Scenario in the place of the campaign's own.
+    pub model: Option<PathBuf>,
+    /// Number of runs.
+    pub runs: Option<u64>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// Name of one variant.
+    pub variant: Option<String>,
+    /// Table of given cases in the place of draws.
+    pub cases: Option<PathBuf>,
+}
+
+/// Loads a campaign file with a selection.
+///
+/// # Errors
+/// If a file is wrong, or the selection does not fit the campaign.
+pub fn load_campaign(file: &Path, selection: &Selection, context: Context) -> Result<Campaign> {
+    let campaign = Campaign::load_with(file, selection.model.as_deref())?;
+    let (runs, seed) = (selection.runs.unwrap_or(campaign.runs), selection.seed.unwrap_or(campaign.seed));
+    let campaign = match &selection.variant {
+        Some(name) => of_variant(campaign, name)?,
+        None => campaign,
+    };
+    let campaign = campaign.with_sample(runs, seed);
+    let most = campaign.method.most_runs();
+    if campaign.runs > most {
+        let message = format!("{} runs, but a Sobol' sequence has {most} points", campaign.runs);
+        return Err(FarmError::refused(message, format!("write --runs {most} or less, or another sampling.method")));
+    }
+    if let Some(draws) = campaign.outer_draws.filter(|draws| campaign.runs < u64::from(*draws)) {
+        let message = format!("{} runs cannot hold {draws} outer draws", campaign.runs);
+        return Err(FarmError::refused(message, format!("write --runs {draws} or more")));
+    }
+    let Some(table) = &selection.cases else { return Ok(campaign) };
+    if let Some(variant) = campaign.variants.first() {
+        let message = format!("`{}` has variants, and given cases are run on one facility", file.display());
+        return Err(FarmError::refused(message, format!("choose one: --variant {}", variant.name)));
+    }
+    let table = cases::read_cases(table)?;
+    context.note(cases::note(&table));
+    Ok(campaign.with_cases(table)?)
+}
+
+/// The campaign on one of its facilities.
+fn of_variant(campaign: Campaign, name: &str) -> Result<Campaign> {
+    let names: Vec<&str> = campaign.variants.iter().map(|variant| variant.name.as_str()).collect();
+    match campaign.variants.iter().find(|variant| variant.name == name) {
+        Some(variant) => Ok(variant.campaign.clone()),
+        None if names.is_empty() => Err(FarmError::refused("the campaign has no variants", "leave --variant out")),
+        None => Err(FarmError::refused(
+            format!("there is no variant `{name}`"),
+            format!("write one of: {}", names.join(", ")),
+        )),
+    }
+}

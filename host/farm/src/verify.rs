@@ -1,0 +1,98 @@
+//! A results folder compared with what it states of itself.
+
+use crate::clear::is_known;
+use crate::error::Result;
+use crate::finish::Stated;
+use crate::folder::ResultsFolder;
+use crate::manifest::Build;
+use crate::paths::files_below;
+use softdock_analysis::{Summary, summary_text};
+use std::path::Path;
+
+/// What a comparison of a folder with what it states has found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Verification {
+    /// Id of the campaign.
+    pub campaign: String,
+    /// Files that are not what they state to be, with the reason.
+    pub differs: Vec<String>,
+    /// Files that do not exist yet.
+    pub missing: Vec<String>,
+    /// Files that softdock does not write there, which nothing reads; and other notes.
+    pub notes: Vec<String>,
+    /// Hash over everything, if the folder has a summary.
+    pub results_hash: Option<String>,
+}
+
+impl Verification {
+    /// 0 everything is as it was written, 1 something differs, 3 something is missing.
+    pub fn exit_code(&self) -> u8 {
+        match (self.differs.is_empty(), self.missing.is_empty()) {
+            (false, _) => 1,
+            (true, false) => 3,
+            (true, true) => 0,
+        }
+    }
+}
+
+/// Compares every file of a results folder, or of every variant below it, with what it states, and summary and page with
+/// what the runs give.
+///
+/// # Errors
+/// If the folder is no results folder, or cannot be read.
+pub fn verify(results: &Path) -> Result<Vec<Verification>> {
+    let whole = ResultsFolder::open(results)?;
+    let folders = if whole.campaign.variants.is_empty() { vec![whole] } else { whole.variants()? };
+    folders.iter().map(verify_folder).collect()
+}
+
+fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {
+    let mut found = Verification { campaign: folder.campaign.id.clone(), ..Verification::default() };
+    let stated = Stated::of(folder)?;
+    let (index, summary) = (&stated.content.shards, &stated.summary);
+    for ignored in &summary.completeness.ignored {
+        found.differs.push(format!("{}: {}", ignored.file, ignored.reason));
+    }
+    if !index.is_complete() {
+        found.missing.push(format!("{} of {} shards", index.missing().len(), index.plan.shards()));
+    }
+    // Another build may write the same runs down in other words.
+    let is_own = folder.build == Build::own();
+    if !is_own {
+        let by = &folder.build;
+        found.notes.push(format!("{by} has made the runs: summary and page are not compared, their hash is"));
+    }
+    if let Some(text) = read(folder, "summary.json", &mut found) {
+        let kept: Option<Summary> = serde_json::from_str(&text).ok();
+        let kept_hash = kept.as_ref().and_then(|kept| kept.results_hash.clone());
+        if kept.is_none() {
+            found.differs.push("summary.json: it is no summary".to_owned());
+        } else if kept_hash != summary.results_hash {
+            found.differs.push("results_hash: a file below the folder is not the one that was judged".to_owned());
+        } else if is_own && text != summary_text(summary) {
+            found.differs.push("summary.json: the runs give another one".to_owned());
+        }
+        found.results_hash = summary.results_hash.clone();
+    }
+    if let Some(text) = read(folder, "report.html", &mut found)
+        && is_own
+        && text != stated.page(folder)?
+    {
+        found.differs.push("report.html: the runs give another one".to_owned());
+    }
+    let known = is_known(folder);
+    let ignored = &summary.completeness.ignored;
+    let files = files_below(&folder.path).into_iter().map(|(name, _)| name);
+    found.notes.extend(files.filter(|name| !known(name) && !ignored.iter().any(|file| file.file == *name)));
+    Ok(found)
+}
+
+/// A file of the folder; one that cannot be read is missing or differs.
+fn read(folder: &ResultsFolder, name: &str, found: &mut Verification) -> Option<String> {
+    match std::fs::read_to_string(folder.path.join(name)) {
+        Ok(text) => return Some(text),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => found.missing.push(name.to_owned()),
+        Err(error) => found.differs.push(format!("{name}: {error}")),
+    }
+    None
+}
