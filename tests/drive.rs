@@ -274,3 +274,21 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
     }
     panic!("no dry run ended by itself:\n{}", stalled.join("\n"));
 }
+
+#[test]
+fn every_protocol_is_in_the_help_and_refuses_options_that_it_does_not_have() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("never");
+    let [drive, emulate] = ["drive --help", "emulate --help"].map(|words| expect(0, words));
+    for row in softdock_realtime::links::PROTOCOLS {
+        row.usage_lines().iter().for_each(|line| assert!(drive.contains(line.as_str()), "{line}\n{drive}"));
+        row.emulated_usage_lines()
+            .iter()
+            .for_each(|line| assert!(emulate.contains(line.as_str()), "{line}\n{emulate}"));
+        let device = if row.robot.is_some() { "--robot1" } else { "--ft" };
+        let words = format!("{DRIVE} {device} {}://127.0.0.1?spin=3 --no-band --out {}", row.scheme, out.display());
+        let said = outcome(2, command(&words).env("TMPDIR", folder.path()));
+        assert!(said.contains("has no option `spin`"), "{}\n{said}", row.scheme);
+        assert!(!out.exists(), "{}: nothing is left", row.scheme);
+    }
+}

@@ -32,10 +32,14 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 fn arrows_between_crates_point_one_way() {
     let house = dependencies();
     let own = |name: &str| house[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect();
-    let allowed: [(&str, &[&str]); 12] = [
+    let allowed: [(&str, &[&str]); 13] = [
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
         ("softdock-realtime", &["softdock-kernels", "softdock-campaign"]),
+        (
+            "softdock-session",
+            &["softdock-kernels", "softdock-campaign", "softdock-results", "softdock-analysis", "softdock-realtime"],
+        ),
         ("softdock-campaign", &["softdock-kernels"]),
         ("softdock-results", &["softdock-kernels"]),
         ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
@@ -81,9 +85,13 @@ fn arrows_between_crates_point_one_way() {
 
 #[test]
 fn heavy_libraries_have_one_owner() {
-    for (library, owner) in
-        [("wgpu", "softdock-engine"), ("arrow", "softdock-results"), ("parquet", "softdock-results")]
-    {
+    for (library, owner) in [
+        ("wgpu", "softdock-engine"),
+        ("arrow", "softdock-results"),
+        ("parquet", "softdock-results"),
+        ("axum", "softdock-session"),
+        ("tokio", "softdock-session"),
+    ] {
         for (name, used) in dependencies() {
             let names = used.iter().any(|used| used.split('-').next() == Some(library));
             assert_eq!(names, name == owner, "{library} in {name}");
@@ -93,7 +101,12 @@ fn heavy_libraries_have_one_owner() {
 
 /// All Rust files of the house.
 fn sources() -> Vec<PathBuf> {
-    let mut open: Vec<PathBuf> = ["kernels", "host", "tests"].map(|folder| root().join(folder)).into();
+    ["kernels", "host", "tests"].iter().flat_map(|folder| sources_in(&root().join(folder))).collect()
+}
+
+/// All Rust files below a folder.
+fn sources_in(folder: &Path) -> Vec<PathBuf> {
+    let mut open = vec![folder.to_owned()];
     let mut files = Vec::new();
     while let Some(folder) = open.pop() {
         for entry in fs::read_dir(folder).expect("a folder") {
@@ -106,6 +119,42 @@ fn sources() -> Vec<PathBuf> {
         }
     }
     files
+}
+
+/// The modules of a crate that each of its modules names by `crate::`, tests left out; a folder counts as one module.
+fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for file in sources_in(source) {
+        let path = file.strip_prefix(source).expect("a file below the folder").with_extension("");
+        let parts: Vec<String> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        if parts[0] == "lib" || parts.iter().any(|part| part.contains("tests") || part == "fuzz") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a text");
+        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        let named =
+            text.split("crate::").skip(1).map(|rest| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next());
+        imports.entry(parts[0].clone()).or_default().extend(named.flatten().map(str::to_owned));
+    }
+    let modules: BTreeSet<String> = imports.keys().cloned().collect();
+    for (module, named) in &mut imports {
+        named.retain(|name| modules.contains(name) && name != module);
+    }
+    imports
+}
+
+#[test]
+fn modules_of_realtime_and_session_import_one_way() {
+    for source in ["host/realtime/src", "host/session/src"] {
+        let mut imports = imports(&root().join(source));
+        assert!(imports.len() > 10, "{source}: {:?}", imports.keys());
+        // Modules that import none of those that are left are taken away; a circle stays.
+        while let Some(module) = imports.iter().find(|(_, named)| named.is_empty()).map(|(module, _)| module.clone()) {
+            imports.remove(&module);
+            imports.values_mut().for_each(|named| _ = named.remove(&module));
+        }
+        assert!(imports.is_empty(), "{source} imports in circles: {imports:?}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod diagnose;
 mod drive;
+mod repeat;
 
 pub(crate) use diagnose::DiagnoseArgs;
 pub(crate) use drive::{DriveArgs, EmulateArgs};

@@ -1,8 +1,6 @@
 //! The `softdock` command: from a campaign file to a verdict.
 
-mod address;
 mod args;
-mod band;
 mod bench;
 mod bench_diagnosis;
 mod check;
@@ -12,25 +10,20 @@ mod diagnose;
 mod drive;
 mod emulate;
 mod farm;
-mod found;
 mod identify;
 mod judge;
 mod kernel;
-mod links;
 mod map;
 mod merge;
 mod plan;
 mod progress;
-mod realtime;
-mod rehearse;
 mod replay;
 mod replay_log;
 mod report;
+mod reports;
 mod run;
 mod scene;
 mod schema;
-mod secret;
-mod serve;
 mod status;
 mod submit;
 mod verify;

@@ -31,7 +31,7 @@ pub use content::Content;
 pub use error::{Error, Result};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
-pub use plots::map::{MapCurve, map_page};
+pub use plots::map::{MapCurve, map_page, map_text};
 pub use plots::scene::scene_svg;
 pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, summary_text, write_report, write_summary};
 pub use summarise::{summarise, summarise_folder};

@@ -7,6 +7,7 @@
 
 mod baseline;
 pub mod calibration;
+pub mod cases;
 mod error;
 mod exhibit;
 mod measure;

@@ -3,7 +3,8 @@
 use super::BackendArg;
 use clap::Args;
 use softdock_diagnosis::hold_out::Every;
-use std::path::PathBuf;
+use softdock_diagnosis::result_files::{file_name, file_names};
+use std::path::{Path, PathBuf};
 
 /// Arguments of `diagnose`.
 #[derive(Args, Debug)]
@@ -66,4 +67,18 @@ pub(crate) struct DiagnoseArgs {
     /// Print the kinds of plants with the names of their signals, and judge nothing.
     #[arg(long, exclusive = true)]
     pub(crate) signals: bool,
+}
+
+impl DiagnoseArgs {
+    /// The command that repeats the work, with file names alone: no path of the machine stands in a result.
+    pub(crate) fn command(&self, model: &Path) -> String {
+        let mut text = format!("softdock diagnose {}{}", file_name(model), file_names(&self.logs));
+        if !self.holdout.is_empty() {
+            text += &format!(" --holdout{}", file_names(&self.holdout));
+        }
+        text += &self.hold_out_from.map_or_else(String::new, |from| format!(" --hold-out-from {from}"));
+        text += &self.hold_out_experiments.map_or_else(String::new, |every| format!(" --hold-out-experiments {every}"));
+        text += if self.half_step { " --half-step" } else { "" };
+        text + &self.without.iter().map(|id| format!(" --without {id}")).collect::<String>()
+    }
 }

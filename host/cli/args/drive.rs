@@ -2,20 +2,29 @@
 
 use super::positive;
 use clap::Args;
+use softdock_realtime::links::PROTOCOLS;
+use softdock_session::emulated::EmulationOptions;
+use softdock_session::plan::{RunChoice, SessionMode, SessionOptions};
+use softdock_session::rights::CycleRights;
 use std::path::PathBuf;
 
-/// Arguments of `drive`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Addresses:
-  rsi://BIND:PORT[?from=IP&cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   KUKA RSI, listens there
-  rsi://BIND:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of the controller's own rsi_ethernet.xml
-  egm://BIND:PORT[?from=IP&cycle_ms=4]    ABB EGM, listens there
-  fanuc://HOST[:PORT][?cycle_ms=8&rmi=16001]   FANUC Stream Motion; --arm starts its program over RMI
-  ethercat://INTERFACE[?cycle_ms=1]       CiA 402 drives; [robotN.ethercat] of the facility file says what they count
-  netft://HOST[:PORT][?http=80&rate_hz=1000]   ATI Net F/T
-  emulated://[?cycle_ms=1]                in process
+/// What follows the options in the help of `drive`; the addresses are those of the protocols' table.
+fn drive_help() -> String {
+    let addresses = listed(PROTOCOLS.iter().flat_map(|row| row.usage_lines()));
+    format!("Addresses:\n{addresses}\n{DRIVE_HELP}")
+}
 
+/// The same of `emulate`.
+fn emulate_help() -> String {
+    let addresses = listed(PROTOCOLS.iter().flat_map(|row| row.emulated_usage_lines()));
+    format!("Addresses:\n{addresses}\n{EMULATE_HELP}")
+}
+
+fn listed(lines: impl Iterator<Item = String>) -> String {
+    lines.map(|line| format!("  {line}\n")).collect()
+}
+
+const DRIVE_HELP: &str = "\
 Without --arm nothing real moves: the real links are exercised, and emulated robots move in their place. With it the
 robots wait for GO (the key g) once every check has passed. A stop key,
 Ctrl-C or SIGTERM ends in a controlled stop, a second one in the protocol's own end at once. This is no emergency stop.
@@ -31,7 +40,11 @@ Examples:
   softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
     --ft netft://192.168.1.1 --to-start --check
   softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://0.0.0.0:59152 --robot2 rsi://0.0.0.0:59153 \
-    --ft netft://192.168.1.1 --to-start --arm --retract 50")]
+    --ft netft://192.168.1.1 --to-start --arm --retract 50";
+
+/// Arguments of `drive`.
+#[derive(Args, Debug)]
+#[command(after_help = drive_help())]
 pub(crate) struct DriveArgs {
     /// Campaign file.
     pub(crate) campaign: PathBuf,
@@ -78,7 +91,7 @@ pub(crate) struct DriveArgs {
     #[arg(long, requires = "arm")]
     pub(crate) go_after_check: bool,
     /// Show the session in a browser on this machine, with GO and stop: address of loopback, 127.0.0.1:8765 if not given.
-    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = crate::serve::DEFAULT_ADDRESS)]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = softdock_session::page::DEFAULT_ADDRESS)]
     pub(crate) serve: Option<String>,
     /// Move the robots to the start of the run first, at a tenth of their limits.
     #[arg(long)]
@@ -115,16 +128,7 @@ fn way_back(text: &str) -> Result<f64, String> {
     if (1.0..=500.0).contains(&way) { Ok(way) } else { Err("write 1 to 500 millimetres".to_owned()) }
 }
 
-/// Arguments of `emulate`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Addresses:
-  rsi://HOST:PORT[?cycle_ms=4&type=ImFree|KROSHU&mode=absolute|relative]   sends there, as a KUKA controller does
-  rsi://HOST:PORT?tags=FILE[&torque=NAME&...]   the same, with the tag map of an rsi_ethernet.xml
-  egm://HOST:PORT[?cycle_ms=4]     sends there, as an ABB controller does
-  fanuc://[BIND[:PORT]][?rmi=16001]            listens there, without BIND on this machine alone
-  netft://[BIND[:PORT]][?http=80&rate_hz=1000]   listens there, without BIND on this machine alone
-
+const EMULATE_HELP: &str = "\
 It survives its clients: once a drive has ended or gone, the robots hold, the parts are released, and after one second
 new sessions are offered.
 
@@ -134,7 +138,11 @@ Example, in two terminals:
   softdock emulate campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
     --ft 'netft://127.0.0.1?http=8080'
   softdock drive campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 \
-    --ft 'netft://127.0.0.1?http=8080' --to-start --arm")]
+    --ft 'netft://127.0.0.1?http=8080' --to-start --arm";
+
+/// Arguments of `emulate`.
+#[derive(Args, Debug)]
+#[command(after_help = emulate_help())]
 pub(crate) struct EmulateArgs {
     /// Scenario file; or a campaign file, with the draw of --run.
     pub(crate) scenario: PathBuf,
@@ -174,4 +182,53 @@ pub(crate) struct EmulateArgs {
     /// Ends by itself after so many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) seconds: Option<f64>,
+}
+
+impl DriveArgs {
+    /// What is asked of the session.
+    pub(crate) fn options(&self) -> SessionOptions {
+        let number = RunChoice::Number(self.run.unwrap_or_default());
+        let mode = match (self.check, self.arm) {
+            (true, _) => SessionMode::CheckOnly,
+            (false, true) => SessionMode::Armed,
+            (false, false) => SessionMode::DryRun,
+        };
+        SessionOptions {
+            campaign: self.campaign.clone(),
+            model: self.model.clone(),
+            facility: self.facility.clone(),
+            run: self.experiment.clone().map_or(number, RunChoice::Experiment),
+            repeat: self.repeat,
+            effects: self.effects.clone(),
+            robots: [self.robot1.clone(), self.robot2.clone()],
+            sensor: self.ft.clone(),
+            mode,
+            retract: self.retract.map_or(0.0, |millimetres| millimetres * 1e-3),
+            go_after_check: self.go_after_check,
+            to_start: self.to_start,
+            virtual_time: self.virtual_time,
+            rights: CycleRights { priority: self.priority, core: self.core },
+            out: self.out.clone(),
+        }
+    }
+}
+
+impl EmulateArgs {
+    /// What is asked of the facility.
+    pub(crate) fn options(&self) -> EmulationOptions {
+        EmulationOptions {
+            scenario: self.scenario.clone(),
+            run: self.experiment.clone().map(RunChoice::Experiment).or(self.run.map(RunChoice::Number)),
+            facility: self.facility.clone(),
+            robots: [self.robot1.clone(), self.robot2.clone()],
+            sensor: self.ft.clone(),
+            effects: self.effects.clone(),
+            once: self.once,
+        }
+    }
+
+    /// Rights of the facility's thread.
+    pub(crate) fn rights(&self) -> CycleRights {
+        CycleRights { priority: self.priority, core: self.core }
+    }
 }

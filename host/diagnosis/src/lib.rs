@@ -20,8 +20,11 @@ mod next_drive;
 pub mod outside;
 mod packets;
 pub mod recording;
+pub mod result_files;
+pub mod signals_text;
 mod soundness;
 mod steps;
+pub mod subject;
 mod suspects;
 pub mod template;
 mod timing;
@@ -31,4 +34,3 @@ pub mod words;
 
 pub use error::{Error, Result};
 pub use judge::{Candidate, Judgement, NoiseFrom, judge, threshold};
-pub use next_drive::next_drive;

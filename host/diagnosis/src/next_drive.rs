@@ -15,7 +15,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// A log that cannot be read.
-pub fn next_drive(
+pub(crate) fn next_drive(
     model: &FacilityModel,
     diagnosis: &Diagnosis,
     judged: &[Judged],

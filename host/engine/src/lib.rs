@@ -69,6 +69,9 @@ pub enum EngineError {
     /// The kernel did not build.
     #[error("the kernel does not compile for this device: {0}")]
     Kernel(String),
+    /// The system refuses threads.
+    #[error("no threads: {0}")]
+    Threads(String),
     /// Stopped by the user.
     #[error("stopped after {} runs of the batch", finished.len())]
     Stopped {

@@ -5,6 +5,7 @@
 
 use crate::cpu::replay;
 use crate::{Job, RunInput};
+use rayon::prelude::*;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::model::*;
@@ -29,6 +30,44 @@ pub enum Limit {
     Linear,
     /// A bounce without adhesion gives back no more energy than came in.
     Energy,
+}
+
+/// Dampings b/(k h) of the map; the least are met only with a compensator.
+const RATIOS: [f64; 16] = [0.02, 0.1, 0.3, 0.6, 0.9, 1.05, 1.1, 1.2, 1.35, 1.55, 1.72, 2.0, 2.2, 2.6, 3.0, 3.8];
+
+/// The limits of one compensator: points of b/(k h) and k h^2/m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LimitCurve {
+    /// Compensator.
+    pub name: &'static str,
+    /// Linear limit, found through the loop.
+    pub linear: Vec<(f64, f64)>,
+    /// Energy limit, found through the loop.
+    pub energy: Vec<(f64, f64)>,
+    /// Linear limit in closed form.
+    pub closed: Vec<(f64, f64)>,
+}
+
+/// The limits of all compensators, for a reduced mass \[kg\] and a delay \[s\], at every so many dampings.
+pub fn stability_map(mass: f64, delay: f64, every: usize) -> Vec<LimitCurve> {
+    let curve = |(name, kind): &(&'static str, CompensatorKind)| limit_curve(name, *kind, mass, delay, every);
+    CompensatorKind::NAMES.par_iter().map(curve).collect()
+}
+
+fn limit_curve(name: &'static str, kind: CompensatorKind, mass: f64, delay: f64, every: usize) -> LimitCurve {
+    let found = |limit| -> Vec<(f64, f64)> {
+        let at = |ratio: &f64| Some((*ratio, stiffest(limit, kind, mass, delay, *ratio)?));
+        RATIOS.iter().step_by(every).collect::<Vec<_>>().into_par_iter().filter_map(at).collect()
+    };
+    // Energy observers are not linear: a contact that never opens has no roots there.
+    let is_nonlinear = matches!(kind, CompensatorKind::Passivity | CompensatorKind::LeadPassivity);
+    let closed = (1..400).map(|i| 0.01 * f64::from(i)).filter_map(|ratio| Some((ratio, closed_form(kind, ratio)?)));
+    LimitCurve {
+        name,
+        linear: if is_nonlinear { Vec::new() } else { found(Limit::Linear) },
+        energy: found(Limit::Energy),
+        closed: closed.filter(|point| point.1 <= 4.0).collect(),
+    }
 }
 
 /// A contact in a delayed loop.

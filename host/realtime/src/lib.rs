@@ -12,6 +12,7 @@ pub mod emulation;
 pub mod histogram;
 pub mod latency;
 pub mod limiter;
+pub mod links;
 pub mod log;
 pub mod process;
 pub mod protocol;

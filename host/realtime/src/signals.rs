@@ -213,3 +213,28 @@ pub trait ForceSensor {
     /// What the link has seen.
     fn counters(&self) -> LinkCounters;
 }
+
+/// Both robots and the sensor.
+pub struct Links {
+    /// Robots 1 and 2.
+    pub robots: [Box<dyn Robot>; 2],
+    /// The sensor.
+    pub sensor: Box<dyn ForceSensor>,
+}
+
+/// How a robot stands to what it has been sent; all of it counts from its first answer with a motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WireState {
+    /// Answers that the robot has not taken.
+    pub untaken: u64,
+    /// The same in a row.
+    pub untaken_in_row: u32,
+    /// Cycles in a row in which the robot has reported a set-point that nobody here has sent.
+    pub off_course: u32,
+    /// Reports that came too early: the robot's cycle has become shorter than it was.
+    pub early: u32,
+    /// Cycles in a row in which it is away from its commands and led back within its limits.
+    pub led_back: u32,
+    /// 1 while what it is sent moves.
+    pub moving: u32,
+}

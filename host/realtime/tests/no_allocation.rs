@@ -1,6 +1,7 @@
 //! What the cycle hands to log, evidence and view takes no memory from the heap.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use softdock_realtime::drive::feed::feed;
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::evidence::Evidence;
 use softdock_realtime::log::mcap::Setup;
@@ -8,7 +9,6 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::table::Logged;
 use softdock_realtime::log::writer::{Handed, LogWriter};
 use softdock_realtime::time::Nanos;
-use softdock_realtime::view;
 
 /// Ends the test at an allocation where none may be.
 #[global_allocator]
@@ -19,7 +19,7 @@ fn handing_on_a_record_allocates_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut log = LogWriter::create(&folder.path().join("drive.mcap"), &Setup::default()).expect("a log");
     let mut evidence = Evidence::new(Nanos::from_millis(2_000), Nanos::from_millis(1));
-    let (mut feed, samples) = view::feed();
+    let (mut feed, samples) = feed();
     let mut over = 0;
     for cycle in 0..20_000 {
         assert_no_alloc(|| {

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File, Permissions};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use crate::{Error, Result};
@@ -19,6 +19,35 @@ const UNIQUE: usize = 6;
 /// [`remove_abandoned`] clears away.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     atomically(path, |file| file.write_all(bytes).map_err(Error::io(path)))
+}
+
+/// A text file of a results folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResultFile {
+    /// Name in the folder.
+    pub name: String,
+    /// Text.
+    pub text: String,
+}
+
+impl ResultFile {
+    /// A file of this name and text.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+}
+
+/// Writes files into a folder, each by [`write_file`]; makes the folder if needed. Gives their paths, in the same order.
+///
+/// # Errors
+/// If the folder or a file cannot be written.
+pub fn write_files(folder: &Path, files: &[ResultFile]) -> Result<Vec<PathBuf>> {
+    fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    let write = |file: &ResultFile| {
+        let path = folder.join(&file.name);
+        write_file(&path, file.text.as_bytes()).map(|()| path)
+    };
+    files.iter().map(write).collect()
 }
 
 /// Removes what killed writers left below a results folder more than an hour ago; returns how many files.

@@ -19,7 +19,7 @@ mod table;
 pub mod traces;
 mod write;
 
-pub use atomic::{is_temporary, remove_abandoned, write_file};
+pub use atomic::{ResultFile, is_temporary, remove_abandoned, write_file, write_files};
 pub use error::{Error, Result};
 pub use read::TableReader;
 pub use seal::{FILE_HASH, hash_files};

@@ -36,6 +36,25 @@ pub fn map_page(heading: &str, curves: &[MapCurve]) -> Result<String> {
     ))
 }
 
+/// The limits as a table; `unit` is the stiffness \[N/m\] at k h^2/m = 1.
+pub fn map_text(curves: &[MapCurve], unit: f64) -> String {
+    let mut out = String::from("compensator          b/(k h)  limit   k h^2/m     closed   k [N/m]\n");
+    for curve in curves {
+        for (limit, points) in [("linear", &curve.linear), ("energy", &curve.energy)] {
+            for (ratio, kappa) in points {
+                let near = curve.closed.iter().find(|c| limit == "linear" && (c.0 - ratio).abs() < 5e-3);
+                let closed = near.map_or("-".to_owned(), |c| format!("{:.4}", c.1));
+                out.push_str(&format!(
+                    "{:<20} {ratio:>7.2}  {limit} {kappa:>9.4} {closed:>10} {:>10.3e}\n",
+                    curve.name,
+                    kappa * unit
+                ));
+            }
+        }
+    }
+    out
+}
+
 fn figure(curve: &MapCurve) -> Result<String> {
     let x = Axis::linear("damping b/(k h)", 0.0, 4.0);
     let y = Axis { scale: Scale::Log, ..Axis::linear("stiffness k h\u{b2}/m", 4e-3, 4.0) };

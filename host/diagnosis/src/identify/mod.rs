@@ -5,6 +5,7 @@ pub mod choose;
 pub mod consistent;
 pub mod elasticity;
 pub mod excitation;
+pub mod files;
 pub mod filter;
 pub mod layout;
 pub mod log;

@@ -1,10 +1,12 @@
 //! Measures the engines in one run: steps and ticks per second, and the share of the machine's own peak.
 
 mod peak;
+mod report;
 mod scene;
 
 use crate::{Engine, EngineError, Job, RunInput};
 pub use peak::{cpu_peak, device_peak};
+pub use report::{BackendSpeed, RateGrowth, RateOfRuns, SpeedReport, Windows, measure_machine};
 pub use scene::{ideal_step_flops, scene, supervised, with_joints};
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Loops;

@@ -11,13 +11,13 @@ use super::guard::{Alarm, Found, Guard, Seen, ToolError};
 use super::motion::{JointMove, RunIn};
 use super::start::{StartUp, Weighing, apart, moved};
 use super::torque::TorqueWatch;
-use super::wire::WireState;
 use crate::arms::Arms;
 use crate::limiter::{Cut, Limiter};
 use crate::log::codes::{StopCause, cycle_flags};
 use crate::log::record::CycleRecord;
 use crate::log::table::Logged;
 use crate::sensing::Sensing;
+use crate::signals::WireState;
 use crate::signals::{AXES, Capabilities, ForceSample, LinkCounters, Order, RobotState};
 use crate::time::Nanos;
 use retracting::Retreat;
@@ -534,7 +534,18 @@ impl Core {
             (_, None) => State::Ending { cycles: 0 },
             (State::Ending { .. } | State::Over, _) => return,
             (State::Stopping, _) => State::Stopping,
-            _ => {
+            (
+                State::StartUp
+                | State::Enabling { .. }
+                | State::ToStart { .. }
+                | State::Weighing { .. }
+                | State::Taring { .. }
+                | State::RunIn { .. }
+                | State::Running
+                | State::Closing { .. }
+                | State::Retracting { .. },
+                _,
+            ) => {
                 self.ramp_begun = self.record.time;
                 State::Stopping
             }

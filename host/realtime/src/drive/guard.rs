@@ -1,8 +1,8 @@
 //! What stops a session, evaluated once a cycle: links and samples here, all else by the rules that the farm steps too.
 
-use super::wire::WireState;
 use crate::limiter::Cut;
 use crate::log::codes::StopCause;
+use crate::signals::WireState;
 use crate::signals::{ForceSample, RobotState};
 use crate::time::Nanos;
 use softdock_campaign::Station;

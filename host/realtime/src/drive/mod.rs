@@ -4,8 +4,10 @@
 //! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
 
 pub mod checklist;
+pub mod controls;
 pub mod core;
 pub mod delay;
+pub mod feed;
 pub mod guard;
 pub mod motion;
 pub mod prediction;

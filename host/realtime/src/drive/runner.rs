@@ -1,11 +1,11 @@
 //! A session to its end: cycle after cycle, with log, evidence, view and whoever wants it stopped.
 
+use super::controls::Controls;
+use super::feed::Feed;
 use super::session::Session;
 use crate::log::codes::StopCause;
 use crate::log::evidence::Evidence;
 use crate::log::writer::LogWriter;
-use crate::view::Controls;
-use crate::view::model::Feed;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::limiter::Limiter;
 use crate::log::codes::{OrderKind, Phase, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
-use crate::signals::{ForceSensor, LinkFault, Order, Robot};
+use crate::signals::{LinkFault, Links, Order};
 use crate::time::Nanos;
 use std::rc::Rc;
 
@@ -21,14 +21,6 @@ const END_CYCLES: u32 = 5;
 const BLIND_TIME: Nanos = Nanos::from_millis(10_000);
 /// A time that never comes.
 const NEVER: Nanos = Nanos(i64::MAX / 4);
-
-/// Both robots and the sensor.
-pub struct Links {
-    /// Robots 1 and 2.
-    pub robots: [Box<dyn Robot>; 2],
-    /// The sensor.
-    pub sensor: Box<dyn ForceSensor>,
-}
 
 /// A drive under way.
 pub struct Session {

@@ -6,7 +6,7 @@
 //! one difference of commands to the next, and its acceleration is the one that the master has asked for.
 
 use crate::limiter::Limiter;
-use crate::signals::{AXES, Capabilities, LinkCounters, Order, RobotState, of_axis};
+use crate::signals::{AXES, Capabilities, LinkCounters, Order, RobotState, WireState, of_axis};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 
@@ -28,23 +28,6 @@ const AHEAD: f64 = 1.5;
 const PAUSE: f64 = 3.0;
 /// Rate by which a robot's clock may differ from ours; an advance or a pause is forgotten at this rate.
 const DRIFT: f64 = 0.02;
-
-/// How a robot stands to what it has been sent; all of it counts from its first answer with a motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WireState {
-    /// Answers that the robot has not taken.
-    pub untaken: u64,
-    /// The same in a row.
-    pub untaken_in_row: u32,
-    /// Cycles in a row in which the robot has reported a set-point that nobody here has sent.
-    pub off_course: u32,
-    /// Reports that came too early: the robot's cycle has become shorter than it was.
-    pub early: u32,
-    /// Cycles in a row in which it is away from its commands and led back within its limits.
-    pub led_back: u32,
-    /// 1 while what it is sent moves.
-    pub moving: u32,
-}
 
 /// The last stage before a robot's link.
 #[derive(Clone, Debug)]

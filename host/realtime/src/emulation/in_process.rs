@@ -2,13 +2,16 @@
 
 use super::world::World;
 use crate::clock::Clock;
-use crate::drive::session::Links;
 use crate::protocol::Line;
+use crate::signals::Links;
 use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Peak, Robot, RobotState};
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
 use std::cell::RefCell;
 use std::rc::Rc;
+
+/// Cycle of the robots.
+pub const CYCLE: Nanos = Nanos::from_millis(1);
 
 /// The emulated facility in the drive's own thread.
 pub struct Bench {

@@ -6,7 +6,7 @@
 
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::table::{Column, Logged, Type, Value, scalar};
-use crate::drive::wire::WireState;
+use crate::signals::WireState;
 use crate::signals::{AXES, ForceSample, LinkCounters, Order, RobotState};
 use crate::time::Nanos;
 use softdock_kernels::space::{Motion, Wrench};

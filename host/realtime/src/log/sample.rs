@@ -3,7 +3,7 @@
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::record::{CycleRecord, ForceRecord, RobotRecord};
 use super::table::{Logged, Type, Value, columns, load};
-use crate::drive::wire::WireState;
+use crate::signals::WireState;
 use crate::signals::{AXES, LinkCounters};
 use crate::time::Nanos;
 use softdock_kernels::space::{Motion, Wrench};

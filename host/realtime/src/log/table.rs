@@ -1,6 +1,6 @@
 //! The table behind the log: what a record holds is declared once, and seen as columns of named values.
 
-use crate::drive::wire::WireState;
+use crate::signals::WireState;
 use crate::signals::{AXES, LinkCounters, RAIL};
 use crate::time::Nanos;
 use softdock_kernels::fields::{self, Field, join, unit_suffix};
@@ -60,7 +60,7 @@ impl Value {
     pub const fn real(self) -> f64 {
         match self {
             Self::Real(value) => value,
-            _ => f64::NAN,
+            Self::Signed(_) | Self::Whole(_) | Self::Word(_) => f64::NAN,
         }
     }
 

@@ -1,19 +1,19 @@
 //! What the operator sees of a drive: phase, force, tracking, energy, timing, limits; and the stop key.
 //!
-//! The cycle hands a small [`Sample`] to a ring and never waits; the view reads all of them, so that percentiles count
+//! The cycle hands a small [`Sample`](crate::drive::feed::Sample) to a ring and never waits; the view reads all of them, so that percentiles count
 //! every cycle. On a terminal it is a full [`screen`], elsewhere one of [`lines`] each second.
 
 pub mod lines;
 pub mod model;
 pub mod screen;
 
+use crate::drive::controls::Controls;
+use crate::drive::feed::Samples;
 use crate::log::codes::Phase;
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use model::{Budgets, Feed, Notice, Sample, View};
+use model::{Budgets, View};
 use ratatui::crossterm;
-use rtrb::{Consumer, Producer, RingBuffer};
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -21,76 +21,6 @@ use std::time::{Duration, Instant};
 const PICTURE: Duration = Duration::from_millis(100);
 /// Time between two lines where there is no terminal.
 const LINE: Duration = Duration::from_secs(1);
-/// Samples that wait for the view: four seconds at 1 kHz.
-const RING_SAMPLES: usize = 4096;
-/// Notices that wait for the view.
-const RING_NOTICES: usize = 64;
-
-/// What view and drive tell each other.
-#[derive(Debug, Default)]
-pub struct Controls {
-    stops: AtomicU32,
-    ended: AtomicBool,
-    leaves: AtomicBool,
-    go: AtomicBool,
-}
-
-impl Controls {
-    /// The operator (or a signal) wants a stop: the first time a controlled one, the second time at once.
-    pub fn request_stop(&self) {
-        self.stops.fetch_add(1, Ordering::SeqCst);
-    }
-
-    /// How often a stop was asked for; for the cycle, which neither waits nor locks here.
-    pub fn stops(&self) -> u32 {
-        self.stops.load(Ordering::SeqCst)
-    }
-
-    /// The drive is over: nothing moves any more.
-    pub fn end(&self) {
-        self.ended.store(true, Ordering::SeqCst);
-    }
-
-    /// The operator lets the robots move.
-    pub fn go(&self) {
-        self.go.store(true, Ordering::SeqCst);
-    }
-
-    /// Whether the operator has let the robots move.
-    pub fn has_go(&self) -> bool {
-        self.go.load(Ordering::SeqCst)
-    }
-
-    /// A signal wants the view gone, once the drive is over.
-    pub fn leave(&self) {
-        self.leaves.store(true, Ordering::SeqCst);
-    }
-
-    /// Whether the drive is over.
-    pub fn ended(&self) -> bool {
-        self.ended.load(Ordering::SeqCst)
-    }
-}
-
-/// The view's end of what a cycle hands over.
-pub struct Samples {
-    ring: Consumer<Sample>,
-    notices: Consumer<Notice>,
-}
-
-/// The cycle's end and the view's end of the rings between them, their memory touched.
-pub fn feed() -> (Feed, Samples) {
-    let (ring, samples) = touched(RING_SAMPLES, Sample::default());
-    let (notices, noticed) = touched(RING_NOTICES, Notice::default());
-    (Feed::new(ring, notices), Samples { ring: samples, notices: noticed })
-}
-
-fn touched<T: Copy>(rooms: usize, value: T) -> (Producer<T>, Consumer<T>) {
-    let (mut one, mut other) = RingBuffer::new(rooms);
-    while one.push(value).is_ok() {}
-    while other.pop().is_ok() {}
-    (one, other)
-}
 
 /// Shows a drive until it is over and, on a terminal, the operator has seen how it ended; gives what was shown last.
 ///
@@ -137,7 +67,7 @@ fn show_screen(
         let over = take(view, samples, controls);
         watch(view);
         terminal.draw(|frame| screen::draw(frame, view))?;
-        if over && controls.leaves.load(Ordering::SeqCst) {
+        if over && controls.leaves() {
             return Ok(());
         }
         if !event::poll(PICTURE)? {
@@ -203,11 +133,11 @@ fn show_lines(
 
 /// Takes what has come; true once the drive is over and all of it is seen.
 fn take(view: &mut View, samples: &mut Samples, controls: &Controls) -> bool {
-    let over = controls.ended() || samples.ring.is_abandoned();
-    while let Ok(sample) = samples.ring.pop() {
+    let over = controls.ended() || samples.is_abandoned();
+    while let Some(sample) = samples.next_sample() {
         view.take(&sample);
     }
-    while let Ok(notice) = samples.notices.pop() {
+    while let Some(notice) = samples.next_notice() {
         view.notice = notice;
     }
     view.told(controls.stops(), over);

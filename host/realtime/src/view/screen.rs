@@ -2,6 +2,7 @@
 
 use super::lines::micros;
 use super::model::{Percentiles, View};
+use crate::drive::feed::RobotSample;
 use crate::log::codes::{LimitKind, Phase, StopCause};
 use crate::log::record::TOOL;
 use crate::signals::{AXES, axis_name};
@@ -106,7 +107,7 @@ fn draw_timing(frame: &mut Frame, area: Rect, view: &View) {
         Line::raw(format!("{name:14}{:>7}{:>7}{:>8}", micros(p50), micros(p99), micros(max)))
     };
     let now = &view.newest;
-    let both = |count: fn(&super::model::RobotSample) -> u64| now.robots.iter().map(count).fold(0, u64::saturating_add);
+    let both = |count: fn(&RobotSample) -> u64| now.robots.iter().map(count).fold(0, u64::saturating_add);
     let counts = format!(
         "lost {} stale {} late {} over {}",
         both(|robot| robot.lost),

@@ -60,7 +60,7 @@ impl Core {
         for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
             record.computed = match order {
                 Some(Order::Move(axes) | Order::End(axes)) => *axes,
-                _ => Logged::BLANK,
+                Some(Order::Hold) | None => Logged::BLANK,
             };
             record.limit_used = used[i];
         }

@@ -71,7 +71,7 @@ impl Core {
                 Orders::HOLD
             }
             (true, false) => self.begin(inputs.now),
-            _ => Orders::HOLD,
+            (true, true) | (false, _) => Orders::HOLD,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The emulated EGM robot: reports first, each cycle, and moves to the joint targets that come back.
 
+use super::CYCLE;
 use super::messages::{Axes, Motion, RobotReport, SensorCommand};
 use crate::protocol::link::progress;
 use crate::protocol::{Controller, Line, Outbox};
@@ -29,7 +30,7 @@ pub struct EgmSettings {
 impl EgmSettings {
     /// A session at 4 ms that ends after one second without targets and does not end by convergence.
     pub fn new(client: SocketAddr) -> Self {
-        Self { client, cycle: Nanos::from_millis(4), rail: false, silence: Nanos::from_millis(1000), settled: None }
+        Self { client, cycle: CYCLE, rail: false, silence: Nanos::from_millis(1000), settled: None }
     }
 }
 

@@ -144,7 +144,7 @@ impl<P: Port> Robot for EgmRobot<P> {
         };
         let target = match order {
             Order::Move(target) | Order::End(target) if !self.session.ended => *target,
-            _ => held,
+            Order::Hold | Order::Move(_) | Order::End(_) => held,
         };
         if !plausible(&target) {
             return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));

@@ -10,5 +10,9 @@ pub mod messages;
 mod tests;
 pub mod wire_format;
 
+use crate::time::Nanos;
+
 /// Port to which a robot sends unless its `UdpUc` device says otherwise.
 pub const EGM_PORT: u16 = 6510;
+/// Cycle of a robot unless its motion asks for another.
+pub const CYCLE: Nanos = Nanos::from_millis(4);

@@ -143,7 +143,7 @@ impl Sequence {
         }
         match wish {
             Wish::On if !self.tripped => self.towards_on(state),
-            _ => self.towards_off(state),
+            Wish::On | Wish::Off => self.towards_off(state),
         }
     }
 
@@ -176,7 +176,12 @@ impl Sequence {
             State::OperationEnabled => control::QUICK_STOP,
             State::QuickStopActive if self.quick_for < QUICK_STOP_CYCLES => control::QUICK_STOP,
             State::Fault => self.reset(),
-            _ => control::DISABLE_VOLTAGE,
+            State::NotReady
+            | State::SwitchOnDisabled
+            | State::ReadyToSwitchOn
+            | State::SwitchedOn
+            | State::QuickStopActive
+            | State::FaultReaction => control::DISABLE_VOLTAGE,
         }
     }
 

@@ -1,5 +1,6 @@
 //! What a facility says of an EtherCAT robot, and why one cannot be opened.
 
+use super::CYCLE;
 use super::mapping::Unusable;
 use super::scale::AxisScale;
 use super::watchdog::WATCHDOG;
@@ -37,7 +38,7 @@ impl EtherCatConfig {
     /// Axes on devices 0, 1, 2 .. of the segment, at 1 kHz; joints first, a seventh is the rail.
     pub fn new(scales: &[AxisScale]) -> Self {
         let axes = std::array::from_fn(|i| scales.get(i).map(|scale| AxisConfig { station: i, scale: *scale }));
-        let cycle = Nanos::from_millis(1);
+        let cycle = CYCLE;
         Self { axes, cycle, answer: Nanos(cycle.0 / 2), watchdog: WATCHDOG, clocks: true, reset_faults: false }
     }
 

@@ -145,7 +145,7 @@ impl Drives {
         self.phase = self.next_phase(aim, reports);
         let wish = match self.phase {
             Phase::Enabling(_) | Phase::Following | Phase::Finishing(..) => Wish::On,
-            _ => Wish::Off,
+            Phase::Resting | Phase::Ended | Phase::Tripped(_) => Wish::Off,
         };
         let mut commands = self.sequence(wish, reports);
         if wish == Wish::On {

@@ -21,3 +21,8 @@ pub mod watchdog;
 pub use config::{AxisConfig, EtherCatConfig, OpenError};
 pub use robot::EtherCatRobot;
 pub use scale::AxisScale;
+
+use crate::time::Nanos;
+
+/// Cycle of a segment.
+pub const CYCLE: Nanos = Nanos::from_millis(1);

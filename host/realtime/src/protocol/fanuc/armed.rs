@@ -105,7 +105,7 @@ mod tests {
     use crate::wire::udp::UdpPort;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    const CYCLE: Nanos = Nanos::from_millis(8);
+    use crate::protocol::fanuc::CYCLE;
     const LIMIT: Duration = Duration::from_millis(400);
     const START: [f64; AXES] = [0.1, -1.5, 1.4, 0.0, 0.5, -0.3, 0.0];
 

@@ -13,7 +13,11 @@ pub mod rmi_server;
 #[cfg(test)]
 mod tests;
 
+use crate::time::Nanos;
+
 /// Port on which a controller takes Stream Motion packets.
 pub const STREAM_PORT: u16 = 60015;
 /// Port on which a controller takes Remote Motion sessions.
 pub const RMI_PORT: u16 = 16001;
+/// Cycle of the stream.
+pub const CYCLE: Nanos = Nanos::from_millis(8);

@@ -13,3 +13,7 @@ mod tests;
 
 /// Port on which a Net Box takes requests.
 pub const RDT_PORT: u16 = 49152;
+/// Port on which a Net Box serves its calibration.
+pub const HTTP_PORT: u16 = 80;
+/// Records that a Net Box sends per second.
+pub const RATE_HZ: f64 = 1000.0;

@@ -14,3 +14,10 @@ mod scan;
 pub mod tags;
 #[cfg(test)]
 mod tests;
+
+use crate::time::Nanos;
+
+/// Port that a controller sends to unless its `rsi_ethernet.xml` says otherwise (49152 is Net F/T's).
+pub const RSI_PORT: u16 = 59152;
+/// Cycle of the RSI mode `IPO_FAST`.
+pub const CYCLE: Nanos = Nanos::from_millis(4);

@@ -1,5 +1,6 @@
 //! Which XML element carries which signal: what the controller's RSI context and `rsi_ethernet.xml` agree on.
 
+use super::CYCLE;
 use crate::time::Nanos;
 
 /// What the numbers of an answer mean.
@@ -100,7 +101,7 @@ impl TagMap {
             external_correction: None,
             stop: tag("Stop"),
             mode: Correction::Absolute,
-            cycle: Nanos::from_millis(4),
+            cycle: CYCLE,
         }
     }
 

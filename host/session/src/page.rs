@@ -3,20 +3,21 @@
 //! The page can move robots. It is served on loopback alone, to requests that name this address, and takes a command
 //! only with the token that the page itself holds: no other page in the same browser can send one.
 
-use crate::drive::stop_json;
-use crate::words::refuse;
+use crate::answer::{SessionAnswer, StopReason};
+use crate::error::{Result, SessionError};
+use crate::plan::{SessionPlan, since_epoch};
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use miette::IntoDiagnostic;
 use serde_json::{Value, json};
+use softdock_campaign::rules;
 use softdock_realtime::drive::checklist::{Answer, Check};
+use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::signals::{AXES, axis_name};
-use softdock_realtime::view::Controls;
 use softdock_realtime::view::model::{Percentiles, View};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +27,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 /// Where the page is served unless another address is given.
-pub(crate) const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
+pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
 /// Header that carries the page's token.
 const TOKEN: &str = "x-softdock-token";
 /// Bars of the force's history on the page: 30 s.
@@ -35,7 +36,7 @@ const BARS: usize = 300;
 const LAST_LOOK: Duration = Duration::from_secs(2);
 
 /// What page and session share.
-pub(crate) struct Board {
+pub struct PageBoard {
     controls: Arc<Controls>,
     token: String,
     address: SocketAddr,
@@ -47,43 +48,48 @@ pub(crate) struct Board {
     has_seen_end: AtomicBool,
 }
 
-/// A page that is being served.
-pub(crate) struct Served {
-    board: Arc<Board>,
+/// The operator's page of one session, served until it is dropped; then a page that was looked at has a moment to fetch
+/// how the session has ended.
+pub struct OperatorPage {
+    board: Arc<PageBoard>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Serves the page of a session.
-///
-/// # Errors
-/// If the address is not of loopback, or cannot be listened on.
-pub(crate) fn serve(address: &str, controls: &Arc<Controls>, about: Value) -> miette::Result<Served> {
-    let remedy = "write --serve 127.0.0.1:8765; to look at it from another machine, forward that port with ssh";
-    let wanted: SocketAddr =
-        address.parse().map_err(|_| refuse(format!("`{address}` is no address of an operator's page"), remedy))?;
-    if !wanted.ip().is_loopback() {
-        return Err(refuse(format!("{wanted} is reachable from other machines, and the page can move robots"), remedy));
-    }
-    let listener = TcpListener::bind(wanted)
-        .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
-        .map_err(|error| refuse(format!("cannot serve the page on {wanted}: {error}"), remedy))?;
-    let board = Arc::new(Board {
-        controls: Arc::clone(controls),
-        token: token()?,
-        address: listener.local_addr().into_diagnostic()?,
-        state: Mutex::new(Value::Null),
-        about: Mutex::new(about),
-        outcome: Mutex::new(Value::Null),
-        watched: AtomicBool::new(false),
-        has_seen_end: AtomicBool::new(false),
-    });
-    let (stop, stopped) = oneshot::channel();
-    let for_server = Arc::clone(&board);
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().into_diagnostic()?;
-    let thread = thread::Builder::new().name("operator page".to_owned());
-    let thread = thread
-        .spawn(move || {
+impl OperatorPage {
+    /// Serves the page of a session at an address of loopback; GO and stop go to `controls`.
+    ///
+    /// # Errors
+    /// If the address is not of loopback, or cannot be listened on.
+    pub fn serve(address: &str, controls: &Arc<Controls>, plan: &SessionPlan) -> Result<Self> {
+        let remedy = "write --serve 127.0.0.1:8765; to look at it from another machine, forward that port with ssh";
+        let wanted: SocketAddr = address
+            .parse()
+            .map_err(|_| SessionError::refused(format!("`{address}` is no address of an operator's page"), remedy))?;
+        if !wanted.ip().is_loopback() {
+            return Err(SessionError::refused(
+                format!("{wanted} is reachable from other machines, and the page can move robots"),
+                remedy,
+            ));
+        }
+        let listener = TcpListener::bind(wanted)
+            .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
+            .map_err(|error| SessionError::refused(format!("cannot serve the page on {wanted}: {error}"), remedy))?;
+        let board = Arc::new(PageBoard {
+            controls: Arc::clone(controls),
+            token: token()?,
+            address: listener.local_addr()?,
+            state: Mutex::new(Value::Null),
+            about: Mutex::new(about(plan)?),
+            outcome: Mutex::new(Value::Null),
+            watched: AtomicBool::new(false),
+            has_seen_end: AtomicBool::new(false),
+        });
+        let (stop, stopped) = oneshot::channel();
+        let for_server = Arc::clone(&board);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let thread = thread::Builder::new().name("operator page".to_owned());
+        let thread = thread.spawn(move || {
             runtime.block_on(async {
                 let listener = tokio::net::TcpListener::from_std(listener).expect("a listener that does not block");
                 let served = axum::serve(listener, router(for_server));
@@ -93,32 +99,51 @@ pub(crate) fn serve(address: &str, controls: &Arc<Controls>, about: Value) -> mi
                     _ = stopped => {}
                 }
             });
-        })
-        .into_diagnostic()?;
-    Ok(Served { board, stop: Some(stop), thread: Some(thread) })
-}
+        })?;
+        Ok(Self { board, stop: Some(stop), thread: Some(thread) })
+    }
 
-/// 128 random bits.
-fn token() -> miette::Result<String> {
-    let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes)
-        .map_err(|error| refuse(format!("no random numbers: {error}"), "run without --serve"))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-impl Served {
     /// Where the page is.
-    pub(crate) fn address(&self) -> SocketAddr {
+    pub fn address(&self) -> SocketAddr {
         self.board.address
     }
 
     /// What the session writes to.
-    pub(crate) fn board(&self) -> Arc<Board> {
-        Arc::clone(&self.board)
+    pub fn board(&self) -> &PageBoard {
+        &self.board
     }
 }
 
-impl Drop for Served {
+/// What the page shows of a session that never changes.
+fn about(plan: &SessionPlan) -> Result<Value> {
+    let (task, station) = (plan.task(), &plan.task().station);
+    let robots = station.robots.iter().zip(plan.addresses().all());
+    let robots = robots
+        .enumerate()
+        .map(|(index, (robot, address))| format!("Robot {}: {}, {}", index + 1, robot.name, address.shown()));
+    let links = &station.links;
+    Ok(json!({
+        "campaign": plan.campaign().id, "run": task.run, "mode": plan.mode_text(), "armed": task.armed,
+        "began_unix_s": since_epoch()?.seconds(), "robots": robots.collect::<Vec<_>>(),
+        "rules": rules::in_force(&task.plant.facility),
+        "links": format!(
+            "links: more than {} lost or untaken cycles in a row, more than {} in {} s; a tool more than {:.1} mm + {} s x \
+             commanded speed from its command; sensor older than {:.1} ms",
+            links.hold_cycles, links.window_cycles, links.window, links.tracking.distance * 1e3, links.tracking.time,
+            links.sensor_age * 1e3,
+        ),
+    }))
+}
+
+/// 128 random bits.
+fn token() -> Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| SessionError::refused(format!("no random numbers: {error}"), "run without --serve"))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+impl Drop for OperatorPage {
     fn drop(&mut self) {
         let begun = Instant::now();
         while self.board.watched.load(Ordering::Relaxed)
@@ -136,15 +161,15 @@ impl Drop for Served {
     }
 }
 
-impl Board {
+impl PageBoard {
     /// Shows a picture of the session.
-    pub(crate) fn show(&self, view: &View) {
+    pub fn show(&self, view: &View) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = state(view);
     }
 
     /// Shows how the session has ended.
-    pub(crate) fn finish(&self, outcome: Value) {
-        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = outcome;
+    pub fn finish(&self, answer: &SessionAnswer) {
+        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = json!(answer);
     }
 
     fn picture(&self) -> Value {
@@ -153,7 +178,7 @@ impl Board {
     }
 }
 
-fn router(board: Arc<Board>) -> Router {
+fn router(board: Arc<PageBoard>) -> Router {
     Router::new()
         .route("/", get(page))
         .route("/state", get(picture))
@@ -164,7 +189,7 @@ fn router(board: Arc<Board>) -> Router {
 }
 
 /// A request that names another host comes from a page of somebody else.
-async fn only_this_address(State(board): State<Arc<Board>>, request: Request, next: Next) -> Response {
+async fn only_this_address(State(board): State<Arc<PageBoard>>, request: Request, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     let port = board.address.port();
     let own = [board.address.to_string(), format!("localhost:{port}")];
@@ -180,8 +205,8 @@ async fn only_this_address(State(board): State<Arc<Board>>, request: Request, ne
     next.run(request).await
 }
 
-async fn page(State(board): State<Arc<Board>>) -> Response {
-    let text = include_str!("drive.html").replace("TOKEN_OF_THIS_SESSION", &board.token);
+async fn page(State(board): State<Arc<PageBoard>>) -> Response {
+    let text = include_str!("operator_page.html").replace("TOKEN_OF_THIS_SESSION", &board.token);
     let policy =
         "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; img-src data:";
     let headers = [
@@ -192,7 +217,7 @@ async fn page(State(board): State<Arc<Board>>) -> Response {
     (headers, text).into_response()
 }
 
-async fn picture(State(board): State<Arc<Board>>) -> Response {
+async fn picture(State(board): State<Arc<PageBoard>>) -> Response {
     board.watched.store(true, Ordering::Relaxed);
     let picture = board.picture();
     if !picture["outcome"].is_null() && picture["state"]["over"] == json!(true) {
@@ -202,7 +227,7 @@ async fn picture(State(board): State<Arc<Board>>) -> Response {
     (headers, picture.to_string()).into_response()
 }
 
-async fn go(State(board): State<Arc<Board>>) -> Response {
+async fn go(State(board): State<Arc<PageBoard>>) -> Response {
     if board.picture()["state"]["phase"] != json!(Phase::Ready.word()) {
         return (StatusCode::CONFLICT, "the session does not wait for GO").into_response();
     }
@@ -210,7 +235,7 @@ async fn go(State(board): State<Arc<Board>>) -> Response {
     StatusCode::NO_CONTENT.into_response()
 }
 
-async fn stop(State(board): State<Arc<Board>>) -> Response {
+async fn stop(State(board): State<Arc<PageBoard>>) -> Response {
     board.controls.request_stop();
     StatusCode::NO_CONTENT.into_response()
 }
@@ -265,6 +290,6 @@ fn state(view: &View) -> Value {
         "robots": [robot(0), robot(1)],
         "checks": notice.checklist.checks().iter().map(check).collect::<Vec<_>>(),
         "refusal": notice.refusal.map(|refusal| refusal.to_string()),
-        "stop": notice.stopped.map(stop_json), "retracted_mm": notice.retracted.map(|way| way * 1e3),
+        "stop": notice.stopped.map(|(time, alarm)| StopReason::new(time, alarm)), "retracted_mm": notice.retracted.map(|way| way * 1e3),
     })
 }

@@ -1,6 +1,6 @@
-//! An emulated facility that is otherwise than its scenario says, unknown to those who drive it.
+//! An emulated facility that differs from its scenario by effects that the session does not know.
 
-use crate::words::explain;
+use crate::error::Result;
 use softdock_campaign::Scenario;
 use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::model::Model;
@@ -8,20 +8,20 @@ use softdock_kernels::params::Params;
 use std::path::Path;
 
 /// The model and the draw of a facility with the effects of a file, if there is one.
-pub(crate) fn with_secret(
+pub(crate) fn with_effects(
     scenario: &Scenario,
     effects: Option<&Path>,
     draw: Params<f64>,
-) -> miette::Result<(Model, Params<f64>)> {
+) -> Result<(Model, Params<f64>)> {
     let Some(effects) = effects else {
         return Ok((scenario.model.clone(), draw));
     };
-    let other = scenario.with_effects(effects).map_err(explain)?;
+    let other = scenario.with_effects(effects)?;
     let params = replaced(&draw, &scenario.model.nominal, &other.model.nominal);
     Ok((other.model, params))
 }
 
-/// The draw, with what the effects change in the scenario changed in it too.
+/// The draw, with each parameter that the effects change in the scenario changed likewise.
 fn replaced(draw: &Params<f64>, before: &Params<f64>, after: &Params<f64>) -> Params<f64> {
     let (before, after) = (to_vec(before), to_vec(after));
     let changed = before.iter().zip(&after).zip(to_vec(draw));

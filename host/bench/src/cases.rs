@@ -1,0 +1,102 @@
+//! Cases of a plan at work: those that are asked for, those that are missing, one written for inspection.
+
+use crate::plan::Case;
+use crate::record::{Ledger, Record, done};
+use crate::score::Score;
+use crate::trial::{Bench, lay_out};
+use crate::{Error, Result, page};
+use serde_json::Value;
+use softdock_results::ResultFile;
+use std::path::Path;
+use std::time::Instant;
+
+/// A case that has just ended, and how far the work is.
+#[derive(Debug)]
+pub struct CaseDone<'a> {
+    /// Cases done since the start.
+    pub done: usize,
+    /// Cases that were missing at the start.
+    pub missing: usize,
+    /// The case's record.
+    pub record: &'a Record,
+    /// Estimate of the time to the end \[s\].
+    pub seconds_left: f64,
+}
+
+/// The cases whose name contains a text and whose size is one of these multiples; of any size if none is given.
+///
+/// # Errors
+/// If there is no such case.
+pub fn selected(all: &[Case], text: &str, multiples: &[f64]) -> Result<Vec<Case>> {
+    let is_wanted =
+        |case: &&Case| case.id().contains(text) && (multiples.is_empty() || multiples.contains(&case.multiple));
+    let own: Vec<Case> = all.iter().filter(is_wanted).copied().collect();
+    if own.is_empty() {
+        let sized = if multiples.is_empty() { "" } else { " and such a multiple" };
+        let (all, one) = ("no case of this size and these plants", all[0].id());
+        return Err(Error::Unknown { what: format!("{all} has `{text}` in its name{sized}; one is `{one}`") });
+    }
+    Ok(own)
+}
+
+/// Writes model and recordings of the case of a name into a folder, ready for a diagnosis; the truth is sealed there.
+///
+/// # Errors
+/// If there is no such case, or no bench can show as much as it hides.
+pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<()> {
+    let Some(case) = all.iter().find(|case| case.id() == *id) else {
+        let other = all[0].id();
+        let what = format!("no case `{id}` of this size and these plants; another is `{other}`");
+        return Err(Error::Unknown { what });
+    };
+    if !lay_out(case, folder)? {
+        let what = format!("no bench can show as much as `{id}` hides; the same of a smaller multiple can be shown");
+        return Err(Error::Unknown { what });
+    }
+    Ok(())
+}
+
+/// Runs the cases that no worker has finished, until they are done or `stopped` holds.
+///
+/// # Errors
+/// If a case cannot be run or recorded.
+pub fn run_missing(
+    cases: Vec<Case>,
+    ledger: &Ledger,
+    stopped: &dyn Fn() -> bool,
+    report: &mut dyn FnMut(CaseDone),
+) -> Result<()> {
+    let known = done(ledger.folder())?;
+    let missing: Vec<Case> = cases.into_iter().filter(|case| !known.contains(&case.id())).collect();
+    let (mut bench, begin) = (Bench::new(ledger)?, Instant::now());
+    for (number, case) in missing.iter().enumerate() {
+        if stopped() {
+            return Ok(());
+        }
+        let record = bench.run(case)?;
+        let (done, elapsed) = (number + 1, begin.elapsed().as_secs_f64());
+        let seconds_left = elapsed / done as f64 * (missing.len() - done) as f64;
+        report(CaseDone { done, missing: missing.len(), record: &record, seconds_left });
+    }
+    Ok(())
+}
+
+/// Number of the cases that no worker has finished.
+///
+/// # Errors
+/// If the records cannot be read.
+pub fn count_missing(all: &[Case], folder: &Path) -> Result<usize> {
+    let known = done(folder)?;
+    Ok(all.iter().filter(|case| !known.contains(&case.id())).count())
+}
+
+/// Figures and files of a score that `command` has made.
+///
+/// # Errors
+/// If a figure of the page cannot be drawn.
+pub fn score_files(score: &Score, command: &str) -> Result<(Value, Vec<ResultFile>)> {
+    let figures = serde_json::to_value(score).expect("a score has string keys");
+    let text = serde_json::to_string_pretty(&figures).expect("a value has string keys") + "\n";
+    let files = vec![ResultFile::new("score.html", page::page(score, command)?), ResultFile::new("score.json", text)];
+    Ok((figures, files))
+}

@@ -1,0 +1,117 @@
+//! What is diagnosed: a rig, or a whole facility by its scenario or campaign; from its file to the files of the answer.
+
+use crate::block::facility::FacilityModel;
+use crate::diagnosis::{Diagnosis, Judged, Options, Prepared, prepare, prepare_facility};
+use crate::experiment::Experiment;
+use crate::next_drive::next_drive;
+use crate::result_files::{FiguresAndFiles, readable};
+use crate::{Result, diagnosis_page, extend, outside, words};
+use softdock_campaign::{Campaign, FileKind, Problems, Rig, Scenario};
+use softdock_results::ResultFile;
+use std::path::Path;
+
+/// Name of the extended model in a results folder.
+pub const EXTENDED: &str = "extended.toml";
+
+/// A model whose deviations from recordings are diagnosed.
+pub enum DiagnosedModel {
+    /// A rig.
+    Rig(Box<Rig>),
+    /// A whole facility.
+    Facility(FacilityModel),
+}
+
+impl DiagnosedModel {
+    /// Reads a rig's model file, a scenario or a campaign.
+    ///
+    /// # Errors
+    /// If the file cannot be used.
+    pub fn load(path: &Path) -> std::result::Result<Self, Problems> {
+        Ok(match softdock_campaign::kind(path)? {
+            FileKind::Campaign => Self::Facility(FacilityModel::Campaign(Box::new(Campaign::load(path)?))),
+            FileKind::Scenario => Self::Facility(FacilityModel::Scenario(Box::new(Scenario::load(path)?))),
+            FileKind::Other => Self::Rig(Box::new(Rig::load(path)?)),
+        })
+    }
+
+    /// One line for people.
+    pub fn title(&self) -> &str {
+        match self {
+            Self::Rig(rig) => &rig.title,
+            Self::Facility(facility) => &facility.scenario().title,
+        }
+    }
+
+    /// Name.
+    pub fn id(&self) -> &str {
+        match self {
+            Self::Rig(rig) => &rig.id,
+            Self::Facility(facility) => &facility.scenario().id,
+        }
+    }
+
+    /// The campaign, if its runs were driven.
+    pub fn campaign(&self) -> Option<&Campaign> {
+        match self {
+            Self::Rig(_) => None,
+            Self::Facility(facility) => facility.campaign(),
+        }
+    }
+
+    /// Reads recordings to learn from and recordings that are held out.
+    ///
+    /// # Errors
+    /// If a recording cannot be used.
+    pub fn prepare(&self, logs: &[&Path], held_out: &[&Path], options: &Options) -> Result<Prepared> {
+        match self {
+            Self::Rig(rig) => prepare(rig.as_ref().clone(), logs, held_out, options),
+            Self::Facility(facility) => prepare_facility(facility.clone(), logs, held_out, options),
+        }
+    }
+
+    /// The run to drive next, of those that were rehearsed (number and log); none for a rig.
+    ///
+    /// # Errors
+    /// If a log cannot be used.
+    pub fn next_drive(
+        &self,
+        diagnosis: &Diagnosis,
+        judged: &[Judged],
+        rehearsed: &[(u64, &Path)],
+    ) -> Result<Option<Experiment>> {
+        match self {
+            Self::Rig(_) => Ok(None),
+            Self::Facility(facility) => next_drive(facility, diagnosis, judged, rehearsed),
+        }
+    }
+
+    /// Page, figures, extended model, experiment and missing torques of a diagnosis that `command` has made.
+    ///
+    /// # Errors
+    /// If a figure of the page cannot be drawn.
+    pub fn files(&self, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<FiguresAndFiles> {
+        let figures = serde_json::to_value(diagnosis).expect("a diagnosis has string keys");
+        let mut files = vec![
+            ResultFile::new("diagnosis.html", diagnosis_page::page(self.title(), diagnosis, judged, command)?),
+            ResultFile::new("diagnosis.json", readable(&figures)),
+        ];
+        let (is_facility, (text, beside)) = match self {
+            Self::Rig(rig) => (false, rig.gathered()),
+            Self::Facility(facility) => (true, facility.scenario().gathered()),
+        };
+        if let Some(text) = extend::extended(&text, diagnosis, is_facility) {
+            files.push(ResultFile::new(EXTENDED, text));
+            files.extend(beside.into_iter().map(|(name, text)| ResultFile { name, text }));
+        }
+        files.extend(diagnosis.proposed.as_ref().map(|experiment| {
+            let asked = experiment.run.zip(self.campaign()).map(|(run, campaign)| {
+                let why = format!("{} Made by `{command}`.", words::headline(diagnosis));
+                campaign.experiment_text(&why, run, experiment.repeats)
+            });
+            ResultFile::new(experiment.file(), asked.unwrap_or_else(|| experiment.csv()))
+        }));
+        let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
+        files.extend(outside::table(outside).map(|text| ResultFile::new("missing_torque.csv", text)));
+        Ok(FiguresAndFiles { figures, files })
+    }
+}

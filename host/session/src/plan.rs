@@ -1,0 +1,265 @@
+//! What a session is made of before its links are open: files read, rules compared, addresses checked.
+
+use crate::addresses::FacilityAddresses;
+use crate::error::{Result, SessionError};
+use crate::hidden_effects::with_effects;
+use crate::rights::CycleRights;
+use softdock_campaign::station::AxisLimits;
+use softdock_campaign::{Campaign, Scenario, Station, rules};
+use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::links::check_arming;
+use softdock_realtime::time::Nanos;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// What a session may do to real robots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SessionMode {
+    /// Nothing real moves: the real links are exercised, and emulated robots move in their place.
+    DryRun,
+    /// The checks of the start-up alone: nothing moves.
+    CheckOnly,
+    /// The commands move real robots.
+    Armed,
+}
+
+/// The run of a campaign that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RunChoice {
+    /// The run of a number.
+    Number(u64),
+    /// The run that an experiment file names.
+    Experiment(PathBuf),
+}
+
+/// What is asked of a session.
+#[derive(Clone, Debug)]
+pub struct SessionOptions {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Scenario file in the place of the campaign's.
+    pub model: Option<PathBuf>,
+    /// Facility file in the place of the scenario's, with the same rules.
+    pub facility: Option<PathBuf>,
+    /// Which run.
+    pub run: RunChoice,
+    /// Number of this repeat of the run, from 1: emulated links have other noise in each.
+    pub repeat: u64,
+    /// Hidden effects of the emulated facility.
+    pub effects: Option<PathBuf>,
+    /// Addresses of robots 1 and 2.
+    pub robots: [String; 2],
+    /// Address of the sensor.
+    pub sensor: String,
+    /// What real robots may do.
+    pub mode: SessionMode,
+    /// After a stop robot 1 moves its part back along the approach by so much \[m\]; 0: it stays.
+    pub retract: f64,
+    /// Armed robots move as soon as every check has passed, without GO.
+    pub go_after_check: bool,
+    /// Real robots away from the start of the run are moved there.
+    pub to_start: bool,
+    /// In virtual time, for emulated robots alone.
+    pub virtual_time: bool,
+    /// Rights of the cycle's thread.
+    pub rights: CycleRights,
+    /// Results folder; `results/drive_ID_RUN` if not given.
+    pub out: Option<PathBuf>,
+}
+
+/// A session that can begin.
+pub struct SessionPlan {
+    /// What was asked for.
+    pub(crate) options: SessionOptions,
+    pub(crate) campaign: Campaign,
+    pub(crate) task: Task,
+    /// The facility that stands in for a real one.
+    pub(crate) emulated: (Arc<Plant>, Params<f64>),
+    pub(crate) addresses: FacilityAddresses,
+    pub(crate) out: PathBuf,
+    repeats: Option<u64>,
+}
+
+impl SessionPlan {
+    /// Reads the files of a session and checks what is asked for.
+    ///
+    /// # Errors
+    /// If a file cannot be used, the facility has other rules than the campaign was judged by, the robots may not be
+    /// armed, or what is asked for does not fit together.
+    pub fn new(options: SessionOptions) -> Result<Self> {
+        let campaign = Campaign::load_with(&options.campaign, options.model.as_deref())?;
+        let station = facility_of(&campaign.scenario, options.facility.as_deref())?;
+        refuse_other_rules(&campaign.scenario, &station)?;
+        let (run, repeats) = chosen_run(&campaign, &options.run)?;
+        let [one, two] = &options.robots;
+        let addresses = FacilityAddresses::parse([one, two], &options.sensor)?;
+        let armed = options.mode == SessionMode::Armed;
+        if armed {
+            check_arming(addresses.all(), &station)?;
+        }
+        let any_real = addresses.any_real();
+        if options.virtual_time && any_real {
+            let remedy = "leave --virtual away: real robots have the time of the clock on the wall";
+            return Err(SessionError::refused("virtual time is for emulated robots alone", remedy));
+        }
+        let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+        let task = Task {
+            armed,
+            // Emulated robots need nobody's leave to move to the start.
+            to_start: options.to_start || !any_real || !armed,
+            check_only: options.mode == SessionMode::CheckOnly,
+            retract: options.retract,
+            ..Task::new(plant, Arc::new(station), run, campaign.draw(run).params)
+        };
+        if options.effects.is_some() && any_real {
+            let remedy = "give them to `softdock emulate`";
+            return Err(SessionError::refused("secret effects are for emulated facilities alone", remedy));
+        }
+        let (model, params) = with_effects(&campaign.scenario, options.effects.as_deref(), task.params)?;
+        let out = match &options.out {
+            Some(out) => out.clone(),
+            None => default_folder(&options, &campaign, run)?,
+        };
+        let emulated = (Arc::new(Plant::new(model)), params);
+        Ok(Self { options, campaign, task, emulated, addresses, out, repeats })
+    }
+
+    /// The campaign.
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// What is driven, and where.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The addresses of robots and sensor.
+    pub fn addresses(&self) -> &FacilityAddresses {
+        &self.addresses
+    }
+
+    /// The results folder.
+    pub fn folder(&self) -> &Path {
+        &self.out
+    }
+
+    /// Repeats that the experiment file asks for, if one was named.
+    pub fn repeats(&self) -> Option<u64> {
+        self.repeats
+    }
+
+    /// Checks that the results folder holds no log: a log is never overwritten.
+    ///
+    /// # Errors
+    /// If it holds one.
+    pub fn check_folder(&self) -> Result<()> {
+        if self.out.join("log.mcap").exists() {
+            let remedy = "give another folder with --out, or remove this one: a log is never written over";
+            let what = format!("`{}` holds the log of a drive already", self.out.display());
+            return Err(SessionError::refused(what, remedy));
+        }
+        Ok(())
+    }
+
+    /// What will move, in one line.
+    pub fn mode_text(&self) -> &'static str {
+        match (self.options.mode, self.addresses.any_real()) {
+            (SessionMode::CheckOnly, _) => "checks alone: nothing moves",
+            (SessionMode::Armed, _) => "ARMED: the robots will move",
+            (SessionMode::DryRun, true) => {
+                "dry run: the real robots are asked for nothing, emulated ones move in their place"
+            }
+            (SessionMode::DryRun, false) => "emulated robots in process",
+        }
+    }
+
+    /// Limits of the axes and of the links, and the rules that stop the session: several lines.
+    pub fn limits_text(&self) -> String {
+        let station = &self.task.station;
+        let links = &station.links;
+        let degrees = |pick: fn(&AxisLimits) -> f64| {
+            let joints = station.limits[..6].iter().map(|limit| format!("{:.0}", pick(limit).to_degrees()));
+            joints.collect::<Vec<_>>().join(" ")
+        };
+        format!(
+            "  limits    {} deg/s  {} deg/s^2  rail {:.2} m/s\n  links     more than {} lost cycles ({}: the link is dead)  \
+             sensor older than {:.1} ms\n  stops on  {}\n            this is no emergency stop: keep the button at hand",
+            degrees(|limit| limit.speed),
+            degrees(|limit| limit.acceleration),
+            station.limits[6].speed,
+            links.hold_cycles,
+            links.stop_cycles,
+            links.sensor_age * 1e3,
+            rules::in_force(&self.task.plant.facility).join("\n            "),
+        )
+    }
+
+    /// The session's clock, as log and evidence name it.
+    pub(crate) fn clock_text(&self) -> &'static str {
+        if self.options.virtual_time { "virtual" } else { "CLOCK_MONOTONIC" }
+    }
+}
+
+/// The facility of a scenario, or the one that is named in its place.
+pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> Result<Station> {
+    match (named, &scenario.station) {
+        (Some(file), _) => Ok(Station::load(file)?),
+        (None, Some(station)) => Ok(station.clone()),
+        (None, None) => Err(SessionError::refused(
+            format!("the scenario {} names no facility", scenario.id),
+            "write file = \"../facilities/reference.toml\" in its [facility], or add --facility FILE",
+        )),
+    }
+}
+
+/// A campaign's answer holds for the rules that it was judged by: no session is driven under others.
+fn refuse_other_rules(scenario: &Scenario, station: &Station) -> Result<()> {
+    let judged = |station: &Station| {
+        let robots = station.session_robots();
+        let capsules = robots.level.robot.capsules;
+        (station.rules.clone(), station.end_at_capture, robots.limits, robots.correction, robots.tool_radius, capsules)
+    };
+    if scenario.station.as_ref().is_some_and(|own| judged(own) == judged(station)) {
+        return Ok(());
+    }
+    Err(SessionError::refused(
+        format!("{} is judged by other session rules than those of {}", scenario.id, station.path().display()),
+        "name this facility file in the scenario's [facility] (file = \"...\"), and run the campaign again",
+    ))
+}
+
+/// The run that is asked for, and how often an experiment asks for it.
+pub(crate) fn chosen_run(campaign: &Campaign, choice: &RunChoice) -> Result<(u64, Option<u64>)> {
+    match choice {
+        RunChoice::Experiment(file) => {
+            let (run, repeats) = campaign.experiment(file)?;
+            Ok((run, Some(repeats)))
+        }
+        RunChoice::Number(run) if *run < campaign.runs => Ok((*run, None)),
+        RunChoice::Number(run) => Err(SessionError::refused(
+            format!("run {run} of a campaign of {} runs", campaign.runs),
+            format!("take one of 0 to {}", campaign.runs - 1),
+        )),
+    }
+}
+
+/// Results folder of a session if none is named. Checks are repeated: each has a folder of its own.
+fn default_folder(options: &SessionOptions, campaign: &Campaign, run: u64) -> Result<PathBuf> {
+    let repeat = if options.repeat > 1 { format!("_{}", options.repeat) } else { String::new() };
+    let name = match options.mode {
+        SessionMode::CheckOnly => format!("check_{}_{}", campaign.id, since_epoch()?.0 / 1_000_000_000),
+        SessionMode::DryRun | SessionMode::Armed => format!("drive_{}_{run}{repeat}", campaign.id),
+    };
+    Ok(Path::new("results").join(name))
+}
+
+/// The wall clock \[ns since the Unix epoch\].
+pub(crate) fn since_epoch() -> io::Result<Nanos> {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).map_err(io::Error::other)?;
+    Ok(Nanos(since.as_nanos() as i64))
+}

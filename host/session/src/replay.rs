@@ -1,0 +1,107 @@
+//! The log of a session decided again from what its links brought, and the dead times of its robots.
+
+use crate::error::{Result, SessionError};
+use softdock_campaign::{Campaign, Station};
+use softdock_kernels::plant::Plant;
+use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::delay::{Delay, Response, Stated, Timing, delays};
+use softdock_realtime::drive::replay::{Replayed, replay};
+use softdock_realtime::log::reader::{Log, read_log};
+use softdock_realtime::signals::Capabilities;
+use softdock_realtime::time::Nanos;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Files in the place of those that the log names.
+#[derive(Clone, Debug, Default)]
+pub struct ReplayFiles {
+    /// Campaign file.
+    pub campaign: Option<PathBuf>,
+    /// Scenario file in the place of the campaign's.
+    pub model: Option<PathBuf>,
+    /// Facility file.
+    pub facility: Option<PathBuf>,
+}
+
+/// The log of a session.
+#[derive(Debug)]
+pub struct SessionLog {
+    log: Log,
+}
+
+/// A log that was decided again.
+#[derive(Debug)]
+pub struct ReplayedLog {
+    /// Cycles that are equal, and the first difference.
+    pub replayed: Replayed,
+    /// Dead time between command and motion of robots 1 and 2, beyond one cycle.
+    pub delays: [Option<Delay>; 2],
+}
+
+impl SessionLog {
+    /// Reads a log.
+    ///
+    /// # Errors
+    /// If it is no log of a session.
+    pub fn read(path: &Path) -> Result<Self> {
+        Ok(Self { log: read_log(path)? })
+    }
+
+    /// Number of its cycles.
+    pub fn cycles(&self) -> usize {
+        self.log.records.len()
+    }
+
+    /// Why the log ends early, if it does.
+    pub fn ends_early(&self) -> Option<&str> {
+        self.log.ends_early.as_deref()
+    }
+
+    /// Decides the log again, with the campaign and the facility that it names or the ones that are given.
+    ///
+    /// # Errors
+    /// If a file cannot be used, is not the one that was driven, or the log does not state what was driven.
+    pub fn replay(&self, files: &ReplayFiles) -> Result<ReplayedLog> {
+        let stated = |key: &str| self.stated(key);
+        let campaign = files.campaign.clone().map_or_else(|| stated("campaign").map(PathBuf::from), Ok)?;
+        let facility = files.facility.clone().map_or_else(|| stated("facility").map(PathBuf::from), Ok)?;
+        let optional = |key: &str| self.log.prologue.provenance.get(key);
+        let model = files.model.clone().or_else(|| optional("model").map(PathBuf::from));
+        let campaign = Campaign::load_with(&campaign, model.as_deref())?;
+        if campaign.hash != stated("campaign_hash")? {
+            return Err(SessionError::refused(
+                "the campaign is not the one that was driven: its text, or that of its model, has changed since",
+                "give what was driven with --campaign and --model",
+            ));
+        }
+        let station = Arc::new(Station::load(&facility)?);
+        let (run, cycle) = (number(&stated("run")?)?, Nanos(number::<u64>(&stated("cycle_ns")?)? as i64));
+        let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
+        let task = Task {
+            armed: stated("armed")? == "true",
+            to_start: stated("to_start")? == "true",
+            check_only: optional("check_only").is_some_and(|value| value == "true"),
+            retract: optional("retract_m").map_or(Ok(0.0), |value| number(value))?,
+            ..Task::new(plant, station, run, campaign.draw(run).params)
+        };
+        let robot = Capabilities { cycle, master: true, rail: true, torque: false, pose: true };
+        let replayed = replay(task, [robot; 2], self.log.records.iter().copied())?;
+        let stated = [Stated::one_cycle(cycle); 2];
+        let delays = delays(&self.log.records, stated, Timing::Robot, [Response::Second; 2]);
+        Ok(ReplayedLog { replayed, delays })
+    }
+
+    /// What the log states of its session.
+    fn stated(&self, key: &str) -> Result<String> {
+        let missing = || {
+            let remedy = "it was not written by `softdock drive`";
+            SessionError::refused(format!("the log does not say its `{key}`"), remedy)
+        };
+        self.log.prologue.provenance.get(key).cloned().ok_or_else(missing)
+    }
+}
+
+fn number<T: std::str::FromStr>(text: &str) -> Result<T> {
+    let damaged = |_| SessionError::refused(format!("`{text}` is no number"), "the log's metadata are damaged");
+    text.parse().map_err(damaged)
+}
