@@ -20,7 +20,8 @@ pub(crate) fn read(path: &Path) -> miette::Result<Cases> {
     }
     let unreadable =
         |error: &dyn std::fmt::Display| refuse(error, "name a CSV or Parquet file with a column per parameter");
-    let bytes = std::fs::read(path).map_err(|error| unreadable(&format!("{}: {error}", path.display())))?;
+    let bytes =
+        softdock_input::read(path, softdock_input::MAX_BINARY).map_err(|error| refuse(&error, error.remedy()))?;
     let names = column_names(path).map_err(|error| unreadable(&error))?;
     let columns = |names: &[&str]| number_columns(path, names).map_err(|error| error.to_string());
     Cases::of_columns(path, bytes, &names, columns).map_err(explain)

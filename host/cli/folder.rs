@@ -139,7 +139,7 @@ impl Folder {
     /// Keeps the campaign's files below `campaign/`.
     fn write_files(&self) -> miette::Result<()> {
         for (name, file) in named_files(&self.campaign) {
-            let bytes = std::fs::read(file).into_diagnostic()?;
+            let bytes = softdock_input::read(&file, softdock_input::MAX_BINARY).into_diagnostic()?;
             write_file(&self.path.join("campaign").join(name), &bytes).into_diagnostic()?;
         }
         Ok(())
@@ -565,13 +565,7 @@ pub(crate) fn named_files(campaign: &Campaign) -> Vec<(String, PathBuf)> {
 }
 
 fn read_manifest(folder: &Path) -> miette::Result<Option<Value>> {
-    let path = folder.join("campaign.json");
-    if !path.is_file() {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(&path).into_diagnostic()?;
-    let parsed: Value = serde_json::from_str(&text)
-        .map_err(|error| refuse(format!("{}: {error}", path.display()), "move the damaged folder away"))?;
+    let Some(parsed) = softdock_campaign::manifest::read(folder, SCHEMA).map_err(explain)? else { return Ok(None) };
     if parsed["schema"] == SCHEMA {
         return Ok(Some(parsed));
     }

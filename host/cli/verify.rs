@@ -83,9 +83,10 @@ fn found(folder: &Folder) -> miette::Result<Found> {
         let by = &folder.build;
         found.unknown.push(format!("{by} has made the runs: summary and page are not compared, their hash is"));
     }
-    match std::fs::read_to_string(folder.path.join("summary.json")) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => found.missing.push("summary.json".to_owned()),
-        Err(error) => found.differs.push(format!("summary.json: {error}")),
+    let read = |name: &str| softdock_input::read_text(&folder.path.join(name), softdock_input::MAX_TABLE);
+    match read("summary.json") {
+        Err(softdock_input::InputError::Absent { .. }) => found.missing.push("summary.json".to_owned()),
+        Err(error) => found.differs.push(format!("summary.json: {}", error.what())),
         Ok(text) => {
             let kept: Option<Summary> = serde_json::from_str(&text).ok();
             let kept_hash = kept.as_ref().and_then(|kept| kept.results_hash.clone());
@@ -99,9 +100,9 @@ fn found(folder: &Folder) -> miette::Result<Found> {
             found.hash = summary.results_hash.clone();
         }
     }
-    match std::fs::read_to_string(folder.path.join("report.html")) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => found.missing.push("report.html".to_owned()),
-        Err(error) => found.differs.push(format!("report.html: {error}")),
+    match read("report.html") {
+        Err(softdock_input::InputError::Absent { .. }) => found.missing.push("report.html".to_owned()),
+        Err(error) => found.differs.push(format!("report.html: {}", error.what())),
         Ok(text) if is_own && text != page_text(folder, &summary)? => {
             found.differs.push("report.html: the runs give another one".to_owned());
         }

@@ -1,6 +1,7 @@
 //! Numeric columns of Parquet files that others have written.
 
 use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
@@ -12,18 +13,66 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use crate::{Error, Result};
 
+/// Most values that a table may hold in memory: 1 GiB as f64. A small file can state and hold far more.
+pub const MOST_VALUES: u64 = 1 << 27;
+
+/// Largest selected column of a row group, decompressed \[bytes\].
+const LARGEST_CHUNK: i64 = 2 << 30;
+
+/// Rows decoded at a time.
+const BATCH_ROWS: usize = 8_192;
+
+/// What is wrong with a table that does not fit into memory.
+pub(crate) fn too_many(rows: u64, columns: usize) -> String {
+    format!("{rows} rows of {columns} columns: more than {MOST_VALUES} values; cut the table")
+}
+
 /// Names of the columns of a Parquet file, in file order.
 pub fn column_names(path: &Path) -> Result<Vec<String>> {
-    Ok(open(path)?.schema().fields().iter().map(|field| field.name().clone()).collect())
+    guarded(path, || Ok(open(path)?.schema().fields().iter().map(|field| field.name().clone()).collect()))
 }
 
 /// The named columns as f64, row by row; missing values are NaN. A column that is no number is an error.
+///
+/// # Errors
+/// If the file cannot be read, lacks a column, or states or holds more than [`MOST_VALUES`] values.
 pub fn number_columns(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
+    guarded(path, || read_numbers(path, names))
+}
+
+fn read_numbers(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
     let builder = open(path)?;
+    for name in names {
+        let field = builder.schema().fields().iter().find(|field| field.name() == name);
+        let field = field.ok_or_else(|| Error::contract(path, format!("no column `{name}`")))?;
+        if !is_number(field.data_type()) {
+            let what = format!("column `{name}` holds {}, not numbers", field.data_type());
+            return Err(Error::contract(path, what));
+        }
+    }
+    let stated = builder.metadata().file_metadata().num_rows().max(0) as u64;
+    let most = MOST_VALUES / names.len().max(1) as u64;
+    if stated > most {
+        return Err(Error::contract(path, too_many(stated, names.len())));
+    }
     let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
+    let chunks = builder.metadata().row_groups().iter().flat_map(|group| group.columns().iter().enumerate());
+    let mut selected = chunks.filter(|(leaf, _)| mask.leaf_included(*leaf)).map(|(_, chunk)| chunk);
+    if let Some(chunk) = selected.find(|chunk| !(0..=LARGEST_CHUNK).contains(&chunk.uncompressed_size())) {
+        let (name, bytes) = (chunk.column_path().string(), chunk.uncompressed_size());
+        let what = format!("column `{name}` states {bytes} bytes in a row group, the limit is {LARGEST_CHUNK}");
+        return Err(Error::contract(path, what));
+    }
     let mut columns = vec![Vec::new(); names.len()];
-    for batch in builder.with_projection(mask).build().map_err(Error::parquet(path))? {
+    let reader = builder.with_projection(mask).with_batch_size(BATCH_ROWS).build().map_err(Error::parquet(path))?;
+    let mut rows = 0;
+    for batch in reader {
         let batch = batch.map_err(Error::parquet(path))?;
+        rows += batch.num_rows() as u64;
+        // The stated number of rows may be wrong.
+        if rows > most {
+            return Err(Error::contract(path, too_many(rows, names.len())));
+        }
         for (name, column) in names.iter().zip(&mut columns) {
             let array = batch.column_by_name(name);
             let array = array.ok_or_else(|| Error::contract(path, format!("no column `{name}`")))?;
@@ -37,8 +86,19 @@ pub fn number_columns(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
 }
 
 fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>> {
-    let file = File::open(path).map_err(Error::io(path))?;
+    let file = softdock_input::open(path, softdock_input::MAX_BINARY)?;
     ParquetRecordBatchReaderBuilder::try_new(file).map_err(Error::parquet(path))
+}
+
+/// Takes a panic of the Parquet library for a damaged file: it asserts what a damaged footer states.
+fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(Error::contract(path, "not a readable Parquet file: its footer or pages are damaged")))
+}
+
+fn is_number(kind: &DataType) -> bool {
+    use DataType::{Float32, Float64, Int32, Int64, UInt32, UInt64};
+    matches!(kind, Float64 | Float32 | Int64 | Int32 | UInt64 | UInt32)
 }
 
 /// `false` if the array holds no numbers.

@@ -86,6 +86,10 @@ impl TableReader {
     pub fn read(self) -> Result<Table> {
         let mut whole = self.columns()?;
         let path = self.path.clone();
+        let values = self.rows().saturating_mul(whole.columns.len() as u64);
+        if values > crate::foreign::MOST_VALUES {
+            return Err(Error::contract(&path, crate::foreign::too_many(self.rows(), whole.columns.len())));
+        }
         for batch in self.batches()? {
             if !whole.append(batch?) {
                 return Err(Error::contract(&path, "a column changes its type"));
