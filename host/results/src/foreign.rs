@@ -37,10 +37,10 @@ pub fn column_names(path: &Path) -> Result<Vec<String>> {
 /// # Errors
 /// If the file cannot be read, lacks a column, or states or holds more than [`MOST_VALUES`] values.
 pub fn number_columns(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
-    guarded(path, || read_numbers(path, names))
+    guarded(path, || read_numbers(path, names, MOST_VALUES))
 }
 
-fn read_numbers(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
+fn read_numbers(path: &Path, names: &[&str], most_values: u64) -> Result<Vec<Vec<f64>>> {
     let builder = open(path)?;
     for name in names {
         let field = builder.schema().fields().iter().find(|field| field.name() == name);
@@ -50,8 +50,9 @@ fn read_numbers(path: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>> {
             return Err(Error::contract(path, what));
         }
     }
-    let stated = builder.metadata().file_metadata().num_rows().max(0) as u64;
-    let most = MOST_VALUES / names.len().max(1) as u64;
+    let most = most_values / names.len().max(1) as u64;
+    let groups = builder.metadata().row_groups().iter().map(|group| group.num_rows().max(0) as u64);
+    let stated = groups.fold(0, u64::saturating_add).max(builder.metadata().file_metadata().num_rows().max(0) as u64);
     if stated > most {
         return Err(Error::contract(path, too_many(stated, names.len())));
     }
@@ -118,4 +119,58 @@ fn append(array: &ArrayRef, out: &mut Vec<f64>) -> bool {
         _ => return false,
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Column, Kind, Table, Values, write_table};
+
+    fn written(path: &Path, rows: usize) {
+        let column = Column {
+            name: "force".to_owned(),
+            unit: "N".to_owned(),
+            description: "a force".to_owned(),
+            source: "test".to_owned(),
+            kind: Kind::Signal,
+            values: Values::F64(vec![Some(1.5); rows]),
+        };
+        let word = Column { name: "word".to_owned(), values: Values::Bool(vec![Some(true); rows]), ..column.clone() };
+        write_table(path, &Table { columns: vec![column, word] }, &[]).expect("written");
+    }
+
+    #[test]
+    fn a_small_file_with_too_many_rows_is_refused_whatever_its_footer_states() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("large.parquet");
+        written(&path, 5_000);
+        let read = |most| read_numbers(&path, &["force"], most);
+        assert_eq!(read(5_000).expect("at the limit")[0].len(), 5_000);
+        assert!(read(4_999).expect_err("beyond").to_string().contains("5000 rows of 1 columns"));
+        // The footer states 10 rows in the place of 5000; the row group is as it was.
+        let mut bytes = std::fs::read(&path).expect("read");
+        let [stated, wrong] = [[0x90, 0x4e], [0x94, 0x00]];
+        let at = bytes.windows(2).rposition(|two| two == stated).expect("rows of the group");
+        let first = bytes[..at].windows(2).rposition(|two| two == stated).expect("another place");
+        for place in [at, first] {
+            let mut changed = bytes.clone();
+            changed[place..place + 2].copy_from_slice(&wrong);
+            std::fs::write(&path, changed).expect("written");
+            let refused = guarded(&path, || read(4_999));
+            assert!(refused.is_err() || refused.is_ok_and(|columns| columns[0].len() <= 10));
+        }
+        bytes.truncate(bytes.len() / 2);
+        std::fs::write(&path, bytes).expect("written");
+        assert!(column_names(&path).is_err());
+    }
+
+    #[test]
+    fn columns_without_numbers_are_refused_before_they_are_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("words.parquet");
+        written(&path, 3);
+        let error = number_columns(&path, &["force", "word"]).expect_err("no numbers");
+        assert!(error.to_string().contains("column `word` holds Boolean, not numbers"), "{error}");
+        assert!(number_columns(&path, &["forze"]).expect_err("none").to_string().contains("no column `forze`"));
+    }
 }
