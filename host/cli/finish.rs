@@ -54,7 +54,8 @@ pub(crate) fn stated(folder: &Folder) -> miette::Result<Summary> {
 fn hashed(folder: &Folder) -> miette::Result<Vec<String>> {
     let index = folder.shards()?;
     let foreign = read_traces(&folder.path, &index).into_diagnostic()?.foreign;
-    let ignored: Vec<&Path> = index.foreign.iter().chain(&foreign).map(|(path, _)| path.as_path()).collect();
+    let foreign = index.foreign.iter().chain(&foreign).map(|(path, _)| path.as_path());
+    let ignored: Vec<&Path> = foreign.chain(index.set_aside.iter().map(|path| path.as_path())).collect();
     let belongs = |name: &str| {
         name == "campaign.json"
             || [PARITY.file, HALF_STEP.file].contains(&name)

@@ -93,6 +93,7 @@ fn is_own(name: &str) -> bool {
     };
     match name.split_once('/') {
         None => FILES.contains(&name),
+        Some(("runs", file)) if softdock_results::shards::is_set_aside(file) => true,
         Some((folder @ ("runs" | "partial"), file)) if FOLDERS.contains(&folder) => numbered(file, "shard="),
         Some((folder, file)) => FOLDERS.contains(&folder) && (numbered(file, "run=") || file == "nominal.parquet"),
     }
@@ -120,6 +121,7 @@ mod tests {
             "campaign.json",
             "runs/shard=00012.parquet",
             "runs/shard=00012.parquet.a1B2c3.tmp",
+            "runs/shard=00012.parquet.damaged-1",
             "partial/shard=00000.parquet",
             "traces/nominal.parquet",
             "traces/run=000000017.parquet",

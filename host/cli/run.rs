@@ -103,7 +103,10 @@ fn named(args: &RunArgs, path: &std::path::Path) -> miette::Result<Campaign> {
 pub(crate) fn make_missing(folder: &Folder, part: Part, farm: &mut Farm) -> Result<(), miette::Result<Exit>> {
     let index = folder.shards().map_err(Err)?;
     for (path, reason) in &index.foreign {
-        warn(format!("made again: {} ({reason})", path.display()));
+        warn(format!("made again: {} ({reason}); the file is kept with the ending .damaged-N", path.display()));
+    }
+    for path in &index.set_aside {
+        warn(format!("ignored: {} (it was damaged or foreign; delete it if you do not need it)", path.display()));
     }
     for shard in index.complete.keys().filter(|shard| partial_path(&folder.path, **shard).is_file()) {
         // Its writer was killed between the whole shard and this.

@@ -77,6 +77,10 @@ fn found(folder: &Folder) -> miette::Result<Found> {
     if !index.is_complete() {
         found.missing.push(format!("{} of {} shards", index.missing().len(), index.plan.shards()));
     }
+    for path in &index.set_aside {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        found.unknown.push(format!("runs/{name}: a damaged or foreign file that was at the place of a shard; ignored"));
+    }
     // Another build may write the same runs down in other words.
     let is_own = folder.build == Build::own();
     if !is_own {
