@@ -216,6 +216,7 @@ impl Folder {
     ///
     /// If this is interrupted, the folder says so, and the same command completes it: no run is lost.
     pub(crate) fn rejudge(&mut self, rejudged: Rejudged) -> miette::Result<()> {
+        remove_abandoned(&self.path).into_diagnostic()?;
         let (before, after) = (rejudged.before, self.campaign.hash.clone());
         let files = run_files(&self.path).into_diagnostic()?;
         if let Some((path, hash)) = files.iter().find(|(_, hash)| *hash != before && *hash != after) {

@@ -1,7 +1,7 @@
 //! What is wrong with a file: where, which key, which value, what was expected, and what to do about it.
 
 use crate::source::Source;
-use miette::{Diagnostic, LabeledSpan, SourceCode, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -27,6 +27,66 @@ pub struct Problem {
     pub remedy: String,
     source: Option<Source>,
     span: Range<usize>,
+    /// In the place of the whole source where its lines there are too long for a message.
+    window: Option<Window>,
+}
+
+/// Longest lines, in bytes, that a message shows around a place.
+const LONGEST_LINES: usize = 2_000;
+
+/// Bytes that a message shows of longer lines, before and behind a place.
+const SHOWN: (usize, usize) = (60, 140);
+
+/// A short piece of a text with its place in the file.
+#[derive(Clone, Debug)]
+struct Window {
+    file: String,
+    text: String,
+    span: SourceSpan,
+    /// Line and column of its first byte, from 0.
+    place: (usize, usize),
+}
+
+impl Window {
+    /// The piece around a span; `None` if the lines there are short enough to be shown.
+    fn around(source: &Source, span: &Range<usize>) -> Option<Self> {
+        let text = source.text();
+        let line_start = |at: usize| text[..at].rfind('\n').map_or(0, |end| end + 1);
+        let line_end = |at: usize| text[at..].find('\n').map_or(text.len(), |end| at + end);
+        let boundary = |mut at: usize| {
+            while !text.is_char_boundary(at) {
+                at -= 1;
+            }
+            at
+        };
+        let (start, end) = (boundary(span.start.min(text.len())), boundary(span.end.min(text.len())));
+        let (first, last) = (line_start(start), line_end(end.max(start)));
+        let (before, after) = (line_start(first.saturating_sub(1)), line_end((last + 1).min(text.len())));
+        if after - before <= LONGEST_LINES {
+            return None;
+        }
+        let from = boundary(start.saturating_sub(SHOWN.0)).max(first);
+        let until = boundary((start + SHOWN.1).min(text.len())).min(line_end(start));
+        let (line, column) = source.line_column(from);
+        Some(Self {
+            file: source.path().display().to_string(),
+            text: text[from..until].to_owned(),
+            span: (from, until - from).into(),
+            place: (line - 1, column - 1),
+        })
+    }
+}
+
+impl SourceCode for Window {
+    fn read_span<'a>(
+        &'a self,
+        _span: &SourceSpan,
+        _lines_before: usize,
+        _lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let (file, text) = (self.file.clone(), self.text.as_bytes());
+        Ok(Box::new(MietteSpanContents::new_named(file, text, self.span, self.place.0, self.place.1, 1)))
+    }
 }
 
 impl Problem {
@@ -43,6 +103,7 @@ impl Problem {
             message: message.into(),
             expected: String::new(),
             remedy: String::new(),
+            window: Window::around(&source, &span),
             source: Some(source),
             span,
         }
@@ -61,6 +122,7 @@ impl Problem {
             remedy: String::new(),
             source: None,
             span: 0..0,
+            window: None,
         }
     }
 
@@ -103,7 +165,8 @@ impl Diagnostic for Problem {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.source.as_ref().map(|source| source.named() as &dyn SourceCode)
+        let whole = self.source.as_ref().map(|source| source.named() as &dyn SourceCode);
+        self.window.as_ref().map(|window| window as &dyn SourceCode).or(whole)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -112,7 +175,9 @@ impl Diagnostic for Problem {
             "" => "here".to_owned(),
             expected => format!("expected {expected}"),
         };
-        let span = SourceSpan::new(self.span.start.into(), self.span.len());
+        let shown = self.window.as_ref().map_or(usize::MAX, |window| window.span.offset() + window.span.len());
+        let length = self.span.len().min(shown.saturating_sub(self.span.start));
+        let span = SourceSpan::new(self.span.start.into(), length);
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some(label), span))))
     }
 }
@@ -191,6 +256,30 @@ impl Diagnostic for Problems {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_a_long_line_a_message_shows_the_place_alone() {
+        let text = format!("a = 1\n# {0}\nb = \"{0}\" # {0}\n", "ä".repeat(100_000));
+        let source = Source::new("c.toml".into(), text);
+        let places = source.span_of("b");
+        for span in [places.clone(), places.start + 1..places.start + 2, 4..5, 0..0, places.end..source.text().len()] {
+            let problems = Problems::from(Problem::at(&source, span.clone(), "this is wrong").value(""));
+            let shown = format!("{:?}", Shown(&miette::NarratableReportHandler::new(), &problems));
+            assert!(shown.len() < 5_000 && shown.contains("c.toml"), "{span:?}: {} bytes\n{shown}", shown.len());
+        }
+        let problems = Problems::from(Problem::at(&source, places, "this is wrong").value(""));
+        let shown = format!("{:?}", Shown(&miette::NarratableReportHandler::new(), &problems));
+        assert!(shown.contains("line 3, columns 5 to"), "{shown}");
+    }
+
+    /// A report as a handler shows it.
+    struct Shown<'a>(&'a dyn miette::ReportHandler, &'a Problems);
+
+    impl fmt::Debug for Shown<'_> {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            self.0.debug(self.1, f)
+        }
+    }
 
     #[test]
     fn a_problem_is_shown_with_its_label_and_help() {
