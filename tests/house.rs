@@ -106,6 +106,32 @@ fn sources() -> Vec<PathBuf> {
     files
 }
 
+/// Files that may open others without `softdock-input`: what they read is no input of a user.
+const OPENERS: [&str; 4] = [
+    "host/input/src/file.rs",
+    // The system's own files, and the lock of a robot.
+    "host/realtime/src/process.rs",
+    "host/realtime/src/process/owner.rs",
+    // A folder that is synced.
+    "host/results/src/atomic.rs",
+];
+
+#[test]
+fn files_of_users_are_opened_within_bounds() {
+    for file in sources() {
+        let name = file.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+        let is_test = name.contains("/tests/") || name.ends_with("tests.rs");
+        if !name.starts_with("host/") || is_test || OPENERS.contains(&name.as_str()) {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a text");
+        let program = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for call in ["fs::read(", "fs::read_to_string(", "File::open("] {
+            assert!(!program.contains(call), "{name} calls {call}: use softdock_input::read, read_text or open");
+        }
+    }
+}
+
 #[test]
 fn every_source_file_says_what_it_is() {
     let files = sources();

@@ -72,6 +72,14 @@ fn files_beyond_their_size_are_rejected_before_they_are_read() {
     }
 }
 
+#[test]
+fn thousands_of_problems_are_counted_and_not_listed() {
+    let wrong =
+        "[[dispersion]]\ntarget = \"nonsense\"\ndist = { kind = \"uniform\", min = \"1 m\", max = \"2 m\" }\n\n";
+    let many = format!("{}[[correlation]]", wrong.repeat(2_000));
+    rejected("b/campaign.toml", "[[correlation]]", &many, &["more problems are not listed"]);
+}
+
 /// A Parquet file of a few megabytes whose column would take gigabytes.
 fn bomb(path: &Path, parts: u64) {
     let column = |rows| Column {

@@ -33,8 +33,8 @@ use std::time::Duration;
 /// Threads that read.
 const WORKERS: usize = 2;
 
-/// Reads the file at a path, which lies in a worker's own copy of all files.
-type Read = fn(&Path);
+/// Reads the file at a path, which lies in a worker's own copy of all files; whether it was accepted.
+type Read = fn(&Path) -> bool;
 
 /// A file and its reader.
 struct Input {
@@ -45,9 +45,10 @@ struct Input {
     is_sealed: bool,
 }
 
-fn campaign_of(path: &Path, name: &str) {
-    let Ok(campaign) = Campaign::load(&path.ancestors().nth(1).expect("a folder").join(name)) else { return };
-    used(&campaign);
+fn campaign_of(path: &Path, name: &str) -> bool {
+    let campaign = Campaign::load(&path.ancestors().nth(1).expect("a folder").join(name));
+    campaign.iter().for_each(used);
+    campaign.is_ok()
 }
 
 /// Draws from a campaign that was accepted.
@@ -58,55 +59,55 @@ fn used(campaign: &Campaign) {
     let _ = campaign.nominal();
 }
 
-fn campaign(path: &Path) {
-    if let Ok(campaign) = softdock_campaign::load(path) {
-        used(&campaign);
-    }
+fn campaign(path: &Path) -> bool {
+    let campaign = softdock_campaign::load(path);
+    campaign.iter().for_each(used);
     let _ = softdock_campaign::kind(path);
     if let (Ok(damaged), Ok(shipped)) =
         (fs::read_to_string(path), fs::read_to_string(root().join("campaigns/smoke.toml")))
     {
         let _ = softdock_campaign::difference::changed_keys(&shipped, &damaged);
     }
+    campaign.is_ok()
 }
 
-fn bad_folder(path: &Path) {
-    campaign_of(path, "campaign.toml");
+fn bad_folder(path: &Path) -> bool {
+    campaign_of(path, "campaign.toml")
 }
 
-fn scenario(path: &Path) {
+fn scenario(path: &Path) -> bool {
     let _ = Scenario::load(path);
-    campaign_of(path.parent().expect("a folder"), "smoke.toml");
+    campaign_of(path.parent().expect("a folder"), "smoke.toml")
 }
 
-fn facility(path: &Path) {
-    let _ = Station::load(path);
+fn facility(path: &Path) -> bool {
+    Station::load(path).is_ok()
 }
 
-fn robot(path: &Path) {
-    let _ = Robot::load(path);
+fn robot(path: &Path) -> bool {
+    Robot::load(path).is_ok()
 }
 
-fn rig(path: &Path) {
-    let _ = Rig::load(path);
+fn rig(path: &Path) -> bool {
+    Rig::load(path).is_ok()
 }
 
 /// A table of cases, for the campaign that lies beside it.
-fn cases(path: &Path) {
+fn cases(path: &Path) -> bool {
     let cases = if path.extension().is_some_and(|ending| ending == "csv") {
         Cases::of_csv(path)
     } else {
-        let Ok(names) = column_names(path) else { return };
+        let Ok(names) = column_names(path) else { return false };
         let bytes = fs::read(path).expect("a file");
         Cases::of_columns(path, bytes, &names, |names| number_columns(path, names).map_err(|error| error.to_string()))
     };
     let campaign = softdock_campaign::load(&path.with_file_name("c").join("smoke.toml")).expect("not damaged");
-    if let Ok(campaign) = cases.and_then(|cases| campaign.with_cases(cases)) {
-        used(&campaign);
-    }
+    let campaign = cases.and_then(|cases| campaign.with_cases(cases));
+    campaign.iter().for_each(used);
+    campaign.is_ok()
 }
 
-fn shard(path: &Path) {
+fn shard(path: &Path) -> bool {
     let results = path.ancestors().nth(2).expect("a results folder");
     let plan = ShardPlan { runs: 8, shard_runs: 8 };
     let stated = TableReader::open(path).map(|reader| reader.metadata()).unwrap_or_default();
@@ -123,6 +124,7 @@ fn shard(path: &Path) {
     let _ = index.read_run(3);
     let _ = run_files(results);
     cases(path_beside(path).as_path());
+    index.is_complete()
 }
 
 /// The damaged shard as a table of cases.
@@ -132,45 +134,44 @@ fn path_beside(path: &Path) -> PathBuf {
     place
 }
 
-fn trace(path: &Path) {
-    let _ = read_trace(path);
+fn trace(path: &Path) -> bool {
+    read_trace(path).is_ok()
 }
 
-fn drive_table(path: &Path) {
-    if let Ok((reader, _)) = open_drive_log(path) {
-        let _ = reader.read();
-    }
+fn drive_table(path: &Path) -> bool {
+    let is_log = open_drive_log(path).is_ok_and(|(reader, _)| reader.read().is_ok());
     if let Ok(names) = column_names(path) {
         let _ = number_columns(path, &names.iter().map(String::as_str).collect::<Vec<_>>());
     }
+    is_log
 }
 
-fn drive_log(path: &Path) {
-    let _ = read_log(path);
+fn drive_log(path: &Path) -> bool {
+    read_log(path).is_ok_and(|log| log.ends_early.is_none() && !log.records.is_empty())
 }
 
-fn results_manifest(path: &Path) {
-    let _ = manifest::read(path.parent().expect("a folder"), "results/4");
+fn results_manifest(path: &Path) -> bool {
+    manifest::read(path.parent().expect("a folder"), "results/4").is_ok()
 }
 
-fn tosses(path: &Path) {
+fn tosses(path: &Path) -> bool {
     let rig = Rig::load(&root().join("campaigns/rigs/cube_toss.toml")).expect("shipped");
-    let _ = grid::read(path, &rig);
+    grid::read(path, &rig).is_ok()
 }
 
-fn trajectory(path: &Path) {
+fn trajectory(path: &Path) -> bool {
     let robot = Robot::load(&root().join("campaigns/models/kr300_r2500.toml")).expect("shipped");
-    let _ = Recording::read(path, &robot);
+    Recording::read(path, &robot).is_ok()
 }
 
-fn marks(path: &Path) {
-    let _ = read_marks(path, 6);
+fn marks(path: &Path) -> bool {
+    read_marks(path, 6).is_ok()
 }
 
-fn rsi(path: &Path) {
-    let Ok(text) = fs::read_to_string(path) else { return };
+fn rsi(path: &Path) -> bool {
+    let Ok(text) = fs::read_to_string(path) else { return false };
     let expected = Expected { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
-    let _ = read_rsi_ethernet(&text, &expected);
+    read_rsi_ethernet(&text, &expected).is_ok()
 }
 
 const fn plain(file: &'static str, read: Read) -> Input {
@@ -252,19 +253,23 @@ thread_local! {
 #[test]
 fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
     let whole = made();
+    for input in &INPUTS {
+        assert!((input.read)(&whole.path(input.file)), "the whole {} is not accepted", input.file);
+    }
     // Panics of the Parquet library are caught and become errors: they are no news.
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| match std::thread::current().name() {
         Some("reader") => PANIC.with(|panic| *panic.borrow_mut() = info.to_string()),
         _ => usual(info),
     }));
-    let (count, next, faults) = (sized(540, 10_000), AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let (count, next, faults) = (sized(2_700, 10_000), AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let accepted: Vec<AtomicUsize> = INPUTS.iter().map(|_| AtomicUsize::new(0)).collect();
     let watchdog = Watchdog::start();
     std::thread::scope(|scope| {
         for worker in 0..WORKERS {
             let folder = tempfile::tempdir().expect("a folder");
             copy(whole.path("").as_path(), folder.path());
-            let (next, faults, watchdog) = (&next, &faults, watchdog.clone());
+            let (next, faults, accepted, watchdog) = (&next, &faults, &accepted, watchdog.clone());
             let work = move || {
                 loop {
                     let case = next.fetch_add(1, Ordering::Relaxed);
@@ -280,9 +285,14 @@ fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
                     }
                     fs::write(&path, &damaged).expect("written");
                     watchdog.begin(worker, format!("case {case}, {}", input.file));
-                    if catch_unwind(AssertUnwindSafe(|| (input.read)(&path))).is_err() {
-                        let panic = PANIC.with(|panic| panic.borrow().clone());
-                        faults.lock().expect("a list").push(format!("case {case}, {}: {panic}", input.file));
+                    match catch_unwind(AssertUnwindSafe(|| (input.read)(&path))) {
+                        Ok(is_accepted) => {
+                            accepted[case % INPUTS.len()].fetch_add(usize::from(is_accepted), Ordering::Relaxed);
+                        }
+                        Err(_) => {
+                            let panic = PANIC.with(|panic| panic.borrow().clone());
+                            faults.lock().expect("a list").push(format!("case {case}, {}: {panic}", input.file));
+                        }
                     }
                     watchdog.end(worker);
                     fs::write(&path, &bytes).expect("put back");
@@ -293,6 +303,9 @@ fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
         }
     });
     let _ = std::panic::take_hook();
+    for (input, accepted) in INPUTS.iter().zip(&accepted) {
+        println!("{}: {} of {} accepted", input.file, accepted.load(Ordering::Relaxed), count / INPUTS.len());
+    }
     let faults = faults.into_inner().expect("a list");
     assert!(faults.is_empty(), "{} of {count} cases:\n{}", faults.len(), faults.join("\n"));
 }

@@ -31,6 +31,9 @@ pub struct Problem {
     window: Option<Window>,
 }
 
+/// Most problems of one check that are kept: a message for each takes milliseconds and a screen.
+const LISTED: usize = 50;
+
 /// Longest lines, in bytes, that a message shows around a place.
 const LONGEST_LINES: usize = 2_000;
 
@@ -45,6 +48,8 @@ struct Window {
     span: SourceSpan,
     /// Line and column of its first byte, from 0.
     place: (usize, usize),
+    /// Line and column of the problem, from 0.
+    problem: (usize, usize),
 }
 
 impl Window {
@@ -67,12 +72,16 @@ impl Window {
         }
         let from = boundary(start.saturating_sub(SHOWN.0)).max(first);
         let until = boundary((start + SHOWN.1).min(text.len())).min(line_end(start));
-        let (line, column) = source.line_column(from);
+        let place = |at| {
+            let (line, column) = source.line_column(at);
+            (line - 1, column - 1)
+        };
         Some(Self {
             file: source.path().display().to_string(),
             text: text[from..until].to_owned(),
             span: (from, until - from).into(),
-            place: (line - 1, column - 1),
+            place: place(from),
+            problem: place(start),
         })
     }
 }
@@ -80,12 +89,17 @@ impl Window {
 impl SourceCode for Window {
     fn read_span<'a>(
         &'a self,
-        _span: &SourceSpan,
-        _lines_before: usize,
-        _lines_after: usize,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let (file, text) = (self.file.clone(), self.text.as_bytes());
-        Ok(Box::new(MietteSpanContents::new_named(file, text, self.span, self.place.0, self.place.1, 1)))
+        // Without lines around it the place of the problem itself is asked for.
+        let is_place = lines_before + lines_after == 0;
+        let (line, column) = if is_place { self.problem } else { self.place };
+        let from = if is_place { span.offset().saturating_sub(self.span.offset()).min(self.text.len()) } else { 0 };
+        let rest = (self.span.offset() + from, self.text.len() - from).into();
+        let text = &self.text.as_bytes()[from..];
+        Ok(Box::new(MietteSpanContents::new_named(self.file.clone(), text, rest, line, column, 1)))
     }
 }
 
@@ -188,7 +202,15 @@ pub struct Problems(Vec<Problem>);
 
 impl Problems {
     /// `Err` if there are any problems.
-    pub(crate) fn check(problems: Vec<Problem>) -> Result<(), Self> {
+    ///
+    /// Of very many the first [`LISTED`] are kept, with the number of the others.
+    pub(crate) fn check(mut problems: Vec<Problem>) -> Result<(), Self> {
+        let others = problems.len().saturating_sub(LISTED);
+        if let Some(file) = problems.get(LISTED).map(|problem| problem.file.clone()) {
+            problems.truncate(LISTED);
+            let message = format!("{others} more problems are not listed");
+            problems.push(Problem::with_file(file, message).remedy("correct the listed ones first"));
+        }
         if problems.is_empty() { Ok(()) } else { Err(Self(problems)) }
     }
 
@@ -270,6 +292,19 @@ mod tests {
         let problems = Problems::from(Problem::at(&source, places, "this is wrong").value(""));
         let shown = format!("{:?}", Shown(&miette::NarratableReportHandler::new(), &problems));
         assert!(shown.contains("line 3, columns 5 to"), "{shown}");
+    }
+
+    #[test]
+    fn of_many_problems_the_first_are_listed_and_the_others_counted() {
+        let source = Source::new("c.toml".into(), "runs = 0\n".to_owned());
+        let problem = || Problem::at(&source, 7..8, "0 is out of range");
+        let problems = Problems::check((0..5_000).map(|_| problem()).collect()).expect_err("problems");
+        assert_eq!(problems.iter().count(), LISTED + 1);
+        assert!(problems.to_string().contains("4950 more problems are not listed"), "{problems}");
+        assert_eq!(
+            Problems::check((0..LISTED).map(|_| problem()).collect()).expect_err("problems").iter().count(),
+            LISTED
+        );
     }
 
     /// A report as a handler shows it.
