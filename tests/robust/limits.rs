@@ -146,6 +146,21 @@ fn pipes_devices_and_folders_in_the_place_of_files_are_rejected_at_once() {
     replaced("r/campaign.json", &["status r", "report r", "verify r", "judge r", "merge m r", again], &pipe);
     fs::write(workshop.path("log.mcap"), "").expect("written");
     replaced("log.mcap", &["replay --log log.mcap"], &["is no regular file but a named pipe"]);
+    // Recordings.
+    let pipe = workshop.path("pipe.csv");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let rig = softdock_campaign::Rig::load(&workshop.path("c/rigs/cube_toss.toml")).expect("shipped");
+    let robot = softdock_campaign::Robot::load(&workshop.path("c/models/kr300_r2500.toml")).expect("shipped");
+    let answers = [
+        softdock_diagnosis::recording::grid::read(&pipe, &rig).err(),
+        softdock_diagnosis::identify::log::Recording::read(&pipe, &robot).err(),
+        softdock_diagnosis::identify::marks::read_marks(&pipe, 6).err(),
+    ];
+    for error in answers {
+        let error = error.expect("a pipe");
+        assert!(error.to_string().contains("is no regular file but a named pipe"), "{error}");
+        assert!(error.remedy().contains("name a regular file"), "{}", error.remedy());
+    }
     // A shard: it counts for nothing, is kept aside, and is made again.
     let shard = workshop.path("r/runs/shard=00000.parquet");
     let whole = fs::read(&shard).expect("a shard");
