@@ -121,7 +121,12 @@ fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange
 /// All files below a folder, by their names in it; what cannot be read is left out.
 pub(crate) fn files_below(folder: &Path) -> Vec<(String, PathBuf)> {
     let (mut open, mut files) = (vec![(String::new(), folder.to_owned())], Vec::new());
+    let mut seen = std::collections::BTreeSet::new();
     while let Some((prefix, folder)) = open.pop() {
+        // Links may lead in a circle.
+        if !seen.insert(folder.canonicalize().unwrap_or_else(|_| folder.clone())) {
+            continue;
+        }
         for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
             let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
             match entry.path() {

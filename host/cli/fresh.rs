@@ -49,6 +49,12 @@ pub(crate) fn clear(results: &Path, inputs: &[PathBuf]) -> miette::Result<()> {
         let message = format!("`{}` is not written by softdock: `{name}`", path.display());
         return Err(refuse(message, "move it out of the results folder, or write --out DIR; nothing was deleted"));
     }
+    let root = results.canonicalize().unwrap_or_else(|_| results.to_owned());
+    let is_inside = |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&root));
+    if let Some((_, path)) = files.iter().find(|(_, path)| !is_inside(path)) {
+        let message = format!("`{}` leads out of the folder that --fresh would empty", path.display());
+        return Err(refuse(message, "remove the link by hand; nothing was deleted"));
+    }
     files.sort_by_key(|(name, _)| name == "campaign.json");
     let shards = files.iter().filter(|(name, _)| name.contains("runs/") && name.ends_with(".parquet")).count();
     for (_, path) in &files {

@@ -63,7 +63,7 @@ fn nesting_beyond_64_levels_is_rejected() {
 
 #[test]
 fn files_beyond_their_size_are_rejected_before_they_are_read() {
-    for (file, limit) in [("campaign.toml", "16.0 MiB"), ("scenario.toml", "16.0 MiB"), ("delays.csv", "256.0 MiB")] {
+    for (file, limit) in [("campaign.toml", "4.0 MiB"), ("scenario.toml", "4.0 MiB"), ("delays.csv", "256.0 MiB")] {
         let workshop = Workshop::new();
         // Sparse: it occupies nothing.
         let made = fs::File::options().write(true).open(workshop.path(&format!("b/{file}")));
@@ -78,6 +78,34 @@ fn thousands_of_problems_are_counted_and_not_listed() {
         "[[dispersion]]\ntarget = \"nonsense\"\ndist = { kind = \"uniform\", min = \"1 m\", max = \"2 m\" }\n\n";
     let many = format!("{}[[correlation]]", wrong.repeat(2_000));
     rejected("b/campaign.toml", "[[correlation]]", &many, &["more problems are not listed"]);
+}
+
+#[test]
+fn a_campaign_of_more_than_a_million_shards_is_rejected() {
+    let cut = "runs = 1000000000\nexecution = { backend = \"cpu\", shard_runs = 999 }\n#";
+    let parts = ["execution.shard_runs", "1001002 shards", "write shard_runs = 1000 or more"];
+    let workshop = Workshop::new();
+    workshop.edit("b/campaign.toml", "execution", "# execution");
+    workshop.edit("b/campaign.toml", "runs = 100", cut);
+    workshop.rejected(CHECK, &parts);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_in_a_results_folder_are_followed_once_and_never_deleted_through() {
+    let workshop = Workshop::new();
+    workshop.ended(&[0, 1], "run c/smoke.toml --backend cpu --runs 16 --out r");
+    workshop.ended(&[0, 1], "run c/smoke.toml --backend cpu --runs 16 --out other");
+    let traces = workshop.path("r/traces");
+    fs::remove_dir_all(&traces).expect("removed");
+    std::os::unix::fs::symlink(workshop.path("other/traces"), &traces).expect("a link");
+    workshop.rejected("run c/smoke.toml --backend cpu --runs 16 --out r --fresh", &["leads out of the folder"]);
+    fs::remove_file(&traces).expect("removed");
+    for name in ["one", "two", "three"] {
+        std::os::unix::fs::symlink(workshop.path("r"), workshop.path("r").join(name)).expect("a link in a circle");
+    }
+    let ended = workshop.run("verify r", crate::watchdog::LIMIT);
+    assert!(matches!(ended.code, Some(0..=3)), "{:?}: {}", ended.code, ended.said);
 }
 
 /// A Parquet file of a few megabytes whose column would take gigabytes.

@@ -26,8 +26,8 @@ use std::cell::RefCell;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Threads that read.
@@ -258,8 +258,13 @@ fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
     }
     // Panics of the Parquet library are caught and become errors: they are no news.
     let usual = std::panic::take_hook();
+    let caught = Arc::new(AtomicUsize::new(0));
+    let counted = caught.clone();
     std::panic::set_hook(Box::new(move |info| match std::thread::current().name() {
-        Some("reader") => PANIC.with(|panic| *panic.borrow_mut() = info.to_string()),
+        Some("reader") => {
+            counted.fetch_add(1, Ordering::Relaxed);
+            PANIC.with(|panic| *panic.borrow_mut() = info.to_string());
+        }
         _ => usual(info),
     }));
     let (count, next, faults) = (sized(2_700, 10_000), AtomicUsize::new(0), Mutex::new(Vec::new()));
@@ -306,6 +311,7 @@ fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
     for (input, accepted) in INPUTS.iter().zip(&accepted) {
         println!("{}: {} of {} accepted", input.file, accepted.load(Ordering::Relaxed), count / INPUTS.len());
     }
+    println!("{} panics of the Parquet library became errors", caught.load(Ordering::Relaxed));
     let faults = faults.into_inner().expect("a list");
     assert!(faults.is_empty(), "{} of {count} cases:\n{}", faults.len(), faults.join("\n"));
 }

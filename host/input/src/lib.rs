@@ -11,7 +11,9 @@ pub use error::{InputError, Result};
 pub use file::{check_regular, decode_text, open, read, read_text};
 
 /// Largest text file that is written by hand: campaigns, scenarios, facilities, robots, URDF \[bytes\].
-pub const MAX_TEXT: u64 = 16 << 20;
+///
+/// TOML takes up to 130 times its size while it is read.
+pub const MAX_TEXT: u64 = 4 << 20;
 
 /// Largest table of numbers as text \[bytes\].
 pub const MAX_TABLE: u64 = 256 << 20;
