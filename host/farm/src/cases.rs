@@ -1,6 +1,6 @@
 //! Inputs that are given instead of drawn: tables of the user, and the failed runs of a results folder.
 
-use crate::error::{FarmError, Result, io};
+use crate::error::{FarmError, Result, writing};
 use crate::folder::ResultsFolder;
 use crate::observer::{Context, Note};
 use crate::paths::normal;
@@ -23,7 +23,7 @@ pub fn read_cases(path: &Path) -> Result<Cases> {
     let unreadable = |error: &dyn std::fmt::Display| {
         FarmError::refused(error, "name a CSV or Parquet file with a column per parameter")
     };
-    let bytes = std::fs::read(path).map_err(|error| unreadable(&format!("{}: {error}", path.display())))?;
+    let bytes = softdock_input::read(path, softdock_input::MAX_BINARY)?;
     let names = column_names(path).map_err(|error| unreadable(&error))?;
     let columns = |names: &[&str]| number_columns(path, names).map_err(|error| error.to_string());
     Ok(Cases::of_columns(path, bytes, &names, columns)?)
@@ -59,7 +59,7 @@ pub fn failed_runs(results: &Path, context: Context) -> Result<Option<Campaign>>
     if table.rows() == 0 {
         return Ok(None);
     }
-    let temporary = tempfile::tempdir().map_err(io(&std::env::temp_dir()))?;
+    let temporary = tempfile::tempdir().map_err(writing(&std::env::temp_dir()))?;
     let file = temporary.path().join("cases.parquet");
     write_table(&file, &table, &[])?;
     Ok(Some(folder.campaign.with_cases(read_cases(&file)?)?))

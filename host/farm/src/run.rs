@@ -129,6 +129,9 @@ pub(crate) fn make_missing(
     for (path, reason) in &index.foreign {
         context.note(Note::MadeAgain { path: path.clone(), reason: reason.clone(), is_partial: false });
     }
+    for path in &index.set_aside {
+        context.note(Note::SetAside(path.clone()));
+    }
     for shard in index.complete.keys().filter(|shard| partial_path(&folder.path, **shard).is_file()) {
         // Its writer was killed between the whole shard and this.
         remove_partial(&folder.path, *shard)?;

@@ -65,6 +65,7 @@ pub fn work(results: &Path, options: &RunOptions, context: Context) -> Result<Op
 /// If the folder is no results folder, or a file cannot be read or written.
 pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
     let whole = ResultsFolder::open(results)?;
+    let whole = ResultsFolder::claim(results, whole.campaign, context)?;
     if !whole.campaign.variants.is_empty() {
         for folder in whole.variants()? {
             if folder.path.is_dir() && folder.shards()?.is_complete() {
