@@ -144,14 +144,14 @@ fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
     for file in sources_in(source) {
         let path = file.strip_prefix(source).expect("a file below the folder").with_extension("");
         let parts: Vec<String> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-        if parts[0] == "lib" || parts.iter().any(|part| part.contains("tests") || part == "fuzz") {
+        if ["lib", "main"].contains(&parts[0].as_str()) || parts.iter().any(|p| p.contains("tests") || p == "fuzz") {
             continue;
         }
         let text = fs::read_to_string(&file).expect("a text");
         let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-        let named =
-            text.split("crate::").skip(1).map(|rest| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next());
-        imports.entry(parts[0].clone()).or_default().extend(named.flatten().map(str::to_owned));
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let text: String = lines.flat_map(|line| [line, "\n"]).collect();
+        imports.entry(parts[0].clone()).or_default().extend(text.split("crate::").skip(1).flat_map(named));
     }
     let modules: BTreeSet<String> = imports.keys().cloned().collect();
     for (module, named) in &mut imports {
@@ -160,18 +160,135 @@ fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
     imports
 }
 
-#[test]
-fn modules_of_realtime_and_session_import_one_way() {
-    for source in ["host/realtime/src", "host/session/src"] {
-        let mut imports = imports(&root().join(source));
-        assert!(imports.len() > 10, "{source}: {:?}", imports.keys());
-        // Modules that import none of those that are left are taken away; a circle stays.
-        while let Some(module) = imports.iter().find(|(_, named)| named.is_empty()).map(|(module, _)| module.clone()) {
-            imports.remove(&module);
-            imports.values_mut().for_each(|named| _ = named.remove(&module));
+/// The modules that stand behind `crate::`: one, or several in braces.
+fn named(rest: &str) -> Vec<String> {
+    let word =
+        |text: &str| text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().to_owned();
+    let Some(list) = rest.strip_prefix('{') else { return vec![word(rest)] };
+    let (mut depth, mut names, mut start) = (1, Vec::new(), 0);
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 1 => {
+                names.push(word(list[start..at].trim()));
+                start = at + 1;
+            }
+            _ => {}
         }
-        assert!(imports.is_empty(), "{source} imports in circles: {imports:?}");
+        if depth == 0 {
+            names.push(word(list[start..at].trim()));
+            break;
+        }
     }
+    names
+}
+
+/// Modules that still import in a circle, by crate. The lists only shrink; those of diagnosis and kernels go with the
+/// rebuild of these parts.
+const CIRCLES: [(&str, &[&str]); 4] = [
+    (
+        "kernels/src",
+        &[
+            "chain",
+            "contact",
+            "delay_line",
+            "effects",
+            "fields",
+            "fixture",
+            "manipulator",
+            "model",
+            "modes",
+            "params",
+            "plant",
+            "real",
+            "robot",
+            "session",
+            "space",
+            "start",
+            "vector",
+        ],
+    ),
+    (
+        "host/diagnosis/src",
+        &[
+            "answer",
+            "block",
+            "combine",
+            "decide",
+            "diagnosis",
+            "experiment",
+            "free_run",
+            "hold_out",
+            "inference",
+            "isolability",
+            "judge",
+            "library",
+            "outside",
+            "packets",
+            "soundness",
+            "steps",
+            "suspects",
+            "timing",
+            "torque_error",
+            "variance",
+        ],
+    ),
+    (
+        "host/campaign/src",
+        &["campaign", "cases", "compare", "idle", "overlay", "problem", "sampling", "source", "variant"],
+    ),
+    (
+        "tests/gauntlet/src",
+        &[
+            "body",
+            "catalogue",
+            "command",
+            "contact",
+            "drive",
+            "error",
+            "facility",
+            "instrument",
+            "robot",
+            "sensor",
+            "session",
+        ],
+    ),
+];
+
+/// Whether a module imports itself, by way of others.
+fn is_in_circle(imports: &BTreeMap<String, BTreeSet<String>>, module: &str) -> bool {
+    let mut open: Vec<&String> = imports[module].iter().collect();
+    let mut seen: BTreeSet<&String> = BTreeSet::new();
+    while let Some(next) = open.pop() {
+        if next == module {
+            return true;
+        }
+        if seen.insert(next) {
+            open.extend(&imports[next]);
+        }
+    }
+    false
+}
+
+#[test]
+fn modules_import_one_way() {
+    let hosts = fs::read_dir(root().join("host")).expect("a folder").flatten();
+    let hosts = hosts.map(|entry| format!("host/{}/src", entry.file_name().to_string_lossy()));
+    let others = ["kernels/src", "kernels/tracer/src", "tests/gauntlet/src", "host/cli"].map(str::to_owned);
+    let mut crates = 0;
+    for source in hosts.chain(others).filter(|source| root().join(source).is_dir()) {
+        crates += 1;
+        let imports = imports(&root().join(&source));
+        let in_circles: Vec<&str> =
+            imports.keys().filter(|module| is_in_circle(&imports, module)).map(String::as_str).collect();
+        let known = CIRCLES.iter().find(|(name, _)| *name == source).map_or(&[][..], |(_, modules)| modules);
+        let new: Vec<_> = in_circles.iter().filter(|module| !known.contains(module)).collect();
+        assert!(new.is_empty(), "{source}: these modules import in a circle: {new:?}");
+        let gone: Vec<_> = known.iter().filter(|module| !in_circles.contains(module)).collect();
+        assert!(gone.is_empty(), "{source}: no longer in a circle, so take them off the list: {gone:?}");
+    }
+    assert!(crates > 12, "{crates} crates");
 }
 
 /// Files that may open others without `softdock-input`: what they read is no input of a user.

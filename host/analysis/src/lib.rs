@@ -5,6 +5,7 @@
 
 mod causes;
 pub mod compare;
+mod compare_page;
 pub mod compare_results;
 mod content;
 mod error;
@@ -19,13 +20,16 @@ pub mod plots;
 pub mod proportions;
 mod reading;
 pub mod report;
+mod share;
 mod summarise;
 pub mod summary;
 mod tally;
+mod templates;
 mod terminal;
 
 pub use causes::cause_sentence;
-pub use compare::{Compared, VariantInput, compare, compare_text, write_compare};
+pub use compare::{Compared, VariantInput, compare, compare_text};
+pub use compare_page::{compare_page, write_compare};
 pub use compare_results::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
 pub use content::Content;
 pub use error::{Error, Result};
@@ -33,7 +37,9 @@ pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page, map_text};
 pub use plots::scene::scene_svg;
-pub use report::{Dispersion, Fact, ReportInput, STYLE, report_page, summary_text, write_report, write_summary};
+pub use report::{Dispersion, Fact, ReportInput, report_page, summary_text, write_report, write_summary};
+pub use share::Share;
 pub use summarise::{summarise, summarise_folder};
 pub use summary::{Extension, Judgement, Summary, Verdict};
+pub use templates::STYLE;
 pub use terminal::{table, verdict_text};

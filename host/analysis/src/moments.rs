@@ -30,3 +30,9 @@ impl Moments {
         (free > 0.0).then(|| (self.squares / free / count, free))
     }
 }
+
+/// Quantile of sorted values; 0 without values.
+pub(crate) fn sorted_quantile(sorted: &[f64], share: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1);
+    sorted.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
+}

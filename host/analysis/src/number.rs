@@ -69,6 +69,16 @@ pub fn grouped(count: u64) -> String {
     out
 }
 
+/// Name and unit of an axis; pure numbers have no unit.
+pub(crate) fn axis_label(name: &str, unit: &str) -> String {
+    if unit == "1" { name.to_owned() } else { format!("{name} [{}]", unit_text(unit)) }
+}
+
+/// Milliseconds for short times: factor and unit in which a quantity is shown.
+pub(crate) fn shown_in(unit: &'static str, greatest: f64) -> (f64, &'static str) {
+    if unit == "s" && greatest < 1.0 { (1e3, "ms") } else { (1.0, unit) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,7 @@ use softdock_results::parity::Repetition;
 use softdock_results::{Column, Kind, Table, Values};
 use std::collections::BTreeSet;
 
-use crate::summary::Share;
+use crate::share::Share;
 
 /// Factor on a margin's RMS difference within which a flip of its verdict is no surprise.
 const EXPLAINED: f64 = 3.0;

@@ -1,7 +1,8 @@
 //! The agreement table in plain words.
 
 use crate::number::interval;
-use crate::summary::{Share, Summary};
+use crate::share::Share;
+use crate::summary::Summary;
 
 /// What the facility's verdicts are worth, in sentences that each carry their interval.
 pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {

@@ -2,18 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use minijinja::Environment;
-use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use serde::Serialize;
 use softdock_results::write_file;
 
 use crate::Result;
-use crate::causes::{cause_text, cause_unit};
 use crate::content::Content;
-use crate::exact::Interval;
 use crate::facts::CampaignFacts;
-use crate::number::{digits_of, grouped, interval, percent, significant, unit_text, with_unit};
+use crate::number::{significant, with_unit};
 use crate::plots::Drawing;
 use crate::plots::energy::energy_figure;
 use crate::plots::force::force_figures;
@@ -23,9 +19,7 @@ use crate::plots::success::success_figure;
 use crate::plots::tracking::{TrackingRow, tracking_figures, tracking_rows};
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
-
-/// The style sheet of every page, to stand inside it.
-pub const STYLE: &str = include_str!("page/style.css");
+use crate::templates::{STYLE, environment};
 
 /// One dispersed parameter, in the words of the campaign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -168,25 +162,6 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         rules: &input.rules,
     };
     Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
-}
-
-/// The pages' templates with what they may call.
-pub(crate) fn environment() -> Result<Environment<'static>> {
-    let mut page = Environment::new();
-    page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    page.add_filter("grouped", grouped);
-    page.add_filter("percent", percent);
-    page.add_filter("sig", digits_of);
-    page.add_filter("cause_text", |id: String, limit: Option<f64>| cause_text(&id, limit));
-    page.add_filter("cause_unit", |id: String| cause_unit(&id));
-    page.add_filter("unit_text", |unit: String| unit_text(&unit));
-    page.add_filter("unit", |value: f64, unit: String| with_unit(value, &unit));
-    page.add_filter("interval", |lo: f64, hi: f64, confidence: f64| {
-        interval(&Interval { lo, hi, confidence }).replace(" %", "\u{a0}%")
-    });
-    page.add_template("report.html", include_str!("page/report.html"))?;
-    page.add_template("compare.html", include_str!("page/compare.html"))?;
-    Ok(page)
 }
 
 fn requirement_figures(input: &ReportInput, summary: &Summary, sample: &Sample) -> Result<Vec<RequirementFigures>> {

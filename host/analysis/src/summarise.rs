@@ -13,9 +13,10 @@ use crate::content::Content;
 use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::parity::Parity;
+use crate::share::Share;
 use crate::summary::{
     Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, IgnoredFile, LoopSummary, OuterSummary,
-    PerLoop, RateSummary, RequirementSummary, SUMMARY_SCHEMA, Share, Summary, Verdict,
+    PerLoop, RateSummary, RequirementSummary, SUMMARY_SCHEMA, Summary, Verdict,
 };
 use crate::tally::{AgreementCounts, DrawCount, LoopTally, Tally};
 use crate::{Error, Result};

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::exact::{Interval, READING_CONFIDENCE, clopper_pearson};
+use crate::exact::Interval;
 use crate::parity::Parity;
+use crate::share::Share;
 
 /// Version of `summary.json`; keys are only added within one major.
 pub const SUMMARY_SCHEMA: &str = "summary/3";
@@ -28,24 +29,6 @@ impl Verdict {
             Self::NotVerified => "NOT VERIFIED",
             Self::Undecided => "UNDECIDED",
         }
-    }
-}
-
-/// A counted share with its two-sided Clopper-Pearson interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Share {
-    /// Cases that count.
-    pub count: u64,
-    /// All cases.
-    pub cases: u64,
-    /// Interval of the true share.
-    pub interval: Interval,
-}
-
-impl Share {
-    /// The share with its 95 % interval.
-    pub fn of(count: u64, cases: u64) -> Self {
-        Self { count, cases, interval: clopper_pearson(count, cases, READING_CONFIDENCE) }
     }
 }
 

@@ -8,7 +8,8 @@ use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
 use crate::causes::cause_text;
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
-use crate::summary::{LoopSummary, RateSummary, RequirementSummary, Share, Summary};
+use crate::share::Share;
+use crate::summary::{LoopSummary, RateSummary, RequirementSummary, Summary};
 
 /// The whole verdict: requirements, agreement, accounting, repeated runs.
 pub fn verdict_text(summary: &Summary) -> String {

@@ -1,7 +1,7 @@
 //! Whether stated probabilities are frequencies: reliability curve and expected calibration error.
 
 use serde::Serialize;
-use softdock_analysis::summary::Share;
+use softdock_analysis::Share;
 
 /// Bins of the curve, of equal width; stated probabilities crowd near 1.
 const BINS: usize = 10;

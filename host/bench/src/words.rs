@@ -1,8 +1,8 @@
 //! A score in plain words.
 
 use crate::score::{Failure, Mark, MethodRow, Row, Score};
+use softdock_analysis::Share;
 use softdock_analysis::number::{digits_of, significant};
-use softdock_analysis::summary::Share;
 use std::collections::BTreeMap;
 
 /// The score for a terminal.

@@ -21,6 +21,7 @@ mod inertia;
 pub mod manifest;
 pub mod metric;
 mod mobility;
+mod mount;
 pub mod overlap;
 mod overlay;
 mod placement;

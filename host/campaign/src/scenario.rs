@@ -22,7 +22,6 @@ use crate::units::show;
 use crate::written::Quantity;
 use crate::written::scenario::{ScenarioFile, StartTable, TaskTable, TimingTable};
 use bodies::Bodies;
-pub(crate) use joint_level::mount;
 use softdock_kernels::model::{Guidance, Model, Task, Timing};
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::{Quat, Vec3};

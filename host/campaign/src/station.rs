@@ -1,11 +1,11 @@
 //! A facility file: the real robots, their limits, the sensor and when to stop, checked.
 
 use crate::check::Checker;
+use crate::mount::mount;
 use crate::problem::Problems;
 use crate::ranges::{ANGLE, FORCE, LENGTH, MASS, RATE, Range, SPEED};
 use crate::read;
 use crate::robot::Robot;
-use crate::scenario::mount;
 use crate::source::Source;
 use crate::written::At;
 use crate::written::station::{

@@ -12,7 +12,6 @@ pub mod parity;
 pub mod partial;
 mod read;
 pub mod runs;
-mod schema;
 mod seal;
 pub mod shards;
 mod table;

@@ -2,7 +2,9 @@
 
 use softdock_kernels::metrics::Metrics;
 
-pub use crate::schema::{
+mod schema;
+
+pub use schema::{
     CustomMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields, requirement_columns,
 };
 

@@ -1,6 +1,5 @@
 //! Variants of a facility side by side: what the verdict of each is worth, where, and by how much it is better.
 
-mod page;
 mod paired;
 mod rows;
 mod text;
@@ -14,12 +13,13 @@ use softdock_results::shards::ShardIndex;
 
 use crate::Result;
 use crate::exact::{READING_CONFIDENCE, upper_bound};
-use crate::plots::sorted_quantile;
-use crate::summary::{AgreementSummary, CauseCount, Share, Summary, Verdict};
-pub use page::{compare_page, write_compare};
+use crate::moments::sorted_quantile;
+use crate::share::Share;
+use crate::summary::{AgreementSummary, CauseCount, Summary, Verdict};
 pub use paired::{Factor, Pairs};
 use rows::{Columns, Row};
 pub use text::compare_text;
+pub(crate) use text::{short_times, times};
 
 /// Version of `compare.json`; keys are only added within one major.
 pub const COMPARE_SCHEMA: &str = "compare/2";

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::compare::{Axis, Band, Compared, Factor};
+use crate::number::shown_in;
 use crate::number::{digits_of, interval};
-use crate::plots::shown_in;
-use crate::summary::Share;
+use crate::share::Share;
 use crate::terminal::table;
 
 /// Verdicts, rates and factors of every variant.
@@ -84,12 +84,12 @@ fn percent_of(share: &Share) -> String {
 }
 
 /// `2.10 (1.81 to 2.52) times`.
-pub(super) fn times(factor: &Factor) -> String {
+pub(crate) fn times(factor: &Factor) -> String {
     format!("{} times", with_digits(factor, 3))
 }
 
 /// `2.1 (1.8 to 2.5)`.
-pub(super) fn short_times(factor: &Factor) -> String {
+pub(crate) fn short_times(factor: &Factor) -> String {
     with_digits(factor, 2)
 }
 

@@ -3,10 +3,11 @@
 use softdock_results::runs::Agreement;
 
 use crate::Result;
+use crate::moments::sorted_quantile;
+use crate::plots::Drawing;
 use crate::plots::axis::{Axis, Scale};
 use crate::plots::figure::{Figure, Size, colour};
 use crate::plots::sample::Sample;
-use crate::plots::{Drawing, sorted_quantile};
 
 /// Dots of one kind, at most: the page stays small, and rare kinds stay visible.
 const MOST_DOTS: usize = 1_500;

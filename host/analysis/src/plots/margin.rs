@@ -1,9 +1,11 @@
 //! Histogram and empirical distribution of a requirement's margin, both loops over one another.
 
 use crate::Result;
+use crate::moments::sorted_quantile;
+use crate::number::axis_label;
+use crate::plots::Drawing;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, colour};
-use crate::plots::{Drawing, axis_label, sorted_quantile};
 
 /// Bars of a histogram.
 const BARS: usize = 48;

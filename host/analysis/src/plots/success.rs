@@ -2,10 +2,11 @@
 
 use crate::Result;
 use crate::exact::{READING_CONFIDENCE, clopper_pearson};
+use crate::number::axis_label;
+use crate::plots::Drawing;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, colour};
 use crate::plots::sample::{Input, Sample};
-use crate::plots::{Drawing, axis_label};
 
 /// Bins of a curve, at most.
 const MOST_BINS: usize = 16;

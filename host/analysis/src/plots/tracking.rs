@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use crate::Result;
+use crate::moments::sorted_quantile;
 use crate::number::significant;
+use crate::plots::Drawing;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, colour};
 use crate::plots::sample::{Sample, TRACKING};
-use crate::plots::{Drawing, sorted_quantile};
 
 /// The [`TRACKING`] columns in words, with the unit and its factor.
 const WORDS: [(&str, &str, f64); TRACKING.len()] = [

@@ -8,7 +8,7 @@ use crate::parameters::Compared;
 use crate::record::{Answer, TrueGain};
 use crate::seal::Asks;
 use serde::Serialize;
-use softdock_analysis::summary::Share;
+use softdock_analysis::Share;
 use std::collections::BTreeMap;
 
 /// One demand, and what was found.

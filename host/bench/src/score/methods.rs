@@ -4,7 +4,7 @@ use super::Scored;
 use crate::outcome::Outcome;
 use crate::seal::Asks;
 use serde::Serialize;
-use softdock_analysis::summary::Share;
+use softdock_analysis::Share;
 
 /// A method beside ours.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,13 +1,12 @@
 //! The joint level of the facility's robots: model file, places, loads, controllers and drives.
 
 use crate::check::Checker;
-use crate::inertia::fault;
+use crate::mount::mount;
 use crate::ranges::{DAMPING, FORCE, LENGTH, MASS, Range, SPEED, STIFFNESS};
 use crate::robot::Robot;
 use crate::source::Source;
-use crate::written::At;
-use crate::written::joint_level::{DrivesTable, JointLevelTable, MountTable, PayloadTable, RailDriveTable};
-use softdock_kernels::manipulator::cell::{Carriage, Feedforward, Misplaced, Mount, Payload, Servo};
+use crate::written::joint_level::{DrivesTable, JointLevelTable, RailDriveTable};
+use softdock_kernels::manipulator::cell::{Carriage, Feedforward, Misplaced, Servo};
 use softdock_kernels::manipulator::{Drive, DriveParams, Friction, Joint, Limits, VelocityLoop};
 use softdock_kernels::model::{JointLevel, Link, Model, Rail};
 use softdock_kernels::params::Params;
@@ -182,30 +181,5 @@ pub(crate) fn check_rail(c: &mut Checker, table: &JointLevelTable, rail: Option<
     {
         let remedy = "turn facility.rail.axis, or the base of robot 1: its z axis points up";
         c.refuse(&drive.span, "a rail is level: this one climbs", remedy);
-    }
-}
-
-pub(crate) fn mount(c: &mut Checker, table: &MountTable) -> Mount {
-    let base = c.pose(&Some(table.position.clone()), &table.rotation);
-    let tool = c.pose(&table.part_position, &table.part_rotation);
-    let nothing = Payload { mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
-    let payload = table.payload.as_ref().map_or(nothing, |table| payload(c, table));
-    Mount { base, tool, payload }
-}
-
-fn payload(c: &mut Checker, table: &At<PayloadTable>) -> Payload {
-    let t = &table.value;
-    let noted = c.problems.len();
-    let inertia = c.inertia(&t.inertia);
-    if c.problems.len() == noted
-        && let Some(fault) = fault(inertia)
-    {
-        let remedy = "take the tensor about the centre of mass from its source again";
-        c.refuse(&table.span, format!("no rigid body has this inertia: {fault}"), remedy);
-    }
-    Payload {
-        mass: c.number(&t.mass, "kg", Range::within(0.0, MASS)),
-        com: c.vector(&t.com, "m", Range::size(LENGTH)),
-        inertia,
     }
 }

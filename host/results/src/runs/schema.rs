@@ -4,7 +4,7 @@ use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::Params;
 
-use crate::runs::{
+use super::{
     AGREEMENT_WORDS, Agreement, Cause, LoopRow, OUTCOME_WORDS, Outcome, PHASE_WORDS, Phase, RequirementResult, RunRow,
     STATUS_WORDS, Status,
 };

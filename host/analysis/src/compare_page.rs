@@ -7,15 +7,15 @@ use serde::Serialize;
 use softdock_campaign::compare::{Bands, CellMap, Comparison};
 use softdock_results::write_file;
 
-use super::text::{short_times, times};
-use super::{Band, Compared, ComparedVariant, Spread, Wrong};
 use crate::Result;
+use crate::compare::{Band, Compared, ComparedVariant, Spread, Wrong, short_times, times};
+use crate::number::{axis_label, shown_in};
 use crate::number::{digits_of, significant, unit_text};
+use crate::plots::Drawing;
 use crate::plots::bands::{aborted_figure, colour_of, metric_figure, wrong_figure};
 use crate::plots::cells::{Shown, cells_figure, medians};
-use crate::plots::{Drawing, axis_label, shown_in};
-use crate::report::{STYLE, environment};
-use crate::summary::Share;
+use crate::share::Share;
+use crate::templates::{STYLE, environment};
 
 /// Everything that the template names.
 #[derive(Serialize)]
