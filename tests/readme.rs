@@ -1,4 +1,4 @@
-//! The commands of README.md and of the tutorials run in order, in a folder with the shipped files, as a new user runs them.
+//! The commands of README.md, of the tutorials and of the how-to pages run in order, in a folder with the shipped files, as a new user runs them.
 //!
 //! Blocks marked `console` are run. A line `$ COMMAND` is a command for bash, in which `cargo run --release --` is the
 //! program; a comment `# exit code N` at its end states its exit code, 0 if there is none. The lines below a command must
@@ -112,12 +112,23 @@ fn commands_of_the_readme_run_in_order() {
     run_page(&Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md"));
 }
 
-#[test]
-fn commands_of_the_tutorials_run_in_order() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/tutorials");
-    let mut pages: Vec<PathBuf> = fs::read_dir(folder).expect("docs/tutorials").flatten().map(|e| e.path()).collect();
+/// The pages of a folder of docs.
+fn pages(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(folder);
+    let mut pages: Vec<PathBuf> = fs::read_dir(folder).expect("a folder of docs").flatten().map(|e| e.path()).collect();
     pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
     pages.sort();
     assert!(pages.len() >= 5, "{pages:?}");
-    pages.iter().for_each(|page| run_page(page));
+    pages
+}
+
+#[test]
+fn commands_of_the_tutorials_run_in_order() {
+    pages("tutorials").iter().for_each(|page| run_page(page));
+}
+
+#[test]
+fn commands_of_the_how_to_pages_run_in_order() {
+    let runs = |page: &PathBuf| fs::read_to_string(page).expect("a page").contains("```console");
+    pages("how-to").iter().filter(|page| runs(page)).for_each(|page| run_page(page));
 }
