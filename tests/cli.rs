@@ -215,6 +215,11 @@ fn a_killed_campaign_resumes_to_the_files_of_an_undisturbed_one() {
     fs::write(bench.path("killed/runs/shard=00000.parquet"), "PAR1 not quite").expect("damage");
     bench.expect(3, "status killed");
     assert_eq!(bench.softdock(&format!("{words} killed")).status.code(), code);
+    // The damaged file is kept, counts for nothing, and is known to be no shard.
+    let aside = bench.path("killed/runs/shard=00000.parquet.damaged-1");
+    assert_eq!(fs::read(&aside).expect("kept"), b"PAR1 not quite");
+    assert!(bench.expect(0, "verify killed").contains("shard=00000.parquet.damaged-1: a damaged or foreign file"));
+    fs::remove_file(aside).expect("removed");
     assert_same(&bench.path("whole"), &bench.path("killed"));
 }
 

@@ -32,21 +32,30 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 fn arrows_between_crates_point_one_way() {
     let house = dependencies();
     let own = |name: &str| house[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect();
-    let allowed: [(&str, &[&str]); 13] = [
+    let allowed: [(&str, &[&str]); 14] = [
+        ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
-        ("softdock-realtime", &["softdock-kernels", "softdock-campaign"]),
+        ("softdock-realtime", &["softdock-kernels", "softdock-input", "softdock-campaign"]),
         (
             "softdock-session",
-            &["softdock-kernels", "softdock-campaign", "softdock-results", "softdock-analysis", "softdock-realtime"],
+            &[
+                "softdock-kernels",
+                "softdock-input",
+                "softdock-campaign",
+                "softdock-results",
+                "softdock-analysis",
+                "softdock-realtime",
+            ],
         ),
-        ("softdock-campaign", &["softdock-kernels"]),
-        ("softdock-results", &["softdock-kernels"]),
+        ("softdock-campaign", &["softdock-kernels", "softdock-input"]),
+        ("softdock-results", &["softdock-kernels", "softdock-input"]),
         ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
         (
             "softdock-farm",
             &[
                 "softdock-kernels",
+                "softdock-input",
                 "softdock-tracer",
                 "softdock-engine",
                 "softdock-campaign",
@@ -56,13 +65,21 @@ fn arrows_between_crates_point_one_way() {
         ),
         (
             "softdock-diagnosis",
-            &["softdock-kernels", "softdock-engine", "softdock-campaign", "softdock-results", "softdock-analysis"],
+            &[
+                "softdock-kernels",
+                "softdock-input",
+                "softdock-engine",
+                "softdock-campaign",
+                "softdock-results",
+                "softdock-analysis",
+            ],
         ),
         // Nobody but the command knows the judge of the diagnosis, who alone knows both sides.
         (
             "softdock-bench",
             &[
                 "softdock-kernels",
+                "softdock-input",
                 "softdock-campaign",
                 "softdock-results",
                 "softdock-analysis",
@@ -154,6 +171,34 @@ fn modules_of_realtime_and_session_import_one_way() {
             imports.values_mut().for_each(|named| _ = named.remove(&module));
         }
         assert!(imports.is_empty(), "{source} imports in circles: {imports:?}");
+    }
+}
+
+/// Files that may open others without `softdock-input`: what they read is no input of a user.
+const OPENERS: [&str; 5] = [
+    "host/input/src/file.rs",
+    // The system's own files, and the lock of a robot.
+    "host/realtime/src/process.rs",
+    "host/realtime/src/process/owner.rs",
+    // Locks of a results folder.
+    "host/farm/src/lock.rs",
+    // A folder that is synced.
+    "host/results/src/atomic.rs",
+];
+
+#[test]
+fn files_of_users_are_opened_within_bounds() {
+    for file in sources() {
+        let name = file.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+        let is_test = name.contains("/tests/") || name.ends_with("tests.rs");
+        if !name.starts_with("host/") || is_test || OPENERS.contains(&name.as_str()) {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a text");
+        let program = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for call in ["fs::read(", "fs::read_to_string(", "File::open("] {
+            assert!(!program.contains(call), "{name} calls {call}: use softdock_input::read, read_text or open");
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Errors and ends of the campaign functions, as the command line reports them.
 
-use crate::words::{Exit, explain, json, refuse, say, warn};
+use crate::words::{Exit, WriteFailure, explain, json, refuse, say, warn};
 use softdock_farm::{Ended, FarmError, Shown};
 
 /// The value of a campaign function, or its error with the remedy.
 pub(crate) fn called<T>(result: softdock_farm::Result<T>) -> miette::Result<T> {
     result.map_err(|error| match error {
         FarmError::Campaign(problems) => explain(problems),
+        error if error.is_write_failure() => WriteFailure::report(&error, error.remedy().unwrap_or_default()),
         error => match error.remedy() {
             Some(remedy) => refuse(error, remedy),
             None => miette::miette!("{error}"),

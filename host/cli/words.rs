@@ -15,7 +15,7 @@ pub(crate) enum Exit {
     NotVerified = 1,
     /// The input is at fault.
     BadInput = 2,
-    /// The campaign is incomplete; a session on robots was stopped, or not begun.
+    /// The campaign is incomplete, or a file could not be written; a session on robots was stopped, or not begun.
     Incomplete = 3,
 }
 
@@ -34,7 +34,7 @@ impl Exit {
 pub(crate) fn leave(answer: miette::Result<Exit>) -> ExitCode {
     let exit = answer.unwrap_or_else(|report| {
         warn(format!("{report:?}"));
-        Exit::BadInput
+        if report.downcast_ref::<WriteFailure>().is_some() { Exit::Incomplete } else { Exit::BadInput }
     });
     ExitCode::from(exit as u8)
 }
@@ -52,6 +52,34 @@ pub(crate) fn warn(text: impl Display) {
 /// An error with its remedy.
 pub(crate) fn refuse(message: impl Display, remedy: impl Display) -> Report {
     miette!(help = remedy.to_string(), "{message}")
+}
+
+/// A file that cannot be written: the disk is at fault, not the input.
+#[derive(Debug)]
+pub(crate) struct WriteFailure {
+    message: String,
+    remedy: String,
+}
+
+impl WriteFailure {
+    /// As an error of a command, which then ends with 3.
+    pub(crate) fn report(message: impl Display, remedy: impl Display) -> Report {
+        Report::new(Self { message: message.to_string(), remedy: remedy.to_string() })
+    }
+}
+
+impl Display for WriteFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for WriteFailure {}
+
+impl miette::Diagnostic for WriteFailure {
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new(&self.remedy))
+    }
 }
 
 /// All that is wrong with a campaign's files, each with its place; the last one ends the command.

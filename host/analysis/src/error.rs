@@ -31,3 +31,10 @@ pub enum Error {
     #[error("report page: {0}")]
     Page(#[from] minijinja::Error),
 }
+
+impl Error {
+    /// Whether an output could not be written: a matter of the disk, not of the input.
+    pub fn is_write_failure(&self) -> bool {
+        matches!(self, Self::File(error) if error.is_write_failure())
+    }
+}

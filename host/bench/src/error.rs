@@ -23,6 +23,9 @@ pub enum Error {
     /// A file cannot be written.
     #[error(transparent)]
     Results(#[from] softdock_results::Error),
+    /// A file is no input: no regular file, too large, no text.
+    #[error(transparent)]
+    Input(#[from] softdock_input::InputError),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     File {
@@ -54,6 +57,7 @@ impl Error {
             Self::Recordings(_) | Self::Model(_) | Self::Diagnosis(_) => {
                 "this is a fault of the plan: please report it"
             }
+            Self::Input(error) => error.remedy(),
             Self::Page(_) | Self::Results(_) | Self::File { .. } => "check the path and its permissions",
             Self::Damaged { .. } => "remove the folder and run the cases again",
             Self::Unknown { .. } => "write one of those",

@@ -270,7 +270,7 @@ fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
         if !name.starts_with(what) || !name.ends_with(".jsonl") {
             continue;
         }
-        let text = std::fs::read_to_string(&path).map_err(Error::file(&path))?;
+        let text = softdock_input::read_text(&path, softdock_input::MAX_TABLE)?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         for (number, line) in whole.lines().enumerate() {
             let parsed = serde_json::from_str(line);

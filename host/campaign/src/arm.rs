@@ -10,6 +10,12 @@ use std::collections::HashMap;
 use std::ops::Range;
 use urdf_rs::{Joint, JointType, Robot};
 
+/// Most links, and most joints, of a URDF.
+const MOST_LINKS: usize = 1000;
+
+/// What to do about a text that is no URDF.
+const CLOSED: &str = "check that every element is closed and that links have <inertial> with <mass> and <inertia>";
+
 /// A checked arm.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
@@ -39,13 +45,26 @@ impl Arm {
 
 /// Reads the chain; `mount` is the root link's pose in the base's body frame.
 pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem>> {
+    if let Err(deep) = softdock_input::xml_depth(source.text()) {
+        let expected = format!("at most {} levels", softdock_input::MAX_DEPTH);
+        let problem = Problem::at(source, deep.offset..deep.offset + 1, format!("this is not a URDF: {deep}"));
+        return Err(vec![problem.key("robot").value("").expected(expected).remedy(CLOSED)]);
+    }
     let robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
         let end = source.text().trim_end().len();
         let message =
             format!("this is not a URDF: {}", error.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
-        let remedy = "check that every element is closed and that links have <inertial> with <mass> and <inertia>";
-        vec![Problem::at(source, end.saturating_sub(1)..end, message).key("robot").value("").remedy(remedy)]
+        let start = source.text()[..end].char_indices().next_back().map_or(0, |(at, _)| at);
+        vec![Problem::at(source, start..end, message).key("robot").value("").remedy(CLOSED)]
     })?;
+    for (kind, count) in [("link", robot.links.len()), ("joint", robot.joints.len())] {
+        if count > MOST_LINKS {
+            let message = format!("the URDF has {count} {kind}s");
+            let problem = Problem::at(source, 0..0, message).key("robot").value("");
+            let remedy = "keep the chain from the base to the end-effector, and remove the rest of the scene";
+            return Err(vec![problem.expected(format!("at most {MOST_LINKS}")).remedy(remedy)]);
+        }
+    }
     let mut reader = Reader { source, robot: &robot, problems: Vec::new() };
     reader.check_numbers();
     let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };

@@ -32,6 +32,9 @@ pub(crate) const FORMAT: &str = "campaign/2";
 pub(crate) const MOST_RUNS: u64 = 1_000_000_000;
 const MOST_SHARD_RUNS: u64 = 1_000_000;
 
+/// Most shards: files of one folder.
+pub const MOST_SHARDS: u64 = 1_000_000;
+
 /// Runs that are repeated at half the substep unasked: enough to see a difference, cheap beside any campaign.
 const UNASKED_HALF_STEP_RUNS: u64 = 200;
 
@@ -325,6 +328,12 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let derived = derived::read(c, &fields, &file.derived.iter().collect::<Vec<_>>(), &dispersions);
     let runs = c.count(&file.runs, 1, MOST_RUNS);
     let (execution, method) = (execution(c, &file.execution), method(c, file));
+    let shards = runs.div_ceil(execution.shard_runs.max(1));
+    if shards > MOST_SHARDS {
+        let span = file.execution.shard_runs.as_ref().map_or(file.runs.span.clone(), |written| written.span.clone());
+        let remedy = format!("write shard_runs = {} or more", runs.div_ceil(MOST_SHARDS));
+        c.refuse(&span, format!("this gives {shards} shards, more than {MOST_SHARDS}"), remedy);
+    }
     let outer_draws = outer(c, file, runs, &dispersions, &scenario);
     let metrics = metric::read(c, &file.metric);
     let (requirements, agreement) = requirement::read(c, &file.requirement, &metrics);

@@ -25,6 +25,12 @@ use std::sync::Arc;
 /// Problems of one table that are listed.
 const LISTED: usize = 20;
 
+/// Most columns of a table.
+const MOST_COLUMNS: usize = 10_000;
+
+/// Longest name of a column, in bytes.
+const LONGEST_NAME: usize = 200;
+
 /// Column of the run numbers.
 const RUN: &str = "run";
 
@@ -200,6 +206,7 @@ impl Cases {
 impl Raw {
     /// What each column is; every wrong name at once.
     fn meanings(&self) -> Result<Vec<Meaning>, Problems> {
+        self.check_headers()?;
         let table = fields::<f64, Params<f64>>();
         let of_runs = self.headers.iter().any(|name| name.starts_with("in_"));
         let mut problems = Vec::new();
@@ -232,6 +239,22 @@ impl Raw {
             return Err(self.problem(0, None, "no column is a parameter").key("").value("").remedy(remedy).into());
         }
         Ok(meanings)
+    }
+
+    /// Refuses headers that no table of cases has, before they are compared with the names of parameters.
+    fn check_headers(&self) -> Result<(), Problems> {
+        let long = self.headers.iter().position(|name| name.len() > LONGEST_NAME);
+        if self.headers.len() <= MOST_COLUMNS && long.is_none() {
+            return Ok(());
+        }
+        let span = long.and_then(|at| self.spans.get(at)).map_or(0..0, |span| span.start..span.start);
+        let message = match long {
+            Some(at) => format!("the name of column {} has {} bytes", at + 1, self.headers[at].len()),
+            None => format!("the header names {} columns", self.headers.len()),
+        };
+        let expected = format!("at most {MOST_COLUMNS} columns with names of at most {LONGEST_NAME} bytes");
+        let remedy = "write a header with names of parameters, separated by commas, then one case a line";
+        Err(Problem::at(&self.source, span, message).key("").value("").expected(expected).remedy(remedy).into())
     }
 
     /// A problem with a column, or with its cell in a row.

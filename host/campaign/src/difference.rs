@@ -49,7 +49,8 @@ pub fn changed_keys(old: &str, new: &str) -> TextChange {
     if old == new {
         return TextChange::None;
     }
-    let (Ok(old), Ok(new)) = (old.parse::<Table>(), new.parse::<Table>()) else { return TextChange::NotToml };
+    let parse = |text: &str| softdock_input::toml_depth(text).ok().and_then(|_| text.parse::<Table>().ok());
+    let (Some(old), Some(new)) = (parse(old), parse(new)) else { return TextChange::NotToml };
     let mut changes = Vec::new();
     tables("", &old, &new, &mut changes);
     if changes.is_empty() { TextChange::LayoutOnly } else { TextChange::Keys(changes) }

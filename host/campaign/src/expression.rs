@@ -6,6 +6,9 @@ use std::ops::Range;
 /// Deepest nesting of parentheses and signs.
 const DEEPEST: usize = 64;
 
+/// Most numbers, names, signs, operators and calls of one expression; it bounds the depth of the tree.
+const MOST_TERMS: usize = 500;
+
 /// A parsed expression over numbered names.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Expression {
@@ -60,7 +63,7 @@ pub(crate) struct Fault {
 
 /// Parses a text; `index` numbers the names, `names` are those to suggest.
 pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Expression, Fault> {
-    let mut parser = Parser { text, at: 0, depth: 0, names };
+    let mut parser = Parser { text, at: 0, depth: 0, terms: 0, names };
     let expression = parser.sum()?;
     match parser.peek() {
         None => Ok(expression),
@@ -74,6 +77,7 @@ struct Parser<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
+    terms: usize,
     names: &'a [&'a str],
 }
 
@@ -138,6 +142,11 @@ impl Parser<'_> {
     }
 
     fn atom(&mut self) -> Result<Expression, Fault> {
+        self.terms += 1;
+        if self.terms > MOST_TERMS {
+            let remedy = format!("write at most {MOST_TERMS} terms; split the value into several derived ones");
+            return Err(self.fault(format!("the expression has more than {MOST_TERMS} terms"), remedy));
+        }
         match self.peek() {
             Some('(') => {
                 self.take('(');

@@ -18,6 +18,7 @@ mod found;
 mod histogram;
 mod idle;
 mod inertia;
+pub mod manifest;
 pub mod metric;
 mod mobility;
 pub mod overlap;
@@ -84,7 +85,8 @@ pub enum FileKind {
 /// If it cannot be read.
 pub fn kind(path: &Path) -> Result<FileKind, Problems> {
     let source = source::Source::read(path, None)?;
-    let table: Option<toml::Table> = source.text().parse().ok();
+    let is_shallow = softdock_input::toml_depth(source.text()).is_ok();
+    let table: Option<toml::Table> = is_shallow.then(|| source.text().parse().ok()).flatten();
     let schema = table.as_ref().and_then(|table| table.get("schema")).and_then(toml::Value::as_str);
     Ok(match schema.and_then(|schema| schema.split('/').next()) {
         Some("campaign") => FileKind::Campaign,

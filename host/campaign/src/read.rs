@@ -4,8 +4,9 @@ use crate::problem::{Problem, Problems};
 use crate::source::Source;
 use crate::suggest::suggestion;
 use serde::de::DeserializeOwned;
+use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, Deserializer, Error};
+use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 /// What to write for a key that must be there.
 const EXAMPLES: &[(&str, &str)] = &[
@@ -75,8 +76,10 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
             .remedy(format!("start it with schema = \"{format}\"; the shipped files show every key"))
             .into());
     }
+    check_depth(source)?;
     // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
     let mut table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
+    Problems::check(check_lengths(source, table.get_ref()))?;
     if let Some(problem) = check_age(source, table.get_ref(), format) {
         return Err(problem.into());
     }
@@ -86,6 +89,60 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
         overlay.lay_over(table.get_mut(), campaign.into_inner());
     }
     from_table(table).map_err(|error| structure(source, &error).into())
+}
+
+/// Longest text of a file, in characters.
+pub(crate) const LONGEST_TEXT: usize = 10_000;
+
+/// Longest key, in characters.
+const LONGEST_KEY: usize = 200;
+
+/// Refuses nesting that the parsers, which recurse, cannot take.
+fn check_depth(source: &Source) -> Result<(), Problems> {
+    softdock_input::toml_depth(source.text()).map(drop).map_err(|deep| {
+        Problem::at(source, deep.offset..deep.offset + 1, deep.to_string())
+            .expected(format!("at most {} levels", softdock_input::MAX_DEPTH))
+            .remedy("no key takes such a value: remove brackets, braces or parts of the dotted key here")
+            .into()
+    })
+}
+
+/// Refuses keys and texts that are too long for tables, pages and file names.
+fn check_lengths(source: &Source, table: &DeTable<'_>) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    check_keys(source, table, &mut problems);
+    problems
+}
+
+fn check_keys(source: &Source, table: &DeTable<'_>, problems: &mut Vec<Problem>) {
+    for (key, value) in table {
+        if let Some(problem) = too_long(source, "key", key.get_ref(), key.span(), LONGEST_KEY) {
+            // The dotted path of the key is as long as the key.
+            problems.push(problem.key("").value(source.excerpt(&key.span())));
+            continue;
+        }
+        check_value(source, value, problems);
+    }
+}
+
+fn check_value(source: &Source, value: &Spanned<DeValue<'_>>, problems: &mut Vec<Problem>) {
+    match value.get_ref() {
+        DeValue::String(text) => problems.extend(too_long(source, "text", text, value.span(), LONGEST_TEXT)),
+        DeValue::Table(table) => check_keys(source, table, problems),
+        DeValue::Array(array) => array.iter().for_each(|item| check_value(source, item, problems)),
+        _ => {}
+    }
+}
+
+fn too_long(source: &Source, kind: &str, text: &str, span: Range<usize>, limit: usize) -> Option<Problem> {
+    // Most are short in bytes already.
+    let length = if text.len() > limit { text.chars().count() } else { 0 };
+    (length > limit).then(|| {
+        Problem::at(source, span.start..span.start + 1, format!("the {kind} has {length} characters"))
+            .value(source.excerpt(&span))
+            .expected(format!("at most {limit} characters"))
+            .remedy(format!("shorten it to {limit} characters; longer explanations belong in a document"))
+    })
 }
 
 fn from_table<T: DeserializeOwned>(table: Spanned<DeTable<'_>>) -> Result<T, Error> {

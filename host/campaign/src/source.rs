@@ -3,6 +3,7 @@
 use crate::overlay::Overlay;
 use crate::problem::{Problem, Problems};
 use miette::NamedSource;
+use softdock_input::{InputError, MAX_TABLE, MAX_TEXT, toml_depth};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,9 +12,6 @@ use toml::de::{DeTable, DeValue};
 
 /// Longest value that a message repeats in full.
 const EXCERPT: usize = 60;
-
-/// Larger files are refused: no campaign, model or table of measured values comes near.
-const LARGEST_FILE: u64 = 64 << 20;
 
 /// A text file; cheap to clone.
 #[derive(Clone, Debug)]
@@ -48,36 +46,22 @@ impl Source {
             .into()
         };
         let shown = path.display();
-        let data = std::fs::metadata(path).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => refuse(
+        let is_table = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+        let limit = if is_table { MAX_TABLE } else { MAX_TEXT };
+        let text = softdock_input::read_text(path, limit).map_err(|error| match &error {
+            InputError::Absent { .. } => refuse(
                 format!("there is no file `{shown}`"),
                 "check the path; it is relative to the file that names it",
             ),
-            _ => refuse(format!("`{shown}` cannot be read: {error}"), "check the path and its permissions"),
-        })?;
-        if data.is_dir() {
-            return Err(refuse(format!("`{shown}` is a directory"), "name a file in it"));
-        }
-        if !data.is_file() || data.len() > LARGEST_FILE {
-            return Err(refuse(format!("`{shown}` is not a file of at most 64 MiB"), "name a regular, smaller file"));
-        }
-        let bytes = std::fs::read(path).map_err(|error| {
-            refuse(format!("`{shown}` cannot be read: {error}"), "check the path and its permissions")
-        })?;
-        Self::decode(path, bytes)
-    }
-
-    fn decode(path: &Path, bytes: Vec<u8>) -> Result<Self, Problems> {
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let byte = error.as_bytes()[valid.len()];
-            let line_start = valid.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-            let mut problem = Problem::with_file(path.to_owned(), format!("byte 0x{byte:02X} is not UTF-8 text"))
-                .expected("UTF-8")
-                .remedy("save the file with the encoding UTF-8 (UTF-16 and Latin-1 are not read)");
-            problem.line = 1 + valid.iter().filter(|b| **b == b'\n').count();
-            problem.column = 1 + String::from_utf8_lossy(&valid[line_start..]).chars().count();
-            Problems::from(problem)
+            InputError::NotRegular { kind: "directory", .. } => {
+                refuse(format!("`{shown}` is a directory"), "name a file in it")
+            }
+            InputError::NotText { line, column, .. } => {
+                let mut problem = Problem::with_file(path.to_owned(), error.what()).expected("UTF-8");
+                (problem.line, problem.column) = (*line, *column);
+                problem.remedy(error.remedy()).into()
+            }
+            _ => refuse(format!("`{shown}` {}", error.what()), error.remedy()),
         })?;
         Ok(Self::new(path.to_owned(), text))
     }
@@ -86,6 +70,7 @@ impl Source {
     pub(crate) fn new(path: PathBuf, text: String) -> Self {
         let mut places = Vec::new();
         if path.extension().is_some_and(|e| e == "toml")
+            && toml_depth(&text).is_ok()
             && let Ok(table) = DeTable::parse(&text)
         {
             collect_table("", table.get_ref(), &mut places);

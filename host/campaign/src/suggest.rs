@@ -2,6 +2,10 @@
 
 /// The candidate that is most like `word`, if one is near enough to be a slip.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // No name is longer: the comparison of a whole file with each name would take minutes.
+    if word.len() > 200 {
+        return None;
+    }
     // Jaro-Winkler above 0.8: "stifness" finds "stiffness", "mass" does not find "max_depth". In short words it is
     // low after any slip, but one changed letter of three or more is a slip.
     let likeness = |candidate: &str| {

@@ -37,12 +37,27 @@ pub enum Error {
 }
 
 impl Error {
+    /// Whether an output could not be written: a matter of the disk, not of the input.
+    pub fn is_write_failure(&self) -> bool {
+        match self {
+            Self::File(error) => error.is_write_failure(),
+            Self::Page(error) => error.is_write_failure(),
+            Self::Log { .. } | Self::Unfit { .. } => false,
+        }
+    }
+
     /// What to do about it.
     pub fn remedy(&self) -> &str {
         match self {
             Self::Log { remedy, .. } | Self::Unfit { remedy, .. } => remedy,
-            Self::File(_) | Self::Page(_) => "check the path and its permissions",
+            Self::File(error) => error.remedy(),
+            Self::Page(_) => "check the path and its permissions",
         }
+    }
+
+    /// For `map_err` on the input of a recording.
+    pub(crate) fn input(error: softdock_input::InputError) -> Self {
+        Self::log(error.path(), error.line(), error.what(), error.remedy())
     }
 
     pub(crate) fn log(file: &Path, line: Option<usize>, what: impl Into<String>, remedy: impl Into<String>) -> Self {

@@ -99,7 +99,8 @@ pub(crate) fn changed_files(old: (&str, &NamedFiles), new: (&str, &NamedFiles)) 
 
 fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange>) {
     let whole = |how| FileChange::File(name.to_owned(), how);
-    let (Ok(old), Ok(new)) = (std::fs::read(old), std::fs::read(new)) else {
+    let read = |path| softdock_input::read(path, softdock_input::MAX_BINARY);
+    let (Ok(old), Ok(new)) = (read(old), read(new)) else {
         return changes.push(whole("cannot be read"));
     };
     if old == new {

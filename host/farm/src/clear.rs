@@ -1,6 +1,6 @@
 //! `run --fresh`: deletes what softdock has written in a results folder, and nothing else.
 
-use crate::error::{FarmError, Result, io};
+use crate::error::{FarmError, Result, writing};
 use crate::folder::{ResultsFolder, busy};
 use crate::lock::{FOLDER_LOCK, FolderLock, SHARD_LOCKS};
 use crate::observer::{Context, Note};
@@ -60,12 +60,18 @@ pub(crate) fn clear(results: &Path, inputs: &[PathBuf], context: Context) -> Res
             "move it out of the results folder, or write --out DIR; nothing was deleted",
         ));
     }
+    let root = results.canonicalize().unwrap_or_else(|_| results.to_owned());
+    let is_inside = |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&root));
+    if let Some((_, path)) = files.iter().find(|(_, path)| !is_inside(path)) {
+        let message = format!("`{}` leads out of the folder that --fresh would empty", path.display());
+        return Err(FarmError::refused(message, "remove the link by hand; nothing was deleted"));
+    }
     // The lock is still needed.
     files.retain(|(name, _)| name != FOLDER_LOCK);
     files.sort_by_key(|(name, _)| name == "campaign.json");
     let shards = files.iter().filter(|(name, _)| name.contains("runs/") && name.ends_with(".parquet")).count();
     for (_, path) in &files {
-        std::fs::remove_file(path).map_err(io(path))?;
+        std::fs::remove_file(path).map_err(writing(path))?;
     }
     remove_empty(results);
     context.note(Note::Deleted { folder: results.to_owned(), files: files.len(), shards });
@@ -108,6 +114,7 @@ fn is_own(name: &str) -> bool {
         None if name == FOLDER_LOCK => true,
         Some((SLURM_FOLDER, file)) => SLURM_FILES.contains(&file) || file.ends_with(".log"),
         None => FILES.contains(&name),
+        Some(("runs", file)) if softdock_results::shards::is_set_aside(file) => true,
         Some((folder @ ("runs" | "partial"), file)) if FOLDERS.contains(&folder) => numbered(file, "shard="),
         Some((folder, file)) => FOLDERS.contains(&folder) && (numbered(file, "run=") || file == "nominal.parquet"),
     }
@@ -135,6 +142,7 @@ mod tests {
             "campaign.json",
             "runs/shard=00012.parquet",
             "runs/shard=00012.parquet.a1B2c3.tmp",
+            "runs/shard=00012.parquet.damaged-1",
             "partial/shard=00000.parquet",
             "traces/nominal.parquet",
             "traces/run=000000017.parquet",

@@ -21,6 +21,9 @@ pub enum FarmError {
     /// The files of a campaign are wrong.
     #[error("{0}")]
     Campaign(Problems),
+    /// A file of the user cannot be read.
+    #[error(transparent)]
+    Input(#[from] softdock_input::InputError),
     /// A results file cannot be read or written.
     #[error(transparent)]
     Results(#[from] softdock_results::Error),
@@ -41,13 +44,25 @@ impl FarmError {
         Self::Refused { message: message.to_string(), remedy: remedy.to_string() }
     }
 
+    /// Whether a file could not be written: a matter of the disk, not of the input.
+    pub fn is_write_failure(&self) -> bool {
+        match self {
+            Self::Results(error) | Self::Analysis(softdock_analysis::Error::File(error)) => error.is_write_failure(),
+            _ => false,
+        }
+    }
+
     /// What to do about it, if there is more to say than the message does.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Self::Refused { remedy, .. } => Some(remedy.clone()),
             Self::Engine(_) => Some("`softdock devices` lists what runs can be made on".to_owned()),
             Self::Cancelled => Some("the same call resumes".to_owned()),
-            Self::Campaign(_) | Self::Results(_) | Self::Analysis(_) => None,
+            Self::Input(error) => Some(error.remedy().to_owned()),
+            Self::Results(error) | Self::Analysis(softdock_analysis::Error::File(error)) => {
+                Some(error.remedy().to_owned())
+            }
+            Self::Campaign(_) | Self::Analysis(_) => None,
         }
     }
 }
@@ -67,7 +82,7 @@ impl From<EngineError> for FarmError {
     }
 }
 
-/// An error of a file operation outside the results crate.
-pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> FarmError + '_ {
-    |source| softdock_results::Error::Io { path: path.to_owned(), source }.into()
+/// For `map_err` on what writes, removes or locks a file.
+pub(crate) fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> FarmError + '_ {
+    |source| softdock_results::Error::Write { path: path.to_owned(), source }.into()
 }

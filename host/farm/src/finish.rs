@@ -69,7 +69,8 @@ impl Stated {
 /// Names of the files that the summary follows from, and of those made from the runs; files that count for nothing
 /// are not among them.
 fn hashed(folder: &ResultsFolder, content: &Content) -> Vec<String> {
-    let ignored: Vec<&Path> = content.foreign().map(|(path, _)| path.as_path()).collect();
+    let foreign = content.foreign().map(|(path, _)| path.as_path());
+    let ignored: Vec<&Path> = foreign.chain(content.shards.set_aside.iter().map(|path| path.as_path())).collect();
     let belongs = |name: &str| {
         name == crate::manifest::MANIFEST_FILE
             || [PARITY.file, HALF_STEP.file].contains(&name)

@@ -4,8 +4,8 @@
 //! to another machine on its own. A table of given cases lies beside them as `cases.csv` or `cases.parquet`.
 
 use crate::changes::{FileChange, JudgedFiles, changed_files, listed};
-use crate::error::{FarmError, Result, io};
-use crate::lock::FolderLock;
+use crate::error::{FarmError, Result, writing};
+use crate::lock::{FolderLock, SHARD_LOCKS};
 use crate::manifest::{Build, MANIFEST_SCHEMA, Manifest};
 use crate::observer::{Context, Note};
 use crate::paths::{files_below, named_files, normal};
@@ -72,7 +72,7 @@ impl ResultsFolder {
         (folder.extensions, folder.judgements) = (extensions, judgements);
         // What is refused leaves nothing behind, not even a lock.
         folder.compare(Manifest::read(path)?.as_ref())?;
-        std::fs::create_dir_all(path).map_err(io(path))?;
+        std::fs::create_dir_all(path).map_err(writing(path))?;
         loop {
             if let Some(lock) = FolderLock::try_alone(path)? {
                 folder.take(context)?;
@@ -135,6 +135,8 @@ impl ResultsFolder {
     /// Makes the folder one of the campaign, while this process has it alone.
     fn take(&mut self, context: Context) -> Result<()> {
         let records = (self.extensions.clone(), self.judgements.clone());
+        // Nobody makes a shard now: what is there is left of processes that were killed.
+        remove_folder(&self.path.join(SHARD_LOCKS))?;
         match self.compare(Manifest::read(&self.path)?.as_ref())? {
             Held::Same => drop(remove_abandoned(&self.path)?),
             Held::FewerRuns(before) => self.extend(before, context)?,
@@ -169,7 +171,7 @@ impl ResultsFolder {
     /// Keeps the campaign's files below `campaign/`.
     fn write_files(&self) -> Result<()> {
         for (name, file) in named_files(&self.campaign) {
-            let bytes = std::fs::read(&file).map_err(io(&file))?;
+            let bytes = softdock_input::read(&file, softdock_input::MAX_BINARY)?;
             write_file(&self.path.join("campaign").join(name), &bytes)?;
         }
         Ok(())
@@ -236,6 +238,7 @@ impl ResultsFolder {
     ///
     /// If this is interrupted, the folder says so, and the same command completes it: no run is lost.
     pub(crate) fn rejudge(&mut self, rejudged: Rejudgement) -> Result<()> {
+        remove_abandoned(&self.path)?;
         let (before, after) = (rejudged.before, self.campaign.hash.clone());
         let files = run_files(&self.path)?;
         if let Some((path, hash)) = files.iter().find(|(_, hash)| *hash != before && *hash != after) {
@@ -556,13 +559,13 @@ pub(crate) fn busy(path: &Path) -> FarmError {
 
 /// Removes a folder with all that is in it; one that is not there is no error.
 fn remove_folder(path: &Path) -> Result<()> {
-    if path.is_dir() { std::fs::remove_dir_all(path).map_err(io(path)) } else { Ok(()) }
+    if path.is_dir() { std::fs::remove_dir_all(path).map_err(writing(path)) } else { Ok(()) }
 }
 
 /// Removes a file; one that is not there is no error.
 fn remove(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io(path)(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(writing(path)(error)),
         _ => Ok(()),
     }
 }

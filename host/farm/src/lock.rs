@@ -3,7 +3,7 @@
 //! The locks are advisory locks of the operating system. They need no clock, and a process that ends, however it ends,
 //! gives its locks back.
 
-use crate::error::{FarmError, Result, io};
+use crate::error::{FarmError, Result, writing};
 use crate::observer::Cancel;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
@@ -29,31 +29,31 @@ impl FolderLock {
     /// Takes the folder for this process alone; `None` if another process works in it.
     pub(crate) fn try_alone(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(FOLDER_LOCK);
-        let file = open(&path).map_err(io(&path))?;
+        let file = open(&path).map_err(writing(&path))?;
         match file.try_lock() {
             Ok(()) => Ok(Some(Self { file })),
             Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(io(&path)(error)),
+            Err(TryLockError::Error(error)) => Err(writing(&path)(error)),
         }
     }
 
     /// Takes the folder together with other processes that make runs; waits while one has it alone.
     pub(crate) fn together(folder: &Path, cancel: &Cancel) -> Result<Self> {
         let path = folder.join(FOLDER_LOCK);
-        let file = open(&path).map_err(io(&path))?;
+        let file = open(&path).map_err(writing(&path))?;
         loop {
             match file.try_lock_shared() {
                 Ok(()) => return Ok(Self { file }),
                 Err(TryLockError::WouldBlock) if cancel.is_cancelled() => return Err(FarmError::Cancelled),
                 Err(TryLockError::WouldBlock) => std::thread::sleep(RETRY),
-                Err(TryLockError::Error(error)) => return Err(io(&path)(error)),
+                Err(TryLockError::Error(error)) => return Err(writing(&path)(error)),
             }
         }
     }
 
     /// Admits other processes that make runs. For a moment the folder is nobody's.
     pub(crate) fn share(self, folder: &Path, cancel: &Cancel) -> Result<Self> {
-        self.file.unlock().map_err(io(&folder.join(FOLDER_LOCK)))?;
+        self.file.unlock().map_err(writing(&folder.join(FOLDER_LOCK)))?;
         Self::together(folder, cancel)
     }
 }
@@ -72,20 +72,20 @@ impl ShardLock {
         let path = locks.join(format!("shard={shard:05}"));
         loop {
             match fs::create_dir(&locks) {
-                Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(io(&locks)(error)),
+                Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(writing(&locks)(error)),
                 _ => {}
             }
             let file = match open(&path) {
                 // Another process has removed the empty folder meanwhile.
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
-                file => file.map_err(io(&path))?,
+                file => file.map_err(writing(&path))?,
             };
             match file.try_lock() {
                 // A lock of a file that its last owner has removed meanwhile is no lock.
                 Ok(()) if is_still(&path, &file) => return Ok(Some(Self { path, _file: file })),
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(error)) => return Err(io(&path)(error)),
+                Err(TryLockError::Error(error)) => return Err(writing(&path)(error)),
             }
         }
     }

@@ -1,6 +1,6 @@
 //! `campaign.json`: which campaign a results folder belongs to, and which build has made its runs.
 
-use crate::error::{FarmError, Result, io};
+use crate::error::{FarmError, Result};
 use serde::{Deserialize, Serialize};
 use softdock_analysis::{Extension, Judgement};
 use softdock_results::write_file;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub const MANIFEST_SCHEMA: &str = "results/4";
 
 /// Name of the file.
-pub(crate) const MANIFEST_FILE: &str = "campaign.json";
+pub(crate) const MANIFEST_FILE: &str = softdock_campaign::manifest::FILE;
 
 /// The build of softdock that has made the runs of a folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,15 +79,7 @@ impl Manifest {
     /// # Errors
     /// If it cannot be read, is of another format, or is damaged.
     pub(crate) fn read(folder: &Path) -> Result<Option<Self>> {
-        let path = folder.join(MANIFEST_FILE);
-        if !path.is_file() {
-            return Ok(None);
-        }
-        let text = std::fs::read_to_string(&path).map_err(io(&path))?;
-        let damaged = |error: serde_json::Error| {
-            FarmError::refused(format!("{}: {error}", path.display()), "move the damaged folder away")
-        };
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(damaged)?;
+        let Some(value) = softdock_campaign::manifest::read(folder, MANIFEST_SCHEMA)? else { return Ok(None) };
         if value["schema"] != MANIFEST_SCHEMA {
             let message = format!(
                 "`{}` holds results of the format {}, and this version of softdock reads \"{MANIFEST_SCHEMA}\"",
@@ -98,6 +90,12 @@ impl Manifest {
                           wrote it reads it";
             return Err(FarmError::refused(message, remedy));
         }
+        let damaged = |error| {
+            FarmError::refused(
+                format!("{}: {error}", folder.join(MANIFEST_FILE).display()),
+                "restore the file from a backup, or run the campaign into a folder of its own with --out DIR",
+            )
+        };
         serde_json::from_value(value).map(Some).map_err(damaged)
     }
 

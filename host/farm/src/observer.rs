@@ -196,6 +196,8 @@ pub enum Note {
         /// Whether it holds an unfinished shard.
         is_partial: bool,
     },
+    /// A damaged or foreign file that was at the place of a shard is kept under another name, and ignored.
+    SetAside(PathBuf),
     /// A GPU failed, and the CPU makes the rest.
     Failover(EngineError),
     /// The device failed, and the rest is missing.
@@ -255,10 +257,13 @@ impl fmt::Display for Note {
                 write!(f, "{campaign}  {missing} shards to make, {complete}{partial} there  on {device}")
             }
             Self::MadeAgain { path, reason, is_partial: false } => {
-                write!(f, "made again: {} ({reason})", path.display())
+                write!(f, "made again: {} ({reason}); the file is kept with the ending .damaged-N", path.display())
             }
             Self::MadeAgain { path, reason, is_partial: true } => {
                 write!(f, "made again: the runs of {} ({reason})", path.display())
+            }
+            Self::SetAside(path) => {
+                write!(f, "ignored: {} (it was damaged or foreign; delete it if you do not need it)", path.display())
             }
             Self::Failover(error) => write!(
                 f,

@@ -1,7 +1,7 @@
 //! What a call gives back: a verdict or a comparison, and what is missing.
 
 use crate::folder::ResultsFolder;
-use crate::run::Part;
+use crate::part::Part;
 use softdock_analysis::{Compared, Summary, compare_text, verdict_text};
 use std::fmt;
 use std::path::PathBuf;

@@ -23,15 +23,20 @@ pub(crate) fn named_files(campaign: &Campaign) -> Vec<(String, PathBuf)> {
     files.into_iter().map(|file| (slashed(file.strip_prefix(&root).unwrap_or(&file)), file)).collect()
 }
 
-/// All files below a folder, by their names in it; what cannot be read is omitted. Links are not followed.
+/// All files below a folder, by their names in it; what cannot be read is omitted.
 pub(crate) fn files_below(folder: &Path) -> Vec<(String, PathBuf)> {
     let (mut open, mut files) = (vec![(String::new(), folder.to_owned())], Vec::new());
+    let mut seen = std::collections::BTreeSet::new();
     while let Some((prefix, folder)) = open.pop() {
+        // Links may lead in a circle.
+        if !seen.insert(folder.canonicalize().unwrap_or_else(|_| folder.clone())) {
+            continue;
+        }
         for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
             let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            match entry.file_type() {
-                Ok(kind) if kind.is_dir() => open.push((format!("{name}/"), entry.path())),
-                _ => files.push((name, entry.path())),
+            match entry.path() {
+                path if path.is_dir() => open.push((format!("{name}/"), path)),
+                path => files.push((name, path)),
             }
         }
     }

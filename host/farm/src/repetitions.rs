@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::observer::{Context, Progress, Work};
+use crate::rows::input_of;
 use crate::run_engine::{RunEngine, counting};
-use crate::traces::input_of;
 use softdock_engine::RunInput;
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, RepeatedRow, write_repetition};

@@ -2,8 +2,9 @@
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
+use crate::rows::input_of;
 use crate::run_engine::RunEngine;
-use crate::traces::{input_of, record};
+use crate::traces::record;
 use softdock_analysis::number::with_unit;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{RunRow, RunsSchema};

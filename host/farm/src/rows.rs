@@ -4,8 +4,8 @@ use rayon::prelude::*;
 use softdock_analysis::Judge;
 use softdock_campaign::Campaign;
 use softdock_engine::effective_mass::effective_mass;
-use softdock_engine::{Job, is_noisy};
-use softdock_kernels::fields::to_vec;
+use softdock_engine::{Job, RunInput, is_noisy};
+use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::Model;
 use softdock_kernels::outcome::{Finished, Stop};
@@ -66,6 +66,11 @@ impl<'a> RowBuilder<'a> {
         self.judge.judge(&mut row);
         row
     }
+}
+
+/// A row's run with exactly the inputs that were applied.
+pub(crate) fn input_of(row: &RunRow) -> RunInput {
+    RunInput { run: row.run, params: from_slice(&row.inputs) }
 }
 
 /// The rule that stopped a session.

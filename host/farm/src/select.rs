@@ -4,6 +4,7 @@ use crate::cases;
 use crate::error::{FarmError, Result};
 use crate::observer::Context;
 use softdock_campaign::Campaign;
+use softdock_campaign::campaign::MOST_SHARDS;
 use std::path::{Path, PathBuf};
 
 /// What a caller wants to be other than in the campaign's file.
@@ -37,6 +38,14 @@ pub fn load_campaign(file: &Path, selection: &Selection, context: Context) -> Re
     if campaign.runs > most {
         let message = format!("{} runs, but a Sobol' sequence has {most} points", campaign.runs);
         return Err(FarmError::refused(message, format!("write --runs {most} or less, or another sampling.method")));
+    }
+    let shards = campaign.runs.div_ceil(campaign.execution.shard_runs.max(1));
+    if shards > MOST_SHARDS {
+        let message = format!(
+            "{} runs in shards of {} are {shards} shards, and a results folder has {MOST_SHARDS} at most",
+            campaign.runs, campaign.execution.shard_runs
+        );
+        return Err(FarmError::refused(message, "write fewer runs, or a larger execution.shard_runs"));
     }
     if let Some(draws) = campaign.outer_draws.filter(|draws| campaign.runs < u64::from(*draws)) {
         let message = format!("{} runs cannot hold {draws} outer draws", campaign.runs);

@@ -4,7 +4,7 @@
 //! worker ([`crate::work`]) in that folder, and a second job, which waits for the array, ends the folder
 //! ([`crate::finish_folder`]). A task that Slurm requeues goes on from what is on disk.
 
-use crate::error::{FarmError, Result, io};
+use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
 use crate::observer::Context;
 use crate::paths::normal;
@@ -122,7 +122,7 @@ pub fn write_slurm_scripts(
 /// # Errors
 /// If `sbatch` is missing, or refuses a script.
 pub fn submit_slurm_scripts(results: &Path, [array, finish]: &[PathBuf; 2]) -> Result<SlurmJobs> {
-    let text = std::fs::read_to_string(array).map_err(io(array))?;
+    let text = softdock_input::read_text(array, softdock_input::MAX_TEXT)?;
     let tasks = text.lines().find_map(|line| line.strip_prefix("#SBATCH --array=0-")?.parse().ok()).unwrap_or(0) + 1;
     let array = sbatch(&[], array)?;
     let finish = sbatch(&[format!("--dependency=afterany:{array}")], finish)?;
@@ -156,7 +156,7 @@ pub fn slurm_state(results: &Path) -> Result<Option<(SlurmJobs, BTreeMap<String,
     if !path.is_file() {
         return Ok(None);
     }
-    let text = std::fs::read_to_string(&path).map_err(io(&path))?;
+    let text = softdock_input::read_text(&path, softdock_input::MAX_TEXT)?;
     let jobs: SlurmJobs = serde_json::from_str(&text)
         .map_err(|error| FarmError::refused(format!("{}: {error}", path.display()), "delete the file"))?;
     let both = format!("{},{}", jobs.array, jobs.finish);

@@ -6,8 +6,8 @@ mod wall_time;
 
 use crate::error::Result;
 use crate::observer::{Context, Note};
+use crate::rows::input_of;
 use crate::run_engine::RunEngine;
-use crate::traces::input_of;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_engine::{Choice, EngineError, RunInput, cpu};

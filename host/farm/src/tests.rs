@@ -2,9 +2,10 @@
 
 use crate::finish::finish;
 use crate::folder::ResultsFolder;
+use crate::make::{RunOptions, make_missing};
 use crate::observer::{Cancel, Context, Silent};
 use crate::outcome::Incomplete;
-use crate::run::{Part, RunOptions, make_missing};
+use crate::part::Part;
 use crate::run_engine::RunEngine;
 use softdock_campaign::Campaign;
 use softdock_engine::cpu::CpuEngine;

@@ -3,13 +3,12 @@
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::repetitions::is_chosen;
-use crate::rows::RowBuilder;
+use crate::rows::{RowBuilder, input_of};
 use crate::signals::signals;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Keep;
 use softdock_engine::{RunInput, cpu};
-use softdock_kernels::fields::from_slice;
 use softdock_kernels::outcome::Finished;
 use softdock_results::runs::{RunRow, Status};
 use softdock_results::shards::{Provenance, ShardIndex};
@@ -83,11 +82,6 @@ impl<'a> TraceSelection<'a> {
         }
         picked.into_values().collect()
     }
-}
-
-/// A row's run with exactly the inputs that were applied.
-pub(crate) fn input_of(row: &RunRow) -> RunInput {
-    RunInput { run: row.run, params: from_slice(&row.inputs) }
 }
 
 /// Steps the kept runs again and writes their time histories.

@@ -56,6 +56,10 @@ fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {
     if !index.is_complete() {
         found.missing.push(format!("{} of {} shards", index.missing().len(), index.plan.shards()));
     }
+    for path in &index.set_aside {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        found.notes.push(format!("runs/{name}: a damaged or foreign file that was at the place of a shard; ignored"));
+    }
     // Another build may write the same runs down in other words.
     let is_own = folder.build == Build::own();
     if !is_own {
@@ -89,10 +93,10 @@ fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {
 
 /// A file of the folder; one that cannot be read is missing or differs.
 fn read(folder: &ResultsFolder, name: &str, found: &mut Verification) -> Option<String> {
-    match std::fs::read_to_string(folder.path.join(name)) {
+    match softdock_input::read_text(&folder.path.join(name), softdock_input::MAX_TABLE) {
         Ok(text) => return Some(text),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => found.missing.push(name.to_owned()),
-        Err(error) => found.differs.push(format!("{name}: {error}")),
+        Err(softdock_input::InputError::Absent { .. }) => found.missing.push(name.to_owned()),
+        Err(error) => found.differs.push(format!("{name}: {}", error.what())),
     }
     None
 }

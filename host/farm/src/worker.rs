@@ -4,34 +4,12 @@
 use crate::error::{FarmError, Result};
 use crate::finish::finish;
 use crate::folder::ResultsFolder;
+use crate::make::{RunOptions, make_missing};
 use crate::observer::Context;
 use crate::outcome::{Ended, Incomplete, Shown};
-use crate::run::{Part, RunOptions, make_missing};
 use crate::run_engine::RunEngine;
 use crate::variants;
 use std::path::Path;
-
-/// Variables in which schedulers give a task of an array its index: Slurm, PBS Pro, Torque, LSF, Grid Engine, and an
-/// indexed Job of Kubernetes.
-pub const ARRAY_INDICES: [&str; 6] =
-    ["SLURM_ARRAY_TASK_ID", "PBS_ARRAY_INDEX", "PBS_ARRAYID", "LSB_JOBINDEX", "SGE_TASK_ID", "JOB_COMPLETION_INDEX"];
-
-impl Part {
-    /// The part of a task of a scheduler's array with the indices 0 to `count` - 1.
-    ///
-    /// # Errors
-    /// If no variable of [`ARRAY_INDICES`] is set, or it is no such index.
-    pub fn of_array(count: u32, variable: impl Fn(&str) -> Option<String>) -> std::result::Result<Self, String> {
-        let found = ARRAY_INDICES.iter().find_map(|name| Some((name, variable(name)?)));
-        let Some((name, text)) = found else {
-            return Err(format!("this is no task of an array: none of {} is set", ARRAY_INDICES.join(", ")));
-        };
-        match text.parse() {
-            Ok(index) if index < count => Ok(Self { index, count }),
-            _ => Err(format!("{name} is `{text}`, and an array of {count} tasks has the indices 0 to {}", count - 1)),
-        }
-    }
-}
 
 /// Makes the missing runs of one part of a results folder, which exists already; gives the reason if some are still
 /// missing. Nothing is judged.
@@ -65,6 +43,7 @@ pub fn work(results: &Path, options: &RunOptions, context: Context) -> Result<Op
 /// If the folder is no results folder, or a file cannot be read or written.
 pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
     let whole = ResultsFolder::open(results)?;
+    let whole = ResultsFolder::claim(results, whole.campaign, context)?;
     if !whole.campaign.variants.is_empty() {
         for folder in whole.variants()? {
             if folder.path.is_dir() && folder.shards()?.is_complete() {
@@ -84,20 +63,5 @@ pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
             Ok(Ended { incomplete, ..Ended::new(&whole, Shown::Nothing) })
         }
         summary => Ok(Ended::new(&whole, Shown::Campaign(Box::new(summary?)))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_part_of_a_task_is_its_index_in_the_array() {
-        let slurm = |name: &str| (name == "SLURM_ARRAY_TASK_ID").then(|| "3".to_owned());
-        assert_eq!(Part::of_array(16, slurm), Ok(Part { index: 3, count: 16 }));
-        let error = Part::of_array(3, slurm).expect_err("beyond the array");
-        assert!(error.contains("SLURM_ARRAY_TASK_ID is `3`") && error.contains("0 to 2"), "{error}");
-        let error = Part::of_array(3, |_| None).expect_err("no array");
-        assert!(error.contains("PBS_ARRAY_INDEX"), "{error}");
     }
 }

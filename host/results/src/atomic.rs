@@ -1,14 +1,12 @@
 //! Files that appear whole or not at all, and what killed writers leave of them.
 
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+
+use tempfile::NamedTempFile;
 
 use crate::{Error, Result};
-
-/// A temporary file that nobody has written to for this long has lost its writer: a shard takes seconds.
-const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// Characters that make a temporary name unique.
 const UNIQUE: usize = 6;
@@ -17,8 +15,11 @@ const UNIQUE: usize = 6;
 ///
 /// Two writers of one file never mix; a killed one leaves only `NAME.*.tmp`, which no reader looks at and
 /// [`remove_abandoned`] clears away.
+///
+/// # Errors
+/// [`Error::Write`] if the file cannot be written; what was there before stays.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    atomically(path, |file| file.write_all(bytes).map_err(Error::io(path)))
+    atomically(path, |file| file.write_all(bytes).map_err(Error::write(path)))
 }
 
 /// A text file of a results folder.
@@ -42,7 +43,7 @@ impl ResultFile {
 /// # Errors
 /// If the folder or a file cannot be written.
 pub fn write_files(folder: &Path, files: &[ResultFile]) -> Result<Vec<PathBuf>> {
-    fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    fs::create_dir_all(folder).map_err(Error::write(folder))?;
     let write = |file: &ResultFile| {
         let path = folder.join(&file.name);
         write_file(&path, file.text.as_bytes()).map(|()| path)
@@ -50,24 +51,59 @@ pub fn write_files(folder: &Path, files: &[ResultFile]) -> Result<Vec<PathBuf>> 
     files.iter().map(write).collect()
 }
 
-/// Removes what killed writers left below a results folder more than an hour ago; returns how many files.
+/// Removes the temporary files below a results folder whose writers are dead; returns how many.
+///
+/// A writer locks its temporary file as long as it lives: a file that can be locked has lost its writer, whatever its
+/// time stamps. Links below the folder are not followed, and nothing but regular files with a temporary name is removed.
+///
+/// # Errors
+/// If a folder cannot be read.
 pub fn remove_abandoned(results: &Path) -> Result<usize> {
-    let (mut open, mut removed) = (vec![results.to_owned()], 0);
+    let (mut open, mut removed) = (Vec::new(), 0);
+    // The folder itself may be a link that the user has named.
+    if results.is_dir() {
+        open.push(results.to_owned());
+    }
     while let Some(folder) = open.pop() {
-        if !folder.is_dir() {
-            continue;
-        }
         for entry in fs::read_dir(&folder).map_err(Error::io(&folder))? {
-            let path = entry.map_err(Error::io(&folder))?.path();
-            if path.is_dir() {
-                open.push(path);
-            } else if is_temporary(&path) && is_abandoned(&path) {
-                // Another worker may have been faster.
-                removed += usize::from(fs::remove_file(&path).is_ok());
+            let entry = entry.map_err(Error::io(&folder))?;
+            // Another worker may have removed it meanwhile.
+            let Ok(kind) = entry.file_type() else { continue };
+            if kind.is_dir() {
+                open.push(entry.path());
+            } else if kind.is_file() && is_temporary(&entry.path()) {
+                removed += usize::from(remove_if_abandoned(&entry.path()));
             }
         }
     }
     Ok(removed)
+}
+
+/// Removes a temporary file unless its writer lives; `true` if this call has removed it.
+fn remove_if_abandoned(path: &Path) -> bool {
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    let Ok(file) = options.open(path) else { return false };
+    // The lock is held until the file is gone, so that a writer that is just about to lock it sees that.
+    file.try_lock().is_ok() && is_at(&file, path) && fs::remove_file(path).is_ok()
+}
+
+/// Whether an open file is still the one at a path, and no link to one.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (file.metadata(), fs::symlink_metadata(path)) {
+        (Ok(open), Ok(there)) => there.is_file() && (open.dev(), open.ino()) == (there.dev(), there.ino()),
+        _ => false,
+    }
+}
+
+/// Elsewhere an open file keeps its name.
+#[cfg(not(unix))]
+fn is_at(_file: &File, path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|there| there.is_file())
 }
 
 /// Whether a file's name is one that a writer gives it before it is whole.
@@ -77,30 +113,38 @@ pub fn is_temporary(path: &Path) -> bool {
     unique.is_some_and(|unique| unique.len() == UNIQUE && unique.chars().all(|c| c.is_ascii_alphanumeric()))
 }
 
-fn is_abandoned(path: &Path) -> bool {
-    let written = fs::metadata(path).and_then(|data| data.modified());
-    written.is_ok_and(|written| SystemTime::now().duration_since(written).is_ok_and(|age| age > ABANDONED))
-}
-
 /// As [`write_file`], for a writer that streams.
 pub(crate) fn atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    fs::create_dir_all(folder).map_err(Error::write(folder))?;
     let name = path.file_name().ok_or_else(|| Error::contract(path, "not a file name"))?.to_string_lossy();
-    let mut temporary = tempfile::Builder::new()
-        .prefix(&format!("{name}."))
-        .suffix(".tmp")
-        .rand_bytes(UNIQUE)
-        .permissions(shared_permissions(folder)?)
-        .tempfile_in(folder)
-        .map_err(Error::io(path))?;
+    let mut temporary = locked_temporary(path, folder, &name)?;
     fill(temporary.as_file_mut())?;
-    temporary.as_file().sync_all().map_err(Error::io(path))?;
-    temporary.persist(path).map_err(|failed| Error::Io { path: path.to_owned(), source: failed.error })?;
+    temporary.as_file().sync_all().map_err(Error::write(path))?;
+    temporary.persist(path).map_err(|failed| Error::Write { path: path.to_owned(), source: failed.error })?;
     sync_folder(folder)
+}
+
+/// A new temporary file that [`remove_abandoned`] does not remove as long as it is open.
+fn locked_temporary(path: &Path, folder: &Path, name: &str) -> Result<NamedTempFile> {
+    loop {
+        let temporary = tempfile::Builder::new()
+            .prefix(&format!("{name}."))
+            .suffix(".tmp")
+            .rand_bytes(UNIQUE)
+            .permissions(shared_permissions(folder)?)
+            .tempfile_in(folder)
+            .map_err(Error::write(path))?;
+        // A file system without locks is no reason not to write: nothing is removed there.
+        let is_locked = temporary.as_file().lock().is_ok();
+        // Before the lock was there, somebody may have taken the file for abandoned.
+        if !is_locked || is_at(temporary.as_file(), temporary.path()) {
+            return Ok(temporary);
+        }
+    }
 }
 
 /// Results are read by colleagues: the user's umask decides, not the private mode of temporary files.
@@ -113,13 +157,13 @@ fn shared_permissions(_folder: &Path) -> Result<Permissions> {
 /// Other systems inherit the folder's access list; only the read-only bit could be set here.
 #[cfg(not(unix))]
 fn shared_permissions(folder: &Path) -> Result<Permissions> {
-    Ok(fs::metadata(folder).map_err(Error::io(folder))?.permissions())
+    Ok(fs::metadata(folder).map_err(Error::write(folder))?.permissions())
 }
 
 /// The rename itself must survive a power cut: on Unix the folder is synced too.
 fn sync_folder(folder: &Path) -> Result<()> {
     if cfg!(unix) {
-        File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::io(folder))?;
+        File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::write(folder))?;
     }
     Ok(())
 }

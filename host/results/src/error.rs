@@ -8,8 +8,19 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// A results file that could not be written, read or trusted.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The operating system refused.
-    #[error("{}: {source}", path.display())]
+    /// A file could not be written: a matter of the disk, not of the input.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The file is no input: absent, no regular file, or too large.
+    #[error(transparent)]
+    Input(#[from] softdock_input::InputError),
+    /// A folder or file could not be read.
+    #[error("{}: cannot be read: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -35,7 +46,37 @@ pub enum Error {
 }
 
 impl Error {
-    /// For `map_err` on file operations.
+    /// Whether a file could not be written: a matter of the disk, not of the input.
+    pub fn is_write_failure(&self) -> bool {
+        matches!(self, Self::Write { .. })
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        use std::io::ErrorKind as Kind;
+        match self {
+            Self::Write { source, .. } => match source.kind() {
+                Kind::StorageFull | Kind::QuotaExceeded | Kind::FileTooLarge | Kind::WriteZero => {
+                    "free space on the file system, or name a folder on another one; the same command resumes"
+                }
+                Kind::PermissionDenied | Kind::ReadOnlyFilesystem => {
+                    "name a folder that this user may write in, or change its permissions; the same command resumes"
+                }
+                _ => "check the folder and its file system; the same command resumes",
+            },
+            Self::Input(error) => error.remedy(),
+            Self::Io { .. } => "check the path and its permissions",
+            Self::Parquet { .. } => "name a Parquet file, or restore the file from a backup",
+            Self::Contract { .. } => "remove or restore the file; `softdock run` makes a missing shard again",
+        }
+    }
+
+    /// For `map_err` on what writes.
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        |source| Self::Write { path: path.to_owned(), source }
+    }
+
+    /// For `map_err` on what reads.
     pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         |source| Self::Io { path: path.to_owned(), source }
     }

@@ -105,9 +105,9 @@ fn place(from: &Path, to: &Path) -> Result<()> {
         return Ok(());
     }
     let folder = to.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    fs::create_dir_all(folder).map_err(Error::write(folder))?;
     if fs::hard_link(from, to).is_ok() || to.exists() {
         return Ok(());
     }
-    write_file(to, &fs::read(from).map_err(Error::io(from))?)
+    write_file(to, &softdock_input::read(from, softdock_input::MAX_BINARY)?)
 }

@@ -115,7 +115,7 @@ pub fn reopen_shard(results: &Path, shard: u32, file: &ShardFile) -> Result<()> 
 pub fn remove_partial(results: &Path, shard: u32) -> Result<()> {
     let path = partial_path(results, shard);
     match fs::remove_file(&path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(&path)(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(Error::write(&path)(error)),
         _ => {}
     }
     // Fails while other files lie in it, and that is right.

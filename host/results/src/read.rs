@@ -7,6 +7,7 @@ use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
+use crate::foreign::guarded;
 use crate::seal::{FILE_HASH, read_sealed};
 use crate::table::Table;
 use crate::{Error, Result};
@@ -28,7 +29,7 @@ impl TableReader {
     /// If the file cannot be read, has another hash or none, or is not a Parquet file.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = read_sealed(path)?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(Error::parquet(path))?;
+        let builder = guarded(path, || ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(Error::parquet(path)))?;
         Ok(Self { path: path.to_owned(), builder: builder.with_batch_size(BATCH_ROWS), selected: None })
     }
 
@@ -78,14 +79,19 @@ impl TableReader {
 
     /// The rows, as tables of a few thousand.
     pub fn batches(self) -> Result<Batches> {
-        let reader = self.builder.build().map_err(Error::parquet(&self.path))?;
-        Ok(Batches { path: self.path, reader })
+        let (path, builder) = (&self.path, self.builder);
+        let reader = guarded(path, || builder.build().map_err(Error::parquet(path)))?;
+        Ok(Batches { path: self.path, reader, is_over: false })
     }
 
     /// All rows at once: for small tables.
     pub fn read(self) -> Result<Table> {
         let mut whole = self.columns()?;
         let path = self.path.clone();
+        let values = self.rows().saturating_mul(whole.columns.len() as u64);
+        if values > crate::foreign::MOST_VALUES {
+            return Err(Error::contract(&path, crate::foreign::too_many(self.rows(), whole.columns.len())));
+        }
         for batch in self.batches()? {
             if !whole.append(batch?) {
                 return Err(Error::contract(&path, "a column changes its type"));
@@ -99,14 +105,25 @@ impl TableReader {
 pub struct Batches {
     path: PathBuf,
     reader: ParquetRecordBatchReader,
+    is_over: bool,
 }
 
 impl Iterator for Batches {
     type Item = Result<Table>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let batch = self.reader.next()?.map_err(Error::parquet(&self.path));
-        Some(batch.and_then(|batch| Table::from_batch(&batch).map_err(|name| unknown(&self.path, &name))))
+        if self.is_over {
+            return None;
+        }
+        let (path, reader) = (&self.path, &mut self.reader);
+        let table = guarded(path, || {
+            let Some(batch) = reader.next() else { return Ok(None) };
+            let batch = batch.map_err(Error::parquet(path))?;
+            Table::from_batch(&batch).map(Some).map_err(|name| unknown(path, &name))
+        });
+        // Behind an error the library's reader is in no known state.
+        self.is_over = !matches!(table, Ok(Some(_)));
+        table.transpose()
     }
 }
 

@@ -28,12 +28,12 @@ pub(crate) fn blank() -> String {
 /// Writes the hash into a finished file that states [`blank`] in its place.
 pub(crate) fn seal(path: &Path, file: &mut File) -> Result<()> {
     let mut bytes = Vec::new();
-    file.seek(SeekFrom::Start(0)).map_err(Error::io(path))?;
-    file.read_to_end(&mut bytes).map_err(Error::io(path))?;
+    file.seek(SeekFrom::Start(0)).map_err(Error::write(path))?;
+    file.read_to_end(&mut bytes).map_err(Error::write(path))?;
     let place = place(&bytes).ok_or_else(|| Error::contract(path, "the file has no place for its hash"))?;
     let hash = blake3::hash(&bytes).to_hex();
-    file.seek(SeekFrom::Start(place as u64)).map_err(Error::io(path))?;
-    file.write_all(hash.as_bytes()).map_err(Error::io(path))
+    file.seek(SeekFrom::Start(place as u64)).map_err(Error::write(path))?;
+    file.write_all(hash.as_bytes()).map_err(Error::write(path))
 }
 
 /// The bytes of a file that are as its writer left them.
@@ -57,11 +57,7 @@ pub(crate) fn read_sealed(path: &Path) -> Result<Bytes> {
 
 /// All bytes of a regular file; a pipe or a device would never end.
 pub(crate) fn read_regular(path: &Path) -> Result<Bytes> {
-    let data = std::fs::metadata(path).map_err(Error::io(path))?;
-    if !data.is_file() {
-        return Err(Error::contract(path, "not a regular file"));
-    }
-    Ok(Bytes::from(std::fs::read(path).map_err(Error::io(path))?))
+    Ok(Bytes::from(softdock_input::read(path, softdock_input::MAX_BINARY)?))
 }
 
 /// Hash of files below a folder, in the order of their names: every name and every byte.

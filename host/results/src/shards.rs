@@ -102,7 +102,49 @@ pub fn shard_path(results: &Path, shard: u32) -> PathBuf {
     results.join("runs").join(format!("shard={shard:05}.parquet"))
 }
 
+/// Ending of the name under which a damaged or foreign file at the place of a shard is kept, with a number behind it.
+const SET_ASIDE: &str = ".damaged-";
+
+/// Whether a file name is one that [`write_shard`] gives to a file that was at the place of a shard.
+pub fn is_set_aside(name: &str) -> bool {
+    let parts = name.split_once(SET_ASIDE).map(|(shard, number)| (shard.strip_prefix("shard="), number));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    matches!(parts, Some((Some(shard), number))
+        if shard.strip_suffix(".parquet").is_some_and(is_number) && is_number(number))
+}
+
+/// Keeps what is at the place of a shard under another name, unless it is a whole shard of the same origin.
+fn set_aside(path: &Path, shard: u32, origin: &Origin) -> Result<()> {
+    if std::fs::symlink_metadata(path).is_err() || is_whole(path, shard, origin) {
+        return Ok(());
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut places = (1_u32..).map(|number| path.with_file_name(format!("{name}{SET_ASIDE}{number}")));
+    let place = places.find(|place| std::fs::symlink_metadata(place).is_err()).expect("a free number");
+    match std::fs::rename(path, place) {
+        // Another worker was faster.
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        renamed => renamed.map_err(Error::write(path)),
+    }
+}
+
+/// Whether a file is a shard whose bytes, rows and origin are as its writer left them.
+fn is_whole(path: &Path, shard: u32, origin: &Origin) -> bool {
+    let Ok(reader) = TableReader::open(path) else { return false };
+    let metadata = reader.metadata();
+    let stated = |key: &str| metadata.get(&format!("softdock.{key}")).map_or("", String::as_str);
+    stated("schema") == RUNS_SCHEMA
+        && stated("shard") == shard.to_string()
+        && stated("rows") == reader.rows().to_string()
+        && origin.differs(&metadata).is_none()
+}
+
 /// Writes one shard, sorted by run; returns the hash of its rows.
+///
+/// A file at its place that is no whole shard of this campaign is kept as `shard=NUMBER.parquet.damaged-1` (2, 3, ...).
+///
+/// # Errors
+/// [`Error::Write`] if the file cannot be written; also if a run stands twice.
 pub fn write_shard(
     results: &Path,
     shard: u32,
@@ -126,6 +168,7 @@ pub fn write_shard(
         ("softdock.content_hash", hash.clone()),
     ];
     metadata.extend(own.map(|(key, value)| (key.to_owned(), value)));
+    set_aside(&path, shard, &provenance.origin)?;
     write_table(&path, &table, &metadata)?;
     Ok(hash)
 }
@@ -155,12 +198,16 @@ pub struct ShardIndex {
     /// Files under `runs/` that do not belong, with the reason: damaged, of another campaign, seed or cut, or stray. They
     /// count for nothing, and no reader takes their rows.
     pub foreign: Vec<(PathBuf, String)>,
+    /// Damaged or foreign files that were at the place of a shard and are kept under another name: ignored.
+    pub set_aside: Vec<PathBuf>,
 }
 
 impl ShardIndex {
     /// Looks at all shards of a results folder, every byte of them; an absent folder has none.
     pub fn scan(results: &Path, plan: ShardPlan, origin: &Origin) -> Result<Self> {
-        let mut index = Self { plan, origin: origin.clone(), complete: BTreeMap::new(), foreign: Vec::new() };
+        let (complete, foreign) = (BTreeMap::new(), Vec::new());
+        let set_aside = files_named(&results.join("runs"), is_set_aside)?;
+        let mut index = Self { plan, origin: origin.clone(), complete, foreign, set_aside };
         for path in parquet_files(&results.join("runs"))? {
             match belongs(&path, plan, origin) {
                 Ok((shard, file)) => drop(index.complete.insert(shard, file)),
@@ -221,13 +268,18 @@ impl ShardIndex {
 
 /// The Parquet files of a folder, by name; unfinished files do not end in `.parquet`.
 pub(crate) fn parquet_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    files_named(folder, |name| name.ends_with(".parquet"))
+}
+
+/// What a folder holds under names of a kind, sorted; an absent folder holds nothing.
+fn files_named(folder: &Path, is_wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
     let entries = std::fs::read_dir(folder).map_err(Error::io(folder))?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<std::io::Result<Vec<_>>>();
     let mut paths = paths.map_err(Error::io(folder))?;
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "parquet"));
+    paths.retain(|path| path.file_name().is_some_and(|name| is_wanted(&name.to_string_lossy())));
     paths.sort();
     Ok(paths)
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
@@ -41,17 +42,31 @@ pub(crate) fn write_batches<'a>(
     atomically(path, |file| {
         // Arrow readers look for file metadata in the embedded schema, others in the footer: it stands in both.
         let schema = first.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
-        let mut writer = ArrowWriter::try_new(&mut *file, Arc::new(schema), Some(properties(&metadata)))
-            .map_err(Error::parquet(path))?;
+        let mut writer =
+            ArrowWriter::try_new(&mut *file, Arc::new(schema), Some(properties(&metadata))).map_err(unwritten(path))?;
         for table in std::iter::once(Ok(first)).chain(tables) {
             let table = table?;
             check_rows(path, &table)?;
             let batch = table.batch().map_err(Error::parquet(path))?;
-            writer.write(&batch).map_err(Error::parquet(path))?;
+            writer.write(&batch).map_err(unwritten(path))?;
         }
-        writer.close().map_err(Error::parquet(path))?;
+        writer.close().map_err(unwritten(path))?;
         seal(path, file)
     })
+}
+
+/// The system's answer behind an error of the Parquet writer.
+fn unwritten(path: &Path) -> impl FnOnce(ParquetError) -> Error + '_ {
+    |error| {
+        let source = match error {
+            ParquetError::External(source) => match source.downcast::<std::io::Error>() {
+                Ok(source) => *source,
+                Err(source) => std::io::Error::other(source),
+            },
+            error => std::io::Error::other(error),
+        };
+        Error::Write { path: path.to_owned(), source }
+    }
 }
 
 fn check_rows(path: &Path, table: &Table) -> Result<()> {

@@ -11,9 +11,7 @@ use softdock_results::parity::{PARITY, RepeatedRow, read_repetition, write_repet
 use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
 use softdock_results::shards::{Origin, ShardIndex, shard_path, verify_shard, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, Traces, read_traces, write_trace};
-use softdock_results::{
-    Column, Kind, Table, TableReader, Values, content_hash, remove_abandoned, write_file, write_table,
-};
+use softdock_results::{Column, Kind, Table, TableReader, Values, content_hash, write_file, write_table};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -508,30 +506,4 @@ fn results_are_readable_by_colleagues() {
     fs::write(&plain, b"x").unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&ours), mode(&plain));
-}
-
-#[test]
-fn what_killed_writers_left_long_ago_is_removed_and_nothing_else() {
-    let results = tempfile::tempdir().unwrap();
-    let runs = results.path().join("runs");
-    std::fs::create_dir(&runs).unwrap();
-    let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(2 * 3600);
-    let write = |path: &Path, old: bool| {
-        let file = std::fs::File::create(path).unwrap();
-        if old {
-            file.set_modified(long_ago).unwrap();
-        }
-    };
-    let abandoned = [runs.join("shard=00003.parquet.aB3xY9.tmp"), results.path().join("summary.json.Zz01qq.tmp")];
-    let kept = [
-        (runs.join("shard=00004.parquet.aB3xY9.tmp"), false),
-        (runs.join("notes.tmp"), true),
-        (runs.join("shard=00001.parquet"), true),
-    ];
-    abandoned.iter().for_each(|path| write(path, true));
-    kept.iter().for_each(|(path, old)| write(path, *old));
-    assert_eq!(remove_abandoned(results.path()).unwrap(), 2);
-    assert!(abandoned.iter().all(|path| !path.exists()));
-    assert!(kept.iter().all(|(path, _)| path.exists()), "a writer at work, and files of others");
-    assert_eq!(remove_abandoned(&results.path().join("absent")).unwrap(), 0);
 }

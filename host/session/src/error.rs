@@ -2,6 +2,7 @@
 
 use softdock_campaign::Problems;
 use softdock_realtime::drive::core::Unprepared;
+use softdock_realtime::drive::replay::Unplayed;
 use softdock_realtime::links::LinkError;
 use softdock_realtime::log::mcap::LogError;
 use std::fmt::Display;
@@ -30,6 +31,9 @@ pub enum SessionError {
     /// The run cannot be driven on these robots.
     #[error(transparent)]
     Unprepared(#[from] Unprepared),
+    /// The log cannot be replayed.
+    #[error(transparent)]
+    Unplayed(#[from] Unplayed),
     /// The log cannot be written or read.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -47,7 +51,8 @@ impl SessionError {
         match self {
             Self::Refused { remedy, .. } => Some(remedy),
             Self::Link(error) => error.remedy(),
-            Self::Files(_) | Self::Unprepared(_) | Self::Log(_) | Self::Results(_) | Self::System(_) => None,
+            Self::Results(error) => Some(error.remedy()),
+            Self::Files(_) | Self::Unprepared(_) | Self::Unplayed(_) | Self::Log(_) | Self::System(_) => None,
         }
     }
 

@@ -15,8 +15,7 @@ pub struct Mark {
 
 /// Reads marks: a header, then one line each of a name and one percentage per joint.
 pub fn read_marks(path: &Path, joints: usize) -> Result<Vec<Mark>> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
+    let text = softdock_input::read_text(path, softdock_input::MAX_TEXT).map_err(Error::input)?;
     let rows = text.lines().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty());
     let mark = |(number, line): (usize, &str)| {
         let (name, numbers) = line.split_once(',').unwrap_or((line, ""));

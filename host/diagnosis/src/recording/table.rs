@@ -139,10 +139,12 @@ pub(crate) fn column_names(path: &Path) -> Result<Vec<String>> {
 
 /// The text of a CSV file.
 fn text_of(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path)
-        .map_err(|error| Error::log(path, None, format!("cannot be read: {error}"), "check the path"))?;
-    String::from_utf8(bytes).map_err(|_| {
-        Error::log(path, None, "is not UTF-8 text", "save it as UTF-8, or as Parquet with the ending .parquet")
+    softdock_input::read_text(path, softdock_input::MAX_TABLE).map_err(|error| match error {
+        softdock_input::InputError::NotText { line, .. } => {
+            let remedy = "save it as UTF-8, or as Parquet with the ending .parquet";
+            Error::log(path, Some(line), error.what(), remedy)
+        }
+        error => Error::input(error),
     })
 }
 

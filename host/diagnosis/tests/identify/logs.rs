@@ -141,7 +141,7 @@ fn spoiled_recordings_say_what_is_wrong() {
         assert!(error.remedy().contains(remedy), "{message}: {}", error.remedy());
     }
     let missing = Recording::read(&folder.path().join("none.csv"), &robot).expect_err("no file");
-    assert!(missing.to_string().contains("none.csv: cannot be read"), "{missing}");
+    assert!(missing.to_string().contains("none.csv: there is no such file"), "{missing}");
 }
 
 #[test]

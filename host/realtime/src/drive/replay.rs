@@ -42,6 +42,20 @@ fn text(value: Value) -> String {
     }
 }
 
+/// Why a log cannot be replayed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unplayed {
+    /// The run cannot be prepared: the task is not the one that was driven.
+    #[error(transparent)]
+    Unprepared(#[from] Unprepared),
+    /// Nothing was compared.
+    #[error(
+        "the log holds no cycle, so that nothing was compared: name the log.mcap of a session that has begun, or copy the \
+         file again if it was cut"
+    )]
+    NoCycle,
+}
+
 /// What a replay has found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
@@ -56,19 +70,25 @@ pub struct Replayed {
 /// Plays a log again: `capabilities` are those of the robots that took the commands, `records` the whole log in order.
 ///
 /// # Errors
-/// If the run cannot be prepared: the task is not the one that was driven.
+/// If the run cannot be prepared: the task is not the one that was driven. If the log holds no cycle.
 pub fn replay(
     task: Task,
     capabilities: [Capabilities; 2],
-    records: impl Iterator<Item = CycleRecord>,
-) -> Result<Replayed, Unprepared> {
+    mut records: impl Iterator<Item = CycleRecord>,
+) -> Result<Replayed, Unplayed> {
     let mut core = Core::new(task, capabilities)?;
     let mut replayed = Replayed::default();
     let names = columns::<CycleRecord>();
     let [mut before, mut after] = [(); 2].map(|()| vec![Value::Whole(0); names.len()]);
-    for record in records {
+    while let Some(record) = records.next() {
         if record.cycle == core.record().cycle {
-            // The session's own end, without decisions: a stop asked for twice, or a panic in them.
+            // The session's own end, without decisions: a stop asked for twice, or a panic in them. Nothing follows it.
+            if let (Some(next), None) = (records.next(), &replayed.first) {
+                let logged = Value::Whole(next.cycle);
+                let replayed_as = Value::Whole(record.cycle + 1);
+                replayed.first =
+                    Some(Difference { cycle: next.cycle, column: "cycle".to_owned(), logged, replayed: replayed_as });
+            }
             break;
         }
         core.step(&inputs(&record));
@@ -81,6 +101,9 @@ pub fn replay(
             let (column, logged) = (names[at].name.clone(), before[at]);
             replayed.first = Some(Difference { cycle: record.cycle, column, logged, replayed: after[at] });
         }
+    }
+    if replayed.cycles == 0 {
+        return Err(Unplayed::NoCycle);
     }
     Ok(replayed)
 }

@@ -112,9 +112,10 @@ fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap
 
 /// The tag map of a controller's file; a warning if the file sends to another port.
 fn tag_map_of(file: &Path, address: &LinkAddress, expected: &Expected, report: Reporter) -> Result<TagMap, LinkError> {
-    let text = std::fs::read_to_string(file).map_err(|error| {
+    // A controller reads a few kilobytes.
+    let text = softdock_input::read_text(file, 256 << 10).map_err(|error| {
         let remedy = "copy rsi_ethernet.xml from the controller's SensorInterface folder";
-        LinkError::refused(format!("cannot read `{}`: {error}", file.display()), remedy)
+        LinkError::refused(format!("cannot read `{}`: {}", file.display(), error.what()), remedy)
     })?;
     let read = read_rsi_ethernet(&text, expected).map_err(|error| {
         let remedy = error.remedy.clone();

@@ -31,6 +31,9 @@ pub enum LogError {
     /// The operating system refuses.
     #[error("the log's file: {0}")]
     Io(#[from] io::Error),
+    /// The file is no input: absent, no regular file, or too large.
+    #[error("the log: {0}")]
+    Input(#[from] softdock_input::InputError),
     /// Not an MCAP file, or one that cannot be written.
     #[error("the log is not a usable MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),

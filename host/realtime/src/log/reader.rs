@@ -8,12 +8,15 @@ use mcap::McapError;
 use mcap::records::{Record, SchemaHeader};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// A record of the file that claims to be longer is damage.
 const LONGEST: usize = 256 << 20;
+/// Largest log that is read into memory: hours of a session \[bytes\].
+const MAX_LOG: u64 = 64 << 30;
+/// Most cycles that are read into memory: four hours at 250 Hz; a small file can expand to far more.
+const MOST_CYCLES: usize = 4_000_000;
 /// Bytes read at a time: what a damaged length asks for is not believed at once.
 const READ_BYTES: usize = 1 << 20;
 
@@ -67,8 +70,11 @@ pub struct LogReader<R> {
 /// # Errors
 /// If the file cannot be read or is no log of a drive; one that ends early is no error.
 pub fn read_log(path: &Path) -> Result<Log, LogError> {
-    let mut reader = LogReader::new(BufReader::new(File::open(path)?));
-    let records = reader.by_ref().collect::<Result<_, _>>()?;
+    let mut reader = LogReader::new(BufReader::new(softdock_input::open(path, MAX_LOG)?));
+    let records = reader.by_ref().take(MOST_CYCLES + 1).collect::<Result<Vec<_>, _>>()?;
+    if records.len() > MOST_CYCLES {
+        return Err(LogError::Foreign("it holds more than 4,000,000 cycles"));
+    }
     Ok(Log { prologue: reader.prologue, records, ends_early: reader.ends_early })
 }
 

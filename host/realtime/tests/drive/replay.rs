@@ -1,7 +1,7 @@
 //! A drive's log played again gives its decisions back bit for bit; a changed input shows.
 
 use crate::fixture::{Rig, Setting};
-use softdock_realtime::drive::replay::{Replayed, replay};
+use softdock_realtime::drive::replay::{Replayed, Unplayed, replay};
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::mcap::Setup;
 use softdock_realtime::log::reader::read_log;
@@ -60,6 +60,24 @@ fn a_docking_over_rsi_replays_bit_for_bit_from_its_log() {
     println!("{first}");
     assert_ne!(first.logged, first.replayed);
     assert!(replayed.equal >= at as u64, "{} equal", replayed.equal);
+}
+
+#[test]
+fn a_log_without_a_cycle_is_an_error_and_records_behind_the_end_are_a_difference() {
+    let setting = Setting::docking();
+    let mut rig = Rig::new(&setting, Relay::default());
+    rig.run_for(0.2);
+    let mut records = rig.records.clone();
+    let nothing = replay(setting.task(), capabilities(&rig), std::iter::empty());
+    assert_eq!(nothing, Err(Unplayed::NoCycle));
+    assert!(nothing.expect_err("nothing").to_string().contains("holds no cycle, so that nothing was compared"));
+    assert_equal(&played(&setting, &rig, &records), &records);
+    // A cycle that stands twice is the session's own end, and nothing follows it.
+    let middle = records.len() / 2;
+    records.insert(middle, records[middle - 1]);
+    let replayed = played(&setting, &rig, &records);
+    assert_eq!(replayed.cycles, middle as u64);
+    assert_eq!(replayed.first.expect("a difference").column, "cycle");
 }
 
 #[test]

@@ -1,0 +1,34 @@
+//! Shards of several results folders put into one.
+
+use crate::error::{FarmError, Result};
+use crate::folder::ResultsFolder;
+use crate::observer::Context;
+use crate::outcome::Incomplete;
+use softdock_results::merge::{MergeError, check_merge, merge as join};
+use std::path::{Path, PathBuf};
+
+/// Joins folders of one campaign into another; gives that folder, or what is missing.
+pub(crate) fn join_parts(
+    campaign: &ResultsFolder,
+    out: &Path,
+    parts: &[PathBuf],
+    context: Context,
+) -> Result<std::result::Result<ResultsFolder, Incomplete>> {
+    let (plan, origin) = (campaign.plan(), campaign.origin());
+    // A folder that was merged before may hold what is missing elsewhere.
+    let mut sources = parts.to_vec();
+    sources.extend(out.is_dir().then(|| out.to_owned()));
+    let whole = match check_merge(&sources, plan, &origin) {
+        Err(MergeError::Gaps { planned, missing }) => {
+            let done = planned as usize - missing.len();
+            return Ok(Err(Incomplete::PartsMissing { done, planned, first: missing[0] }));
+        }
+        whole => whole.map_err(|error| {
+            FarmError::refused(error, "the folders must hold parts of one campaign, made with one seed")
+        })?,
+    };
+    drop(whole);
+    let folder = campaign.claim_alike(out, context)?;
+    join(parts, out, plan, &origin).map_err(|error| FarmError::refused(error, "run the same command again"))?;
+    Ok(Ok(folder))
+}
