@@ -342,13 +342,13 @@ fn names_are_unique() {
 }
 
 #[test]
-fn the_map_in_the_readme_shows_what_is_there() {
-    let readme = fs::read_to_string(root().join("README.md")).expect("README.md");
-    let map = readme.split("## Map").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a map in a code block");
+fn map_in_architecture_names_existing_paths() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let map = page.split("## Map").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a map in a code block");
     let paths: Vec<&str> =
         map.lines().filter_map(|line| line.split_whitespace().next()).filter(|w| *w != "text").collect();
     assert!(paths.len() > 10, "{paths:?}");
     for path in paths {
-        assert!(root().join(path).exists(), "README.md names {path}");
+        assert!(root().join(path).exists(), "ARCHITECTURE.md names {path}");
     }
 }

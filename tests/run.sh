@@ -118,6 +118,9 @@ cargo clippy --release --workspace --all-targets -- -D warnings
 step "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps --quiet
 
+step "the book, and the links of every page"
+bash docs/check.sh | tee "$scratch/docs.log"
+
 wait "$environments" || {
     cat "$scratch/environments.log" >&2
     fail "the Python environments could not be made"
@@ -198,6 +201,7 @@ if [ "$full" = no ]; then
 elif [ "$swiftshader_seen" = no ]; then
     printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
 fi
+grep -F 'NOT RUN' "$scratch/docs.log" >&2 || true
 [ "$data_seen" = yes ] ||
     printf '\n!! NOT RUN: diagnosis of measured data: give its folder as SOFTDOCK_DATA\n' >&2
 [ -z "$slurm_missing" ] || printf '\n!! NOT RUN: an array job on a Slurm cluster: %s\n' "$slurm_missing" >&2
