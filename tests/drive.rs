@@ -216,19 +216,26 @@ fn until_there(path: &PathBuf, bytes: u64) {
     }
 }
 
-#[test]
-fn a_killed_drive_leaves_a_log_that_can_be_read() {
+/// The replay of a log whose session was killed; `None` if the session came to its end before.
+fn replay_of_a_killed_drive() -> Option<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
     // Real time, so that there is time to kill it.
     let words = format!("{DRIVE} --no-band --priority 0 --out {}", out.display());
     let mut child = command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("softdock starts");
-    // After the first chunks: a busy machine leaves little time before the drive has ended.
-    until_there(&out.join("log.mcap"), 100_000);
+    // Beyond the first chunk, before which a log holds no cycle.
+    until_there(&out.join("log.mcap"), 300_000);
     child.kill().expect("killed");
-    child.wait().expect("ended");
+    let killed = child.wait().expect("ended").code().is_none();
     let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
-    assert!(said.contains("ends early") && said.contains("equal, bit for bit"), "{said}");
+    assert!(said.contains("equal, bit for bit"), "{said}");
+    (killed && said.contains("ends early")).then_some(said)
+}
+
+#[test]
+fn a_killed_drive_leaves_a_log_that_can_be_read() {
+    // A machine that stalls the session for longer than its rules allow ends it, and its log, before it is killed.
+    assert!((0..3).any(|_| replay_of_a_killed_drive().is_some()), "no session was killed before its end");
 }
 
 /// A dry run on loopback against an emulated facility: its output, and what has met at the emulated robots, if it ran to
