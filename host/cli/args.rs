@@ -598,16 +598,10 @@ impl BackendArg {
 
     /// The engine to open.
     pub(crate) fn choice(self) -> Choice {
-        self.into()
-    }
-}
-
-impl From<BackendArg> for Choice {
-    fn from(backend: BackendArg) -> Self {
-        match backend {
-            BackendArg::Auto => Self::Auto,
-            BackendArg::Gpu => Self::Gpu,
-            BackendArg::Cpu => Self::Cpu,
+        match self {
+            Self::Auto => Choice::Auto,
+            Self::Gpu => Choice::Gpu,
+            Self::Cpu => Choice::Cpu,
         }
     }
 }

@@ -1,12 +1,11 @@
 //! `softdock check`: reads a campaign, draws its inputs, steps the nominal case, reports what its runs can prove.
 
-use crate::args::CheckArgs;
+use crate::args::{BackendArg, CheckArgs};
 use crate::farm::called;
 use crate::progress::Terminal;
 use crate::scene::draw_scene;
 use crate::words::{Exit, explain, json, say};
 use softdock_campaign::Campaign;
-use softdock_engine::Choice;
 use softdock_farm::check::{check_json, check_text};
 use softdock_farm::{choice_of, step::step};
 
@@ -16,7 +15,7 @@ pub(crate) fn check(args: &CheckArgs) -> miette::Result<Exit> {
     if let Some(path) = &args.scene {
         draw_scene(&campaign, path)?;
     }
-    let choice = args.backend.map_or_else(|| choice_of(&campaign), Choice::from);
+    let choice = args.backend.map_or_else(|| choice_of(&campaign), BackendArg::choice);
     let stepped = called(step(&campaign, args.step, choice, Terminal::new().context()))?;
     match args.json {
         true => {

@@ -1,7 +1,7 @@
 //! `softdock diagnose`: what a model gets wrong, by recordings of the real thing.
 
 use crate::args::{DiagnoseArgs, default_results};
-use crate::farm::{called, unusable};
+use crate::farm::called;
 use crate::progress::Terminal;
 use crate::reports::{diagnosis_failed, listed, paths, session_failed, write};
 use crate::words::{Exit, explain, json, say, warn};
@@ -14,7 +14,7 @@ use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
 use softdock_diagnosis::{isolability, words};
 use softdock_engine::EngineError;
 use softdock_engine::simulator::Simulator;
-use softdock_farm::{ModelComparison, device_failure};
+use softdock_farm::{FarmError, ModelComparison, device_failure};
 use softdock_session::rehearsal::rehearse_runs;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         hold_out_experiments: args.hold_out_experiments,
         without: args.without.clone(),
         half_step: args.half_step,
-        simulator: Simulator::open(args.backend.choice(), warn_of_lanes).map_err(unusable)?,
+        simulator: called(Simulator::open(args.backend.choice(), warn_of_lanes).map_err(FarmError::from))?,
     };
     let model = DiagnosedModel::load(file).map_err(explain)?;
     let prepared = model.prepare(&paths(&args.logs), &paths(&args.holdout), &options).map_err(diagnosis_failed)?;

@@ -15,11 +15,6 @@ pub(crate) fn called<T>(result: softdock_farm::Result<T>) -> miette::Result<T> {
     })
 }
 
-/// An engine error as the user's matter.
-pub(crate) fn unusable(error: softdock_engine::EngineError) -> miette::Report {
-    refuse(error, "`softdock devices` lists what runs can be made on")
-}
-
 /// Prints what a call has shown and why it is not complete; gives the exit code.
 pub(crate) fn end(result: softdock_farm::Result<Ended>, as_json: bool) -> miette::Result<Exit> {
     let ended = called(result)?;

@@ -1,10 +1,9 @@
 //! `softdock run`: makes the missing runs of a campaign, then judges it.
 
-use crate::args::RunArgs;
+use crate::args::{BackendArg, RunArgs};
 use crate::farm::{called, end};
 use crate::progress::Terminal;
 use crate::words::{Exit, refuse};
-use softdock_engine::Choice;
 use softdock_farm::{RunOptions, Selection, choice_of, default_results, failed_results, failed_runs, load_campaign};
 use std::path::PathBuf;
 
@@ -27,7 +26,7 @@ pub(crate) fn run(args: &RunArgs) -> miette::Result<Exit> {
             return Err(refuse("no campaign is named", "write softdock run CAMPAIGN, or --only-failed DIR"));
         }
     };
-    let choice = args.backend.map_or_else(|| choice_of(&campaign), Choice::from);
+    let choice = args.backend.map_or_else(|| choice_of(&campaign), BackendArg::choice);
     let options = RunOptions { choice, part: args.shard, is_fresh: args.fresh, ..RunOptions::default() };
     end(softdock_farm::run(campaign, &out, &options, context), args.json)
 }

@@ -24,7 +24,14 @@ impl Content {
     /// # Errors
     /// If it cannot be read. Files that do not belong are listed, and are no error.
     pub fn read(results: &Path, facts: &CampaignFacts) -> Result<Self> {
-        let shards = facts.shards(results)?;
+        Self::of_shards(results, facts.shards(results)?)
+    }
+
+    /// The same of a folder whose shards have been read already.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn of_shards(results: &Path, shards: ShardIndex) -> Result<Self> {
         let traces = read_traces(results, &shards)?;
         Ok(Self { results: results.to_owned(), shards, traces })
     }

@@ -10,16 +10,16 @@ use crate::run_engine::RunEngine;
 use crate::traces::{TraceSelection, write_traces};
 use softdock_analysis::{Content, Summary, summarise, write_summary};
 use softdock_results::parity::{HALF_STEP, PARITY};
+use softdock_results::shards::ShardIndex;
 use softdock_results::{hash_files, is_temporary};
 use std::path::Path;
 
-/// Ends a complete campaign; all of it follows from the shards, so that doing it twice changes nothing.
+/// Ends a complete campaign, whose shards `index` has; all of it follows from the shards, so that doing it twice changes nothing.
 ///
 /// # Errors
 /// [`crate::FarmError::Cancelled`] if the context cancels the repetition of runs; if a file cannot be read or written.
-pub(crate) fn finish(folder: &ResultsFolder, context: Context) -> Result<Summary> {
+pub(crate) fn finish(folder: &ResultsFolder, index: ShardIndex, context: Context) -> Result<Summary> {
     let mut reference = RunEngine::reference(&folder.campaign);
-    let index = folder.shards()?;
     let (mut parity, mut half_step) = (ParityRuns::of(folder, &index), HalfStepRuns::of(folder, &index));
     let mut selection = TraceSelection::new(&folder.campaign);
     // Run numbers of given cases may have gaps; the places of their rows have none.
@@ -32,12 +32,12 @@ pub(crate) fn finish(folder: &ResultsFolder, context: Context) -> Result<Summary
     write_traces(folder, &reference.builder, &reference.provenance(), &index, selection.kept())?;
     parity.write(folder, &mut reference, &index, context)?;
     half_step.write(folder, &mut reference, &index, context)?;
-    write_summary_and_page(folder)
+    write_summary_and_page(folder, index)
 }
 
 /// Writes summary and page of what the folder holds.
-pub(crate) fn write_summary_and_page(folder: &ResultsFolder) -> Result<Summary> {
-    let stated = Stated::of(folder)?;
+pub(crate) fn write_summary_and_page(folder: &ResultsFolder, index: ShardIndex) -> Result<Summary> {
+    let stated = Stated::of(folder, index)?;
     write_summary(&folder.path, &stated.summary)?;
     write_page(folder, &stated.content, &stated.summary)?;
     Ok(stated.summary)
@@ -52,9 +52,9 @@ pub(crate) struct Stated {
 }
 
 impl Stated {
-    /// Reads and judges a folder.
-    pub(crate) fn of(folder: &ResultsFolder) -> Result<Self> {
-        let content = Content::read(&folder.path, &folder.facts())?;
+    /// Judges a folder by its shards.
+    pub(crate) fn of(folder: &ResultsFolder, index: ShardIndex) -> Result<Self> {
+        let content = Content::of_shards(&folder.path, index)?;
         let summary = summarise(&content, &folder.facts())?;
         let hash = hash_files(&folder.path, &hashed(folder, &content))?;
         Ok(Self { content, summary: Summary { results_hash: Some(hash), ..summary } })

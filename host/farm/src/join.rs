@@ -5,15 +5,16 @@ use crate::folder::ResultsFolder;
 use crate::observer::Context;
 use crate::outcome::Incomplete;
 use softdock_results::merge::{MergeError, check_merge, merge as join};
+use softdock_results::shards::ShardIndex;
 use std::path::{Path, PathBuf};
 
-/// Joins folders of one campaign into another; gives that folder, or what is missing.
+/// Joins folders of one campaign into another; gives that folder and its shards, or what is missing.
 pub(crate) fn join_parts(
     campaign: &ResultsFolder,
     out: &Path,
     parts: &[PathBuf],
     context: Context,
-) -> Result<std::result::Result<ResultsFolder, Incomplete>> {
+) -> Result<std::result::Result<(ResultsFolder, ShardIndex), Incomplete>> {
     let (plan, origin) = (campaign.plan(), campaign.origin());
     // A folder that was merged before may hold what is missing elsewhere.
     let mut sources = parts.to_vec();
@@ -29,6 +30,7 @@ pub(crate) fn join_parts(
     };
     drop(whole);
     let folder = campaign.claim_alike(out, context)?;
-    join(parts, out, plan, &origin).map_err(|error| FarmError::refused(error, "run the same command again"))?;
-    Ok(Ok(folder))
+    let index = join(parts, out, plan, &origin);
+    let index = index.map_err(|error| FarmError::refused(error, "run the same command again"))?;
+    Ok(Ok((folder, index)))
 }

@@ -8,7 +8,7 @@ use crate::observer::{Context, Note};
 use crate::outcome::{Ended, Incomplete, Shown};
 use crate::paths::normal;
 use crate::variants;
-use softdock_analysis::summarise_folder;
+use softdock_analysis::{Content, summarise};
 use softdock_campaign::Campaign;
 use std::path::Path;
 
@@ -31,9 +31,10 @@ pub fn judge(results: &Path, campaign: Option<Campaign>, context: Context) -> Re
         let path = results.join(&variant.name);
         if Manifest::read(&path)?.is_some() {
             let folder = rejudged(&path, variant.campaign, context)?;
-            match folder.shards()?.is_complete() {
-                true => finish(&folder, context)?,
-                false => write_summary_and_page(&folder)?,
+            let index = folder.shards()?;
+            match index.is_complete() {
+                true => finish(&folder, index, context)?,
+                false => write_summary_and_page(&folder, index)?,
             };
         }
     }
@@ -70,9 +71,9 @@ fn rejudged(results: &Path, campaign: Campaign, context: Context) -> Result<Resu
 fn conclude(folder: &ResultsFolder, context: Context) -> Result<Ended> {
     let index = folder.shards()?;
     if index.is_complete() {
-        return Ok(Ended::new(folder, Shown::Campaign(Box::new(finish(folder, context)?))));
+        return Ok(Ended::new(folder, Shown::Campaign(Box::new(finish(folder, index, context)?))));
     }
     let incomplete = Incomplete::ShardsMissing { done: index.complete.len(), planned: index.plan.shards() };
-    let summary = summarise_folder(&folder.path, &folder.facts())?;
+    let summary = summarise(&Content::of_shards(&folder.path, index)?, &folder.facts())?;
     Ok(Ended { incomplete: Some(incomplete), ..Ended::new(folder, Shown::Campaign(Box::new(summary))) })
 }

@@ -235,10 +235,11 @@ struct Saver<'a> {
 
 struct SaverState {
     provenance: Provenance,
+    /// Rows of unfinished shards that are on disk.
     rows: Vec<RunRow>,
+    /// Runs that have ended since.
+    ended: Vec<Finished>,
     saved: Instant,
-    /// Runs in `rows` that are on disk already.
-    on_disk: usize,
     result: Result<()>,
 }
 
@@ -253,8 +254,8 @@ impl<'a> Saver<'a> {
         let state = SaverState {
             provenance: engine.provenance(),
             rows: kept.to_vec(),
+            ended: Vec::new(),
             saved: Instant::now(),
-            on_disk: kept.len(),
             result: Ok(()),
         };
         Self {
@@ -278,22 +279,24 @@ impl<'a> Saver<'a> {
         if state.provenance.backend == "cpu" {
             return false;
         }
-        (state.provenance, state.rows, state.on_disk) = (self.on_cpu.clone(), Vec::new(), 0);
+        (state.provenance, state.rows, state.ended) = (self.on_cpu.clone(), Vec::new(), Vec::new());
         true
     }
 
-    /// Takes finished runs; writes all of them every now and then.
+    /// Takes finished runs; makes rows of them and writes them only when it is time to.
     fn add(&self, ended: &[Finished], builder: &RowBuilder) {
         let mut state = self.state.lock().expect("no holder panics");
         let on_gpu = state.provenance.backend != "cpu";
         // What a GPU could not make is repeated at the end of the batch.
         let valid = ended.iter().filter(|run| !on_gpu || run.flags & flags::INVALID == 0);
-        state.rows.extend(valid.map(|run| builder.row(run)));
-        if state.saved.elapsed() < self.save_every || state.rows.len() == state.on_disk {
+        state.ended.extend(valid);
+        if state.saved.elapsed() < self.save_every || state.ended.is_empty() {
             return;
         }
-        state.rows.sort_by_key(|row| row.run);
-        let rows = std::mem::take(&mut state.rows);
+        let mut rows = std::mem::take(&mut state.rows);
+        // One by one: a parallel loop could begin another tile of the engine here, which waits for this lock.
+        rows.extend(std::mem::take(&mut state.ended).iter().map(|run| builder.row(run)));
+        rows.sort_by_key(|row| row.run);
         match write_batch(self.folder, self.shards, &self.schema, &state.provenance, rows) {
             Ok(unfinished) => state.rows = unfinished,
             Err(error) => {
@@ -301,7 +304,7 @@ impl<'a> Saver<'a> {
                 self.has_failed.store(true, Ordering::Relaxed);
             }
         }
-        (state.saved, state.on_disk) = (Instant::now(), state.rows.len());
+        state.saved = Instant::now();
     }
 
     fn has_failed(&self) -> bool {

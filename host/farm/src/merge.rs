@@ -25,12 +25,12 @@ pub fn merge(parts: &[PathBuf], out: &Path, context: Context) -> Result<Ended> {
     if !first.campaign.variants.is_empty() {
         return variants::merge(&first.claim_alike(out, context)?, parts, context);
     }
-    let folder = match join_parts(&first, out, parts, context)? {
-        Ok(folder) => folder,
+    let (folder, index) = match join_parts(&first, out, parts, context)? {
+        Ok(joined) => joined,
         Err(missing) => {
             return Ok(Ended { results: out.to_owned(), shown: Shown::Nothing, incomplete: Some(missing) });
         }
     };
-    let summary = finish(&folder, context)?;
+    let summary = finish(&folder, index, context)?;
     Ok(Ended::new(&folder, Shown::Campaign(Box::new(summary))))
 }

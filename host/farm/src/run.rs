@@ -10,9 +10,10 @@ use crate::outcome::{Ended, Incomplete, Shown};
 use crate::part::Part;
 use crate::run_engine::RunEngine;
 use crate::variants;
-use softdock_analysis::summarise_folder;
+use softdock_analysis::{Content, summarise};
 use softdock_campaign::Campaign;
 use softdock_results::partial::partial_runs;
+use softdock_results::shards::ShardIndex;
 use std::path::Path;
 
 /// Runs a campaign into a results folder: makes what is missing and, once all shards exist, judges it. A campaign with
@@ -34,10 +35,11 @@ pub fn run(campaign: Campaign, results: &Path, options: &RunOptions, context: Co
     if let Some(incomplete) = make_missing(&folder, options, &mut engine, context)? {
         return Ok(Ended { incomplete: Some(incomplete), ..Ended::new(&folder, Shown::Nothing) });
     }
-    if context.cancel.is_cancelled() || !folder.shards()?.is_complete() {
-        return incomplete(&folder, options.part, context);
+    let index = folder.shards()?;
+    if context.cancel.is_cancelled() || !index.is_complete() {
+        return incomplete(&folder, index, options.part, context);
     }
-    match finish(&folder, context) {
+    match finish(&folder, index, context) {
         Err(FarmError::Cancelled) => {
             let incomplete = Some(Incomplete::CancelledInChecks);
             Ok(Ended { incomplete, ..Ended::new(&folder, Shown::Nothing) })
@@ -47,12 +49,11 @@ pub fn run(campaign: Campaign, results: &Path, options: &RunOptions, context: Co
 }
 
 /// The end of a call after which shards are missing.
-fn incomplete(folder: &ResultsFolder, part: Part, context: Context) -> Result<Ended> {
-    let index = folder.shards()?;
+fn incomplete(folder: &ResultsFolder, index: ShardIndex, part: Part, context: Context) -> Result<Ended> {
     let (done, planned) = (index.complete.len(), index.plan.shards());
     let shown = match done {
         0 => Shown::Nothing,
-        _ => Shown::Campaign(Box::new(summarise_folder(&folder.path, &folder.facts())?)),
+        _ => Shown::Campaign(Box::new(summarise(&Content::of_shards(&folder.path, index)?, &folder.facts())?)),
     };
     let partial_runs = partial_runs(&folder.path)?;
     let incomplete = match (context.cancel.is_cancelled(), part.count) {

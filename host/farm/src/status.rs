@@ -40,5 +40,5 @@ pub fn report(results: &Path) -> Result<Ended> {
     if !folder.campaign.variants.is_empty() {
         return variants::report(&folder);
     }
-    Ok(Ended::new(&folder, Shown::Campaign(Box::new(write_summary_and_page(&folder)?))))
+    Ok(Ended::new(&folder, Shown::Campaign(Box::new(write_summary_and_page(&folder, folder.shards()?)?))))
 }

@@ -170,7 +170,7 @@ fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so
     assert!(make_missing(&folder, &every_other_shard(), &mut engine, context()).is_ok());
     assert_eq!(backends(&folder), [of("gpu", &[0, 2]), of("cpu", &[4, 6])].concat());
     assert!(make_missing(&folder, &whole_campaign(), &mut engine, context()).is_ok());
-    let summary = finish(&folder, context()).expect("judged");
+    let summary = finish(&folder, folder.shards().expect("a folder"), context()).expect("judged");
     let made: Vec<_> = summary.completeness.devices.iter().map(|made| (made.backend.as_str(), made.shards)).collect();
     assert_eq!(made, [("cpu", 6), ("gpu", 2)]);
     assert!(softdock_analysis::verdict_text(&summary).contains("rows of two backends"));

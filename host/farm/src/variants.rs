@@ -31,8 +31,9 @@ pub(crate) fn run(campaign: Campaign, results: &Path, options: &RunOptions, cont
         if context.cancel.is_cancelled() {
             break;
         }
-        if folder.shards()?.is_complete() {
-            match finish(&folder, context) {
+        let index = folder.shards()?;
+        if index.is_complete() {
+            match finish(&folder, index, context) {
                 Err(FarmError::Cancelled) => break,
                 summary => drop(summary?),
             }
@@ -56,7 +57,7 @@ pub(crate) fn conclude(whole: &ResultsFolder, missing: Incomplete) -> Result<End
 /// Writes all pages again.
 pub(crate) fn report(whole: &ResultsFolder) -> Result<Ended> {
     for folder in whole.variants()?.into_iter().filter(|folder| folder.path.is_dir()) {
-        write_summary_and_page(&folder)?;
+        write_summary_and_page(&folder, folder.shards()?)?;
     }
     conclude(whole, Incomplete::VariantMissing)
 }
@@ -100,7 +101,7 @@ pub(crate) fn merge(whole: &ResultsFolder, parts: &[PathBuf], context: Context) 
         let Some(name) = folder.path.file_name() else { continue };
         let own: Vec<PathBuf> = parts.iter().map(|part| part.join(name)).filter(|part| part.is_dir()).collect();
         match join_parts(&folder, &folder.path, &own, context)? {
-            Ok(folder) => drop(finish(&folder, context)?),
+            Ok((folder, index)) => drop(finish(&folder, index, context)?),
             Err(missing) => return Ok(Ended { incomplete: Some(missing), ..Ended::new(whole, Shown::Nothing) }),
         }
     }

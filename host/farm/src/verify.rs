@@ -48,7 +48,7 @@ pub fn verify(results: &Path) -> Result<Vec<Verification>> {
 
 fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {
     let mut found = Verification { campaign: folder.campaign.id.clone(), ..Verification::default() };
-    let stated = Stated::of(folder)?;
+    let stated = Stated::of(folder, folder.shards()?)?;
     let (index, summary) = (&stated.content.shards, &stated.summary);
     for ignored in &summary.completeness.ignored {
         found.differs.push(format!("{}: {}", ignored.file, ignored.reason));

@@ -46,8 +46,9 @@ pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
     let whole = ResultsFolder::claim(results, whole.campaign, context)?;
     if !whole.campaign.variants.is_empty() {
         for folder in whole.variants()? {
-            if folder.path.is_dir() && folder.shards()?.is_complete() {
-                finish(&folder, context)?;
+            let index = folder.shards()?;
+            if index.is_complete() {
+                finish(&folder, index, context)?;
             }
         }
         return variants::conclude(&whole, Incomplete::VariantMissing);
@@ -57,7 +58,7 @@ pub fn finish_folder(results: &Path, context: Context) -> Result<Ended> {
         let missing = Incomplete::ShardsMissing { done: index.complete.len(), planned: index.plan.shards() };
         return Ok(Ended { incomplete: Some(missing), ..Ended::new(&whole, Shown::Nothing) });
     }
-    match finish(&whole, context) {
+    match finish(&whole, index, context) {
         Err(FarmError::Cancelled) => {
             let incomplete = Some(Incomplete::CancelledInChecks);
             Ok(Ended { incomplete, ..Ended::new(&whole, Shown::Nothing) })
