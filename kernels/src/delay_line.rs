@@ -7,12 +7,12 @@ use crate::quads::words;
 use crate::space::{Parts, Wrench};
 use std::marker::PhantomData;
 
-/// The longest dead time that the delay lines hold \[s\].
-pub const LINE_SPAN: f64 = 0.128;
+/// Longest delay of the loop, of commands or of the sensor \[s\]: the span of the delay lines.
+pub const MAX_DELAY_S: f64 = 0.128;
 
 /// Slots of a delay line: the span in ticks, and what interpolation and the newest entry need.
 pub fn line_slots(plant: &Plant) -> usize {
-    (LINE_SPAN / plant.timing.tick()).ceil() as usize + 4
+    (MAX_DELAY_S / plant.timing.tick()).ceil() as usize + 4
 }
 
 /// Where the numbers of so many slots lie in a lane's share of the kernel's delay lines: commands slot by slot, then

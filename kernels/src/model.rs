@@ -6,6 +6,7 @@
 use crate::manipulator::Manipulator;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::params::Params;
+use crate::real::Real;
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 
 /// The most arm joints that a scenario may have.
@@ -128,6 +129,18 @@ impl Timing {
     /// gives half a substep back (checked by the half-tick oracle).
     pub fn own_delay(&self) -> f64 {
         0.5 * (self.tick() - self.substep)
+    }
+
+    /// Dead time of the loop \[s\]: the frame's own, the sensor's and the transport of commands.
+    pub fn loop_delay(&self, sensor: f64, transport: f64) -> f64 {
+        self.own_delay() + sensor + transport
+    }
+
+    /// Transport delay of commands \[s\] in a loop with this dead time and sensor delay; inverse of
+    /// [`loop_delay`](Self::loop_delay).
+    #[inline(always)]
+    pub fn transport_delay<R: Real>(&self, loop_delay: R, sensor: R) -> R {
+        loop_delay - sensor - R::lit(self.own_delay())
     }
 }
 

@@ -1,5 +1,6 @@
-//! What leaves the frame: finished runs with their flags, and the signals of a run under way.
+//! Output of the frame: finished runs with their flags, and the signals of a run in progress.
 
+use crate::bundle;
 use crate::metrics::{Metrics, flags};
 use crate::params::Params;
 use crate::plant::Plant;
@@ -7,7 +8,7 @@ use crate::session::Rule;
 use crate::space::{Parts, Wrench};
 use crate::vector::Vec3;
 
-/// What a finished run leaves.
+/// A finished run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {
     /// The run's number.
@@ -26,7 +27,21 @@ pub struct Finished {
     pub touch: [Vec3<f64>; 2],
 }
 
-/// A rule that was met, and by what.
+impl Finished {
+    /// Puts a run together from its parameters, the metrics of both loops and the state at its end.
+    pub fn new(
+        m: &Plant,
+        run: u64,
+        params: Params<f64>,
+        [space, hil]: [Metrics<f64>; 2],
+        end: &EndState<f64>,
+    ) -> Self {
+        let touch = [end.touch_normal, end.touch_lever];
+        Self { run, params, space, hil, flags: run_flags(m, &space, &hil, end), stop: end.stop(), touch }
+    }
+}
+
+/// A session rule that was met, with the value that met it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// The rule.
@@ -36,10 +51,35 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// From the end of a loop: 1 if it diverged and its speed then, the rule's number in the session and its measure.
-    pub fn of([unstable, speed, rule, measure]: [f64; 4]) -> Option<Self> {
-        let met = Rule::of_number(rule).map(|rule| Self { rule, value: rule.in_unit(measure) });
-        met.or_else(|| (unstable > 0.0).then_some(Self { rule: Rule::Divergence, value: speed }))
+    /// The stop of a supervised session: the number of the rule and its measure; `None` for number 0.
+    pub fn of_session(rule: f64, measure: f64) -> Option<Self> {
+        Rule::of_number(rule).map(|rule| Self { rule, value: rule.in_unit(measure) })
+    }
+}
+
+bundle! {
+    /// State of both loops at the end of a run, besides the metrics; flags and the stop are computed from it.
+    EndState {
+        space_unstable: R, "1", "1 if the loop in space diverged";
+        space_contact_work: R, "J", "work of the contact on the parts in space";
+        space_absorbed: R, "J", "largest energy that the contact in space had absorbed";
+        hil_unstable: R, "1", "1 if the loop on the facility diverged";
+        hil_end_speed: R, "m/s", "speed of the parts at its end";
+        rule: R, "1", "number of the session rule that stopped the facility, 0 = none";
+        rule_measure: R, "1", "the measure that met it";
+        saturated: R, "1", "1 if the sensor saturated";
+        limited: R, "1", "1 if a robot met a speed limit";
+        dropped: R, "1", "1 if a command was lost";
+        touch_normal: Vec3<R>, "1", "normal of the first touch in space, inertial axes";
+        touch_lever: Vec3<R>, "m", "its point from part A's origin, inertial axes";
+    }
+}
+
+impl EndState<f64> {
+    /// The rule that stopped the session; divergence where no rule did but the loop diverged.
+    pub fn stop(&self) -> Option<Stop> {
+        let diverged = || Stop { rule: Rule::Divergence, value: self.hil_end_speed };
+        Stop::of_session(self.rule, self.rule_measure).or_else(|| (self.hil_unstable > 0.0).then(diverged))
     }
 }
 
@@ -68,40 +108,21 @@ pub struct Signals {
     pub closed: [f64; 2],
 }
 
-/// What the flags of a run are made of.
-#[derive(Clone, Copy, Debug)]
-pub struct RunEnd {
-    /// Metrics in space.
-    pub space: Metrics<f64>,
-    /// Metrics on the facility.
-    pub hil: Metrics<f64>,
-    /// Divergence, contact work and largest absorbed energy of the loop in space.
-    pub space_watch: (bool, f64, f64),
-    /// The HIL loop met its divergence bound.
-    pub hil_unstable: bool,
-    /// The sensor saturated.
-    pub saturated: bool,
-    /// A robot met a speed limit.
-    pub limited: bool,
-    /// A command was lost.
-    pub dropped: bool,
-}
-
 /// Flag bits of a finished run.
-pub fn run_flags(m: &Plant, end: RunEnd) -> u32 {
-    let broken = |metrics: &Metrics<f64>| crate::fields::to_vec(metrics).iter().any(|v| !v.is_finite());
-    let (space_unstable, work, absorbed) = end.space_watch;
+fn run_flags(m: &Plant, space: &Metrics<f64>, hil: &Metrics<f64>, end: &EndState<f64>) -> u32 {
+    let non_finite = |metrics: &Metrics<f64>| crate::fields::to_vec(metrics).iter().any(|v| !v.is_finite());
+    let is_set = |value: f64| value > 0.0;
     // A passive contact returns no more than it took; 5 % and a microjoule are for the step.
-    let jump = work > 0.05 * absorbed + 1e-6;
+    let jump = end.space_contact_work > 0.05 * end.space_absorbed + 1e-6;
     let bits = [
-        (broken(&end.space) || space_unstable, flags::SPACE_NON_FINITE),
-        (broken(&end.hil) && !end.hil_unstable, flags::HIL_NON_FINITE),
+        (non_finite(space) || is_set(end.space_unstable), flags::SPACE_NON_FINITE),
+        (non_finite(hil) && !is_set(end.hil_unstable), flags::HIL_NON_FINITE),
         (jump, flags::SPACE_ENERGY_JUMP),
-        (end.space.peak_depth > m.task.max_depth, flags::SPACE_PENETRATION),
-        (end.hil_unstable, flags::HIL_UNSTABLE),
-        (end.saturated, flags::SENSOR_SATURATED),
-        (end.limited, flags::ROBOT_SPEED_LIMIT),
-        (end.dropped, flags::PACKET_DROPPED),
+        (space.peak_depth > m.task.max_depth, flags::SPACE_PENETRATION),
+        (is_set(end.hil_unstable), flags::HIL_UNSTABLE),
+        (is_set(end.saturated), flags::SENSOR_SATURATED),
+        (is_set(end.limited), flags::ROBOT_SPEED_LIMIT),
+        (is_set(end.dropped), flags::PACKET_DROPPED),
     ];
     bits.into_iter().filter(|(set, _)| *set).fold(0, |word, (_, bit)| word | bit)
 }

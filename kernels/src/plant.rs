@@ -1,7 +1,7 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
 use crate::chain::Chain;
-use crate::contact::profile::Profile;
+use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::model::{JointLevel, Model, Solid};
@@ -23,7 +23,7 @@ pub struct Plant {
     pub target_inverse_inertia: Sym3<f64>,
     /// Laboratory motions of the parts at the start of an undispersed run, at rest.
     pub start: Parts<f64>,
-    /// Solids of part B, their outlines prepared.
+    /// Solids of part B, their surfaces prepared.
     pub solids: Vec<PreparedSolid>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
@@ -35,15 +35,15 @@ pub struct Plant {
     pub effects: EffectSet,
 }
 
-/// A solid with its placement as a matrix and its outline, if it is a body of revolution.
+/// A solid with its placement as a matrix and its surface, prepared for distances.
 #[derive(Clone, Debug)]
 pub struct PreparedSolid {
     /// The solid as given.
     pub solid: Solid,
     /// Its rotation in part B's frame.
     pub rotation: Mat3<f64>,
-    /// Outline in the half plane (axis, radius).
-    pub profile: Option<Profile>,
+    /// Its surface, in its own frame.
+    pub surface: Surface,
 }
 
 impl PartialEq for Plant {
@@ -156,7 +156,7 @@ fn tool_start(model: &Model, link_attitudes: &[Quat<f64>]) -> Pose<f64> {
 
 impl PreparedSolid {
     fn new(solid: &Solid) -> Self {
-        Self { solid: *solid, rotation: solid.frame.attitude.matrix(), profile: Profile::of(&solid.shape) }
+        Self { solid: *solid, rotation: solid.frame.attitude.matrix(), surface: Surface::of(&solid.shape) }
     }
 
     /// A point of part B's frame in the solid's own frame.

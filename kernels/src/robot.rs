@@ -4,7 +4,7 @@
 //! relative translation, robot 2 carries part B and makes the rest the other way; each turns its own part.
 
 use crate::bundle;
-use crate::delay_line::LINE_SPAN;
+use crate::delay_line::MAX_DELAY_S;
 use crate::effects::EffectId;
 use crate::fields::Bundle;
 use crate::fixture::{Fixture, at_rest, on_fixture};
@@ -76,13 +76,12 @@ fn differenced<R: Real>(m: &Plant, first: Motion<R>, second: Motion<R>, third: M
 /// unequal clocks have added to it, and how long a held command is held already.
 #[inline(always)]
 pub fn transport<R: Real>(m: &Plant, p: &Params<R>, time: R) -> R {
-    let own = R::lit(m.timing.own_delay());
-    let mut delay = p.loop_delay - p.sensor_delay - own;
+    let mut delay = m.timing.transport_delay(p.loop_delay, p.sensor_delay);
     if m.effects.has(SKEW) {
-        delay = time.mul_add(p.clock_skew, delay).min(R::lit(LINE_SPAN));
+        delay = time.mul_add(p.clock_skew, delay).min(R::lit(MAX_DELAY_S));
     }
     let delay = (delay * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0));
-    if m.effects.has(HOLD) { (delay + held_for(m, p, time)).min(R::lit(LINE_SPAN / m.timing.tick())) } else { delay }
+    if m.effects.has(HOLD) { (delay + held_for(m, p, time)).min(R::lit(MAX_DELAY_S / m.timing.tick())) } else { delay }
 }
 
 /// Whole ticks since a held command was taken.

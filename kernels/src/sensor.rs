@@ -1,7 +1,7 @@
 //! Sensor stage: the force/torque sensor between robot 1's flange and part A, in part A's axes about A's origin.
 
 use crate::bundle;
-use crate::delay_line::LINE_SPAN;
+use crate::delay_line::MAX_DELAY_S;
 use crate::effects::EffectId;
 use crate::params::Params;
 use crate::plant::Plant;
@@ -112,7 +112,7 @@ fn quantised<R: Real>(value: Vec3<R>, step: R) -> Vec3<R> {
 #[inline(always)]
 pub fn wrench_age<R: Real>(m: &Plant, p: &Params<R>) -> R {
     let late = (p.sensor_delay + p.sensor_delay_error).max(R::lit(0.0));
-    late.min(R::lit(LINE_SPAN)) * R::lit(1.0 / m.timing.tick())
+    late.min(R::lit(MAX_DELAY_S)) * R::lit(1.0 / m.timing.tick())
 }
 
 /// Between two samples: 0 gives the newer, 1 the older.

@@ -1,6 +1,7 @@
 //! The legal range of every dispersible parameter, for nominal values and draws alike.
 
 use crate::units::show;
+use softdock_kernels::delay_line::MAX_DELAY_S;
 use softdock_kernels::params::UNLIMITED;
 
 /// From `min` to `max`; `above` excludes `min` itself.
@@ -43,9 +44,6 @@ const HALF_TURN: f64 = std::f64::consts::PI;
 
 /// A quarter turn: beyond it the start's rotation vector is no longer exact to rounding.
 const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
-
-/// Delay lines hold 128 ms.
-pub(crate) const LONGEST_DELAY: f64 = 0.128;
 
 /// Largest lengths, speeds and so on that a contact task can have: wide, but far from the overflow of f32 squares.
 pub(crate) const LENGTH: f64 = 1e3;
@@ -102,11 +100,11 @@ const RANGES: &[(&str, Range)] = &[
     ("fixture_compliance", Range::within(0.0, 1.0)),
     ("fixture_frequency", Range::within(0.0, 1e3)),
     ("fixture_damping", Range::within(0.0, 10.0)),
-    ("loop_delay", Range::within(0.0, LONGEST_DELAY)),
-    ("delay_jitter", Range::within(0.0, LONGEST_DELAY / 8.0)),
+    ("loop_delay", Range::within(0.0, MAX_DELAY_S)),
+    ("delay_jitter", Range::within(0.0, MAX_DELAY_S / 8.0)),
     ("drop_probability", Range::within(0.0, 1.0)),
     ("clock_skew", Range::size(0.1)),
-    ("command_hold", Range::within(0.0, LONGEST_DELAY)),
+    ("command_hold", Range::within(0.0, MAX_DELAY_S)),
     ("tool_speed_limit", Range::above(0.0, UNLIMITED)),
     ("tool_rotation_limit", Range::above(0.0, UNLIMITED)),
     ("test_amplitude", Range::within(0.0, 10.0)),
@@ -148,8 +146,8 @@ const RANGES: &[(&str, Range)] = &[
     ("place_error", Range::size(0.1)),
     ("rail_lag", Range::within(0.0, 10.0)),
     ("rail_lag_damping", Range::within(0.0, 100.0)),
-    ("sensor_delay", Range::within(0.0, LONGEST_DELAY)),
-    ("sensor_delay_error", Range::size(LONGEST_DELAY)),
+    ("sensor_delay", Range::within(0.0, MAX_DELAY_S)),
+    ("sensor_delay_error", Range::size(MAX_DELAY_S)),
     ("sensor_lag", Range::within(0.0, 10.0)),
     ("sensor_noise_force", Range::within(0.0, FORCE)),
     ("sensor_noise_moment", Range::within(0.0, FORCE)),
@@ -168,7 +166,7 @@ const RANGES: &[(&str, Range)] = &[
     ("sensor_resolution_moment", Range::within(0.0, FORCE)),
     ("sensor_range_force", Range::above(0.0, UNLIMITED)),
     ("sensor_range_moment", Range::above(0.0, UNLIMITED)),
-    ("compensator_delay", Range::within(0.0, LONGEST_DELAY)),
+    ("compensator_delay", Range::within(0.0, MAX_DELAY_S)),
     ("compensator_lag", Range::within(0.0, 10.0)),
     ("compensator_stiffness", Range::within(0.0, STIFFNESS)),
     ("compensator_margin", Range::within(-1.0, 100.0)),

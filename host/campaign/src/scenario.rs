@@ -184,7 +184,7 @@ impl Scenario {
             note(fault.key, fault.parameter, fault.message, fault.remedy);
         }
         let sensor = extremes.greatest.sensor_delay;
-        let least = self.model.timing.own_delay() + sensor;
+        let least = self.model.timing.loop_delay(sensor, 0.0);
         if extremes.least.loop_delay < least * (1.0 - 1e-12) {
             let message =
                 format!("a loop delay of {} is less than the loop has by itself", show(extremes.least.loop_delay, "s"));

@@ -1,7 +1,6 @@
 //! Exact signed distances of part B's solids and of their union, with the direction out of the material.
 
-use crate::contact::profile::Profile;
-use crate::model::Shape;
+use crate::contact::profile::{Profile, Surface};
 use crate::plant::{Plant, PreparedSolid};
 use crate::real::Real;
 use crate::vector::{Vec3, vec3};
@@ -35,13 +34,19 @@ pub fn part_distance<R: Real>(m: &Plant, point: Vec3<R>) -> Distance<R> {
 #[inline(always)]
 pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
     let local = solid.to_local(point);
-    let d = match (&solid.solid.shape, &solid.profile) {
-        (_, Some(profile)) => revolved(profile, local),
-        (Shape::Sphere { radius }, _) => sphere(*radius, local),
-        (Shape::Box { half }, _) => cuboid(*half, local),
-        _ => Distance { distance: -local.x, normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) },
+    let d = match &solid.surface {
+        Surface::HalfSpace => half_space(local),
+        Surface::Sphere { radius } => sphere(*radius, local),
+        Surface::Box { half } => cuboid(*half, local),
+        Surface::Revolved(profile) => revolved(profile, local),
     };
     Distance { distance: d.distance, normal: solid.to_part(d.normal) }
+}
+
+/// The half space x >= 0.
+#[inline(always)]
+fn half_space<R: Real>(p: Vec3<R>) -> Distance<R> {
+    Distance { distance: -p.x, normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) }
 }
 
 /// A body of revolution about x.

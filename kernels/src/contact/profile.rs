@@ -2,9 +2,53 @@
 
 use crate::model::Shape;
 use crate::real::Real;
+use crate::vector::Vec3;
 
 /// Far enough for a front face that no part reaches its rim \[m\].
 const FAR: f64 = 1.0e3;
+
+/// The surface of a shape, prepared for signed distances.
+#[derive(Clone, Debug)]
+pub enum Surface {
+    /// Half space x >= 0.
+    HalfSpace,
+    /// A ball about the origin.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A box about the origin.
+    Box {
+        /// Half edge lengths \[m\].
+        half: Vec3<f64>,
+    },
+    /// A hollow body of revolution about x.
+    Revolved(Profile),
+}
+
+impl Surface {
+    /// The surface of a shape.
+    pub fn of(shape: &Shape) -> Self {
+        match *shape {
+            Shape::Plane => Self::HalfSpace,
+            Shape::Sphere { radius } => Self::Sphere { radius },
+            Shape::Box { half } => Self::Box { half },
+            Shape::Cone { mouth, bottom, depth } => {
+                Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, mouth], [depth, bottom], [depth, 0.0]]))
+            }
+            Shape::Bore { radius, depth, chamfer: 0.0 } => {
+                Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, radius], [depth, radius], [depth, 0.0]]))
+            }
+            Shape::Bore { radius, depth, chamfer } => Self::Revolved(Profile::polyline(&[
+                [0.0, FAR],
+                [0.0, radius + chamfer],
+                [chamfer, radius],
+                [depth, radius],
+                [depth, 0.0],
+            ])),
+        }
+    }
+}
 
 /// One straight piece; free space lies on the side of its normal.
 #[derive(Clone, Copy, Debug)]
@@ -32,26 +76,6 @@ pub(crate) struct PlaneDistance<R> {
 }
 
 impl Profile {
-    /// The outline of a shape, or `None` if it is not a hollow body of revolution.
-    pub fn of(shape: &Shape) -> Option<Self> {
-        match *shape {
-            Shape::Cone { mouth, bottom, depth } => {
-                Some(Self::polyline(&[[0.0, FAR], [0.0, mouth], [depth, bottom], [depth, 0.0]]))
-            }
-            Shape::Bore { radius, depth, chamfer: 0.0 } => {
-                Some(Self::polyline(&[[0.0, FAR], [0.0, radius], [depth, radius], [depth, 0.0]]))
-            }
-            Shape::Bore { radius, depth, chamfer } => Some(Self::polyline(&[
-                [0.0, FAR],
-                [0.0, radius + chamfer],
-                [chamfer, radius],
-                [depth, radius],
-                [depth, 0.0],
-            ])),
-            Shape::Plane | Shape::Sphere { .. } | Shape::Box { .. } => None,
-        }
-    }
-
     fn polyline(corners: &[[f64; 2]]) -> Self {
         let mut segments: Vec<Segment> = Vec::new();
         for pair in corners.windows(2) {

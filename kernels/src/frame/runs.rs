@@ -6,8 +6,7 @@ use crate::contact::{hil_pair, space_pair};
 use crate::fields::Bundle;
 use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
-use crate::monitor::Watch;
-use crate::outcome::{Finished, RunEnd, Stop, run_flags};
+use crate::outcome::{EndState, Finished};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::space::{hil_masses, space_masses};
@@ -72,41 +71,32 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let seen = followed(m, &self.facility.params, &self.facility.tracking);
         let space = metrics(m, &self.space.interface.watch, &self.space.bodies, &seen, L::lit(0.0));
         let hil = metrics(m, &self.hil.interface.watch, &self.hil.bodies, &seen, L::lit(1.0));
+        let end_state = self.end_state();
         for lane in ended {
-            let (space, hil) = (one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane));
-            out.push(Finished {
-                run: self.facility.runs[lane].take().expect("only lanes with a run end"),
-                params: one(&self.facility.params, lane),
-                flags: self.flags(m, lane, &space, &hil),
-                stop: self.stop(lane),
-                space,
-                hil,
-                touch: [one(&self.space.interface.watch.normal, lane), one(&self.space.interface.watch.lever, lane)],
-            });
+            let metrics = [one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane)];
+            let end = one::<L, EndState<L>, _>(&end_state, lane);
+            let run = self.facility.runs[lane].take().expect("only lanes with a run end");
+            out.push(Finished::new(m, run, one(&self.facility.params, lane), metrics, &end));
         }
     }
 
-    /// What stopped the session of a lane's run.
-    fn stop(&self, lane: usize) -> Option<Stop> {
-        let (watch, session) = (&self.hil.interface.watch, &self.facility.session);
-        let [unstable, speed, rule, value] = [watch.unstable, watch.end_speed, session.rule, session.value];
-        Stop::of([unstable, speed, rule, value].map(|number| number.lane(lane)))
-    }
-
-    fn flags(&self, m: &Plant, lane: usize, space: &Metrics<f64>, hil: &Metrics<f64>) -> u32 {
-        let at = |value: L| value.lane(lane);
-        let watch = |w: &Watch<L>| (at(w.unstable) > 0.0, at(w.contact_work), at(w.absorbed));
-        run_flags(
-            m,
-            RunEnd {
-                space: *space,
-                hil: *hil,
-                space_watch: watch(&self.space.interface.watch),
-                hil_unstable: at(self.hil.interface.watch.unstable) > 0.0,
-                saturated: at(self.facility.sensor.saturated) > 0.0,
-                limited: at(self.facility.robots.limited) > 0.0,
-                dropped: at(self.facility.dropped) > 0.0,
-            },
-        )
+    /// State of all lanes at the end of their runs.
+    fn end_state(&self) -> EndState<L> {
+        let (space, hil) = (&self.space.interface.watch, &self.hil.interface.watch);
+        let facility = &self.facility;
+        EndState {
+            space_unstable: space.unstable,
+            space_contact_work: space.contact_work,
+            space_absorbed: space.absorbed,
+            hil_unstable: hil.unstable,
+            hil_end_speed: hil.end_speed,
+            rule: facility.session.rule,
+            rule_measure: facility.session.value,
+            saturated: facility.sensor.saturated,
+            limited: facility.robots.limited,
+            dropped: facility.dropped,
+            touch_normal: space.normal,
+            touch_lever: space.lever,
+        }
     }
 }

@@ -9,6 +9,7 @@ use softdock_kernels::lane_layout::{bristle_names, compensates, moves};
 use softdock_kernels::load::loaded;
 use softdock_kernels::model::CompensatorKind;
 use softdock_kernels::noise::{LINK, SENSOR};
+use softdock_kernels::outcome::EndState;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
@@ -46,24 +47,24 @@ const STATE: [(&str, &str); 10] = [
 const JOINT_STATE: [(&str, &str); 5] =
     [("drives_a", "Drives"), ("drives_b", "Drives"), ("set_a", "SetPoint"), ("set_b", "SetPoint"), ("push", "Wrench")];
 
-/// What a finished run leaves besides its metrics, as `member of a variable`.
-const EXTRAS: [&str; 16] = [
-    "space_watch.unstable",
-    "space_watch.contact_work",
-    "space_watch.absorbed",
-    "hil_watch.unstable",
-    "hil_watch.end_speed",
-    "session.rule",
-    "session.value",
-    "sensed.saturated",
-    "robot.limited",
-    "link.y",
-    "space_watch.normal_x",
-    "space_watch.normal_y",
-    "space_watch.normal_z",
-    "space_watch.lever_x",
-    "space_watch.lever_y",
-    "space_watch.lever_z",
+/// Members of the frame's variables that hold the fields of [`EndState`] at the end of a run.
+const END_STATE: [(&str, &str); 16] = [
+    ("space_unstable", "space_watch.unstable"),
+    ("space_contact_work", "space_watch.contact_work"),
+    ("space_absorbed", "space_watch.absorbed"),
+    ("hil_unstable", "hil_watch.unstable"),
+    ("hil_end_speed", "hil_watch.end_speed"),
+    ("rule", "session.rule"),
+    ("rule_measure", "session.value"),
+    ("saturated", "sensed.saturated"),
+    ("limited", "robot.limited"),
+    ("dropped", "link.y"),
+    ("touch_normal_x", "space_watch.normal_x"),
+    ("touch_normal_y", "space_watch.normal_y"),
+    ("touch_normal_z", "space_watch.normal_z"),
+    ("touch_lever_x", "space_watch.lever_x"),
+    ("touch_lever_y", "space_watch.lever_y"),
+    ("touch_lever_z", "space_watch.lever_z"),
 ];
 
 /// A scenario's kernel: its text and its buffers; inputs, state and delay lines lie in [`softdock_kernels::quads`].
@@ -128,9 +129,10 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let state: Vec<String> = variables().map(member).collect();
     let metrics = || fields("Metrics").iter();
     let in_space = metrics().map(|field| member(("in_space", field)));
-    let outcomes =
-        in_space.chain(metrics().map(|field| member(("on_facility", field)))).chain(EXTRAS.map(str::to_owned));
-    let size = 2 * metrics().count() + EXTRAS.len();
+    let on_facility = metrics().map(|field| member(("on_facility", field)));
+    let end_state = softdock_kernels::fields::fields::<f64, EndState<f64>>();
+    let outcomes = in_space.chain(on_facility).chain(end_state.iter().map(|field| end_member(&field.name).to_owned()));
+    let size = 2 * metrics().count() + end_state.len();
     let stored = |(index, value): (usize, String)| format!("    outcomes[{index}u * batch.lanes + lane] = {value};\n");
     let outcome: String = outcomes.enumerate().map(stored).collect();
     let _ = write!(
@@ -151,6 +153,11 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     });
     let lines = slots * (words(command.len()) + words(wrench.len()));
     Kernel { text, functions, inputs, state: state.len(), lines, outcome: size, structs }
+}
+
+/// The variable's member that holds a field of [`EndState`].
+fn end_member(field: &str) -> &'static str {
+    END_STATE.iter().find(|(name, _)| *name == field).expect("a row of END_STATE for every field of the end state").1
 }
 
 /// The scenario's numbers that the frame needs.

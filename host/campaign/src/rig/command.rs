@@ -2,9 +2,10 @@
 
 use super::{missing, with_effects};
 use crate::check::Checker;
-use crate::ranges::{ANGLE, LONGEST_DELAY, Range};
+use crate::ranges::{ANGLE, Range};
 use crate::written::rig::{CommandTable, RigFile};
 use softdock_kernels::block::command::CommandValues;
+use softdock_kernels::delay_line::MAX_DELAY_S;
 
 /// Commands of one axis between sender and receiver.
 #[derive(Clone, Debug)]
@@ -88,7 +89,7 @@ fn needed(c: &mut Checker, file: &RigFile) {
 }
 
 fn values(c: &mut Checker, t: &CommandTable) -> CommandValues<f64> {
-    let delay = Range::within(0.0, LONGEST_DELAY);
+    let delay = Range::within(0.0, MAX_DELAY_S);
     CommandValues { transport_delay: c.number_or(&t.transport_delay, 0.0, "s", delay), ..CommandValues::null() }
 }
 

@@ -8,6 +8,7 @@ use crate::station::Station;
 use crate::units::show;
 use crate::written::At;
 use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
+use softdock_kernels::delay_line::MAX_DELAY_S;
 use softdock_kernels::model::{
     Facility, JointLevel, Model, Rail, SensorLoad, SessionRules, TestMotion, Timing, Waveform,
 };
@@ -32,7 +33,7 @@ pub(crate) fn read(
 ) -> (Facility, Option<Source>) {
     let table = &written.value;
     sensor(c, &table.sensor, p);
-    let own = timing.own_delay() + p.sensor_delay;
+    let own = timing.loop_delay(p.sensor_delay, 0.0);
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
     p.delay_jitter = c.parameter_or(&table.delay_jitter, "delay_jitter", 0.0);
     p.drop_probability = c.parameter_or(&table.drop_probability, "drop_probability", 0.0);
@@ -52,7 +53,7 @@ pub(crate) fn read(
         let written = At { value: u64::from(ticks.value), span: ticks.span.clone() };
         c.count(&written, 0, 1000) as u32
     });
-    let period = c.number_or(&table.sensor.period, timing.substep, "s", Range::above(0.0, 0.128));
+    let period = c.number_or(&table.sensor.period, timing.substep, "s", Range::above(0.0, MAX_DELAY_S));
     let (joint_level, robot) = joint_level(c, table, rail.as_ref(), p).unzip();
     let facility = Facility {
         robot1_share: c.number_or(&table.robot1_share, 0.5, "1", Range::within(0.0, 1.0)),

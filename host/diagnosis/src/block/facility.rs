@@ -167,7 +167,7 @@ fn untouched(model: &Model) -> Model {
 /// Parameters with robots that are where they are told, a tick late, and a sensor that was tared.
 fn followed_and_tared(p: Params<f64>, plant: &Plant) -> Params<f64> {
     Params {
-        loop_delay: plant.timing.own_delay() + p.sensor_delay + plant.timing.tick(),
+        loop_delay: plant.timing.loop_delay(p.sensor_delay, plant.timing.tick()),
         clock_skew: 0.0,
         command_hold: 0.0,
         tool_speed_limit: UNLIMITED,

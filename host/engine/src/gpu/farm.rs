@@ -4,9 +4,8 @@ use super::{GpuEngine, WORKGROUP};
 use crate::{EngineError, Job, RunInput};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::metrics::Metrics;
-use softdock_kernels::outcome::{Finished, RunEnd, Stop, run_flags};
+use softdock_kernels::outcome::Finished;
 use softdock_kernels::quads::{self, word};
-use softdock_kernels::vector::vec3;
 use softdock_tracer::kernel::{Kernel, kernel};
 use std::sync::Arc;
 
@@ -217,33 +216,17 @@ impl<'a> Farm<'a> {
         Ok(())
     }
 
-    /// One lane's outcome: parameters as it was given them, metrics of both loops, and what the flags are made of.
+    /// The finished run of one lane; its outcome holds the metrics of both loops and the state at the end.
     fn finished(&self, outcomes: &[f32], lane: usize) -> Finished {
         let values: Vec<f64> = (0..self.compiled.kernel.outcome)
             .map(|field| f64::from(outcomes[field * self.lanes.len() + lane]))
             .collect();
         let params: Vec<f64> = self.parameters[lane].iter().map(|value| f64::from(*value)).collect();
         let (space, rest) = values.split_at(fields::<f64, Metrics<f64>>().len());
-        let (hil, extra) = rest.split_at(space.len());
-        let (space, hil): (Metrics<f64>, Metrics<f64>) = (from_slice(space), from_slice(hil));
-        let end = RunEnd {
-            space,
-            hil,
-            space_watch: (extra[0] > 0.0, extra[1], extra[2]),
-            hil_unstable: extra[3] > 0.0,
-            saturated: extra[7] > 0.0,
-            limited: extra[8] > 0.0,
-            dropped: extra[9] > 0.0,
-        };
+        let (hil, end) = rest.split_at(space.len());
         let [low, high] = self.lanes[lane].run;
-        Finished {
-            run: u64::from(low) | u64::from(high) << 32,
-            params: from_slice(&params),
-            space,
-            hil,
-            flags: run_flags(&self.compiled.job.plant, end),
-            stop: Stop::of([extra[3], extra[4], extra[5], extra[6]]),
-            touch: [vec3(extra[10], extra[11], extra[12]), vec3(extra[13], extra[14], extra[15])],
-        }
+        let run = u64::from(low) | u64::from(high) << 32;
+        let metrics = [from_slice(space), from_slice(hil)];
+        Finished::new(&self.compiled.job.plant, run, from_slice(&params), metrics, &from_slice(end))
     }
 }

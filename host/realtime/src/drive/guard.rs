@@ -286,7 +286,7 @@ impl Guard {
         // Before the run nothing goes through the port.
         let port_energy = seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
         self.step_rules(measured, seen.commanded, port_energy);
-        Stop::of([0.0, 0.0, self.session.rule, self.session.value])
+        Stop::of_session(self.session.rule, self.session.value)
     }
 
     /// Energy injected beyond its budget by a time of the run, now that a report has the motion until then.

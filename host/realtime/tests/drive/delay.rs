@@ -18,7 +18,7 @@ const MILLI: Nanos = Nanos::from_millis(1);
 fn setting(travel: f64, ideal: bool) -> Setting {
     let mut setting = Setting::docking();
     let p = &mut setting.params;
-    p.loop_delay = travel + p.sensor_delay + setting.plant.timing.own_delay();
+    p.loop_delay = setting.plant.timing.loop_delay(p.sensor_delay, travel);
     if ideal {
         (p.robot1_lag, p.robot2_lag) = (0.0, 0.0);
     }
