@@ -29,13 +29,7 @@ pub struct Finished {
 
 impl Finished {
     /// Puts a run together from its parameters, the metrics of both loops and the state at its end.
-    pub fn new(
-        m: &Plant,
-        run: u64,
-        params: Params<f64>,
-        [space, hil]: [Metrics<f64>; 2],
-        end: &EndState<f64>,
-    ) -> Self {
+    pub fn new(m: &Plant, run: u64, params: Params<f64>, [space, hil]: [Metrics<f64>; 2], end: &EndState<f64>) -> Self {
         let touch = [end.touch_normal, end.touch_lever];
         Self { run, params, space, hil, flags: run_flags(m, &space, &hil, end), stop: end.stop(), touch }
     }

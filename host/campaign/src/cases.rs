@@ -7,23 +7,19 @@
 //! A parameter without a column keeps the campaign's nominal value. A derived value of the campaign is applied only
 //! where the table has no column for it.
 
-use crate::campaign::{Campaign, MOST_RUNS, Method};
-use crate::dispersion::{Class, Dispersion};
-use crate::distribution::Distribution;
 use crate::problem::{Problem, Problems};
-use crate::ranges::{Range, legal};
+use crate::ranges::{MOST_RUNS, Range, legal};
 use crate::source::Source;
-use crate::stability::Extremes;
 use crate::suggest::suggestion;
 use crate::units::show;
-use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
+use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::params::Params;
 use std::ops::Range as Span;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Problems of one table that are listed.
-const LISTED: usize = 20;
+pub(crate) const LISTED: usize = 20;
 
 /// Most columns of a table.
 const MOST_COLUMNS: usize = 10_000;
@@ -166,6 +162,22 @@ impl Cases {
         self.0.source.path()
     }
 
+    /// Run numbers, ascending.
+    pub(crate) fn runs(&self) -> &[u64] {
+        &self.0.runs
+    }
+
+    /// Field of `Params`, place of the header and values in SI of every column.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (usize, &Span<usize>, &[f64])> {
+        let columns = self.0.columns.iter().zip(&self.0.values);
+        columns.map(|((field, header), values)| (*field, header, values.as_slice()))
+    }
+
+    /// The file.
+    pub(crate) fn source(&self) -> &Source {
+        &self.0.source
+    }
+
     /// Its bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.0.bytes
@@ -198,7 +210,7 @@ impl Cases {
         self.0.numbered
     }
 
-    fn has(&self, field: usize) -> bool {
+    pub(crate) fn has(&self, field: usize) -> bool {
         self.0.columns.iter().any(|(own, _)| *own == field)
     }
 }
@@ -359,7 +371,7 @@ impl Raw {
 }
 
 /// Whether a value is legal; an end of the range may be rounded to single precision, as a GPU applies it.
-fn holds(range: &Range, value: f64) -> bool {
+pub(crate) fn holds(range: &Range, value: f64) -> bool {
     let rounded = |end: f64| range.contains(end) && value as f32 == end as f32;
     value.is_finite() && (range.contains(value) || rounded(range.max) || rounded(range.min))
 }
@@ -380,128 +392,11 @@ fn cell(text: &str) -> &str {
     text.trim().trim_matches('"').trim()
 }
 
-impl Campaign {
-    /// The same campaign on given cases in the place of its draws: as many runs as cases, no outer loop.
-    ///
-    /// The cases are no sample, so that nothing can be concluded from them on the campaign's dispersions.
-    ///
-    /// # Errors
-    /// If a case needs a finer substep than the scenario's, has less delay than the loop has by itself, or a derived
-    /// value beyond its legal range.
-    pub fn with_cases(mut self, cases: Cases) -> Result<Self, Problems> {
-        let table = fields::<f64, Params<f64>>();
-        let nominal = self.undispersed();
-        let variables = self.dispersions.iter().filter(|dispersion| dispersion.field >= table.len());
-        let variables = variables.map(|variable| Dispersion {
-            distribution: Distribution::Constant { value: nominal[variable.field] },
-            ..variable.clone()
-        });
-        let source = cases.file_name().to_owned();
-        // A column of the nominal value alone disperses nothing: its effects are not computed for it.
-        let varied = cases
-            .0
-            .columns
-            .iter()
-            .zip(&cases.0.values)
-            .filter(|((field, _), values)| values.iter().any(|value| *value != nominal[*field]));
-        let given = varied.map(|((field, _), values)| {
-            let mut values = values.clone();
-            values.sort_by(f64::total_cmp);
-            Dispersion {
-                field: *field,
-                name: table[*field].name.clone(),
-                unit: table[*field].unit,
-                distribution: Distribution::Table { values },
-                class: Class::Aleatory,
-                source: Some(source.clone()),
-                place: 0..0,
-            }
-        });
-        self.dispersions = variables.chain(given).collect();
-        self.correlations.clear();
-        self.derived.retain(|derived| !cases.has(derived.field));
-        (self.outer_draws, self.method, self.runs) = (None, Method::Random, cases.len());
-        let plain = self.cases.take().map_or_else(|| self.hash.clone(), |(_, plain)| plain);
-        let text = format!("{plain} cases {}", cases.hash());
-        self.hash = blake3::hash(text.as_bytes()).to_hex().to_string();
-        self.cases = Some((cases.clone(), plain));
-        self.check_cases(&cases)?;
-        Ok(self)
-    }
-
-    /// The given cases, if there are any.
-    pub fn cases(&self) -> Option<&Cases> {
-        self.cases.as_ref().map(|(cases, _)| cases)
-    }
-
-    /// Number of the run at a place among the campaign's runs, from 0: the place itself, unless given cases say otherwise.
-    pub fn run_at(&self, place: u64) -> u64 {
-        self.cases().and_then(|cases| cases.0.runs.get(place as usize).copied()).unwrap_or(place)
-    }
-
-    /// Place of a run among the campaign's runs; `None` if it is none of them.
-    pub fn place_of(&self, run: u64) -> Option<u64> {
-        match self.cases() {
-            Some(cases) => cases.0.runs.binary_search(&run).ok().map(|place| place as u64),
-            None => (run < self.runs).then_some(run),
-        }
-    }
-
-    /// The inputs of a given case; those of the nominal run for a number that the table does not have.
-    pub(crate) fn given(&self, cases: &Cases, run: u64) -> Params<f64> {
-        let mut values = self.undispersed();
-        if let Ok(row) = cases.0.runs.binary_search(&run) {
-            for ((field, _), column) in cases.0.columns.iter().zip(&cases.0.values) {
-                values[*field] = column[row];
-            }
-        }
-        crate::sampling::with_derived(values, &self.derived)
-    }
-
-    fn check_cases(&self, cases: &Cases) -> Result<(), Problems> {
-        let table = fields::<f64, Params<f64>>();
-        let mut least = vec![f64::INFINITY; table.len()];
-        let mut greatest = vec![f64::NEG_INFINITY; table.len()];
-        let mut problems = Vec::new();
-        for run in &cases.0.runs {
-            let values = to_vec(&self.given(cases, *run));
-            for (field, value) in values.iter().enumerate() {
-                (least[field], greatest[field]) = (least[field].min(*value), greatest[field].max(*value));
-            }
-            for derived in self.derived.iter().filter(|derived| derived.field < table.len()) {
-                let (value, range) = (values[derived.field], legal(&derived.name));
-                if !holds(&range, value) && problems.len() < LISTED {
-                    let message = format!(
-                        "{}: run {run}: `{} = {}` is {}, out of range",
-                        self.path_of(cases).display(),
-                        derived.name,
-                        derived.text,
-                        show(value, derived.unit)
-                    );
-                    let words = range.words(derived.unit);
-                    let remedy = format!("add a column `{}` with values {words}, or change the row", derived.name);
-                    problems.push(Problem::with_file(self.path_of(cases), message).expected(words).remedy(remedy));
-                }
-            }
-        }
-        Problems::check(problems)?;
-        let extremes = Extremes { least: from_slice(&least), greatest: from_slice(&greatest) };
-        let column = |parameter: &str| cases.0.columns.iter().find(|(field, _)| table[*field].name == parameter);
-        self.scenario.check_steps(&extremes, |parameter| {
-            column(parameter).map(|(_, span)| (cases.0.source.clone(), span.clone()))
-        })
-    }
-
-    fn path_of(&self, cases: &Cases) -> PathBuf {
-        cases.path().to_owned()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn campaign() -> Campaign {
+    fn campaign() -> crate::Campaign {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/smoke.toml");
         crate::load(&path).expect("it loads")
     }

@@ -1,7 +1,7 @@
 //! How the variants of a campaign are compared: bands along a parameter, metrics, maps, and what is to be trusted.
 
-use crate::campaign::Campaign;
 use crate::check::Checker;
+use crate::derived::Derived;
 use crate::dispersion::Dispersion;
 use crate::distribution::Distribution;
 use crate::expression::{self, Expression};
@@ -79,8 +79,20 @@ pub struct CellMap {
     pub line_name: String,
 }
 
+/// What of a campaign can stand on an axis, and the values of all else there.
+pub(crate) struct Axes<'a> {
+    /// The parameters and, behind them, the campaign's variables.
+    pub(crate) fields: &'a [Field],
+    /// Number of parameters.
+    pub(crate) parameters: usize,
+    pub(crate) dispersions: &'a [Dispersion],
+    pub(crate) derived: &'a [Derived],
+    /// Undispersed value of every field.
+    pub(crate) undispersed: Vec<f64>,
+}
+
 /// Reads the table; without it the comparison shows verdicts alone.
-pub(crate) fn read(c: &mut Checker, file: &CampaignFile, campaign: &Campaign, fields: &[Field]) -> Comparison {
+pub(crate) fn read(c: &mut Checker, file: &CampaignFile, axes: &Axes) -> Comparison {
     let Some(written) = &file.compare else { return Comparison::default() };
     if file.variant.is_empty() {
         c.refuse(
@@ -91,21 +103,21 @@ pub(crate) fn read(c: &mut Checker, file: &CampaignFile, campaign: &Campaign, fi
     }
     let table = &written.value;
     Comparison {
-        along: along(c, table, campaign, fields),
+        along: along(c, table, axes),
         metrics: table.metrics.iter().filter_map(|name| metric(c, name)).collect(),
         trust: c.number_or(&table.trust, TRUST, "1", Range::above(0.0, 1.0)),
-        maps: table.map.iter().flat_map(|map| cell_maps(c, map, campaign, fields).unwrap_or_default()).collect(),
+        maps: table.map.iter().flat_map(|map| cell_maps(c, map, axes).unwrap_or_default()).collect(),
     }
 }
 
-fn along(c: &mut Checker, table: &CompareTable, campaign: &Campaign, fields: &[Field]) -> Option<Bands> {
+fn along(c: &mut Checker, table: &CompareTable, axes: &Axes) -> Option<Bands> {
     let Some(name) = &table.along else {
         if let Some(edges) = &table.edges {
             c.refuse(&edges.span, "nothing says of which parameter these are bands", "add along = \"loop_delay\"");
         }
         return None;
     };
-    let mut bands = bands(c, name, BANDS, campaign, fields)?;
+    let mut bands = bands(c, name, BANDS, axes)?;
     if let Some(written) = &table.edges {
         let range = legal(&bands.field.name);
         bands.edges = written.value.iter().map(|edge| c.number(edge, bands.field.unit, range)).collect();
@@ -121,9 +133,8 @@ fn along(c: &mut Checker, table: &CompareTable, campaign: &Campaign, fields: &[F
 }
 
 /// So many bands of a dispersed parameter, even on the scale on which it is drawn.
-fn bands(c: &mut Checker, name: &At<String>, count: usize, campaign: &Campaign, fields: &[Field]) -> Option<Bands> {
-    let parameters = fields.len() - campaign.variables.len();
-    let dispersed: Vec<&Dispersion> = campaign.dispersions.iter().filter(|d| d.field < parameters).collect();
+fn bands(c: &mut Checker, name: &At<String>, count: usize, axes: &Axes) -> Option<Bands> {
+    let dispersed: Vec<&Dispersion> = axes.dispersions.iter().filter(|d| d.field < axes.parameters).collect();
     let Some(found) = dispersed.iter().find(|dispersion| dispersion.name == name.value) else {
         let names: Vec<&str> = dispersed.iter().map(|dispersion| dispersion.name.as_str()).collect();
         c.refuse(&name.span, format!("`{}` is not dispersed", name.value), suggestion(&name.value, &names));
@@ -140,7 +151,7 @@ fn bands(c: &mut Checker, name: &At<String>, count: usize, campaign: &Campaign, 
         return None;
     }
     let logarithmic = min > 0.0 && max / min >= 5.0;
-    let whole = Bands { field: fields[found.field].clone(), edges: vec![min, max], logarithmic };
+    let whole = Bands { field: axes.fields[found.field].clone(), edges: vec![min, max], logarithmic };
     let edges = (0..=count).map(|index| whole.between(index as f64 / count as f64)).collect();
     Some(Bands { edges, ..whole })
 }
@@ -157,7 +168,7 @@ fn metric(c: &mut Checker, name: &At<String>) -> Option<(String, &'static str)> 
 }
 
 /// The map, or one for every slice.
-fn cell_maps(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Field]) -> Option<Vec<CellMap>> {
+fn cell_maps(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<CellMap>> {
     let cells = match &table.cells {
         Some(At { value, span }) if value.len() != 2 => {
             c.refuse(span, "a map has two numbers of cells", "write cells = [6, 6]: along x and along y");
@@ -166,24 +177,24 @@ fn cell_maps(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[F
         Some(At { value, .. }) => [0, 1].map(|axis: usize| c.count(&value[axis], 2, 40)),
         None => CELLS,
     };
-    let x = bands(c, &table.x, cells[0] as usize, campaign, fields)?;
-    let y = bands(c, &table.y, cells[1] as usize, campaign, fields)?;
+    let x = bands(c, &table.x, cells[0] as usize, axes)?;
+    let y = bands(c, &table.y, cells[1] as usize, axes)?;
     let metric = table.metric.as_ref().and_then(|name| metric(c, name));
     if let (Some(name), None) = (&table.line_name, &table.line) {
         c.refuse(&name.span, "this names a line that is not there", "add line = \"...\", y as an expression of x");
     }
     let line_name = table.line_name.as_ref().map_or(String::new(), |name| name.value.clone());
-    let line = line(c, table, fields);
-    let slices = slices(c, table, campaign, fields)?;
+    let line = line(c, table, axes.fields);
+    let slices = slices(c, table, axes)?;
     let map = |slice: Option<Bands>| {
-        let line = line.as_ref().map_or(Vec::new(), |line| line_points(line, &x, slice.as_ref(), campaign, fields));
+        let line = line.as_ref().map_or(Vec::new(), |line| line_points(line, &x, slice.as_ref(), axes));
         CellMap { x: x.clone(), y: y.clone(), slice, metric: metric.clone(), line, line_name: line_name.clone() }
     };
     Some(slices.into_iter().map(map).collect())
 }
 
 /// The bands into which a map is cut, each alone; one `None` without any.
-fn slices(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Field]) -> Option<Vec<Option<Bands>>> {
+fn slices(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<Option<Bands>>> {
     let Some(name) = &table.slice else {
         if let Some(count) = &table.slices {
             c.refuse(&count.span, "nothing says what is sliced", "add slice = \"target_mass\", or remove this");
@@ -191,7 +202,7 @@ fn slices(c: &mut Checker, table: &MapTable, campaign: &Campaign, fields: &[Fiel
         return Some(vec![None]);
     };
     let count = table.slices.as_ref().map_or(SLICES, |count| c.count(count, 1, 12)) as usize;
-    let whole = bands(c, name, count, campaign, fields)?;
+    let whole = bands(c, name, count, axes)?;
     let slice = |pair: &[f64]| Some(Bands { edges: pair.to_vec(), ..whole.clone() });
     Some(whole.edges.windows(2).map(slice).collect())
 }
@@ -209,22 +220,16 @@ fn line(c: &mut Checker, table: &MapTable, fields: &[Field]) -> Option<Expressio
 }
 
 /// The line over the map's x axis, in the middle of its slice; all other parameters have their undispersed values.
-fn line_points(
-    line: &Expression,
-    x: &Bands,
-    slice: Option<&Bands>,
-    campaign: &Campaign,
-    fields: &[Field],
-) -> Vec<(f64, f64)> {
-    let place = |bands: &Bands| fields.iter().position(|field| field.name == bands.field.name).expect("a field");
-    let mut values = campaign.undispersed();
+fn line_points(line: &Expression, x: &Bands, slice: Option<&Bands>, axes: &Axes) -> Vec<(f64, f64)> {
+    let place = |bands: &Bands| axes.fields.iter().position(|field| field.name == bands.field.name).expect("a field");
+    let mut values = axes.undispersed.clone();
     if let Some(slice) = slice {
         values[place(slice)] = slice.between(0.5);
     }
     let swept = place(x);
     let point = |index: usize| {
         values[swept] = x.between(index as f64 / LINE_POINTS as f64);
-        for derived in &campaign.derived {
+        for derived in axes.derived {
             values[derived.field] = derived.expression.value(&values);
         }
         (values[swept], line.value(&values))

@@ -6,7 +6,8 @@ use crate::expression::{self, Bounds, Expression};
 use crate::ranges::legal;
 use crate::units::show;
 use crate::written::campaign::DerivedTable;
-use softdock_kernels::fields::Field;
+use softdock_kernels::fields::{Field, from_slice};
+use softdock_kernels::params::Params;
 use std::ops::Range as Span;
 
 /// A derived parameter.
@@ -95,6 +96,14 @@ fn cycle(waiting: &[Derived]) -> Vec<&str> {
         }
         path.push(next);
     }
+}
+
+/// Evaluates the derived values in their order.
+pub(crate) fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
+    for derived in derived {
+        values[derived.field] = derived.expression.value(&values);
+    }
+    from_slice(&values)
 }
 
 /// Adds the bounds of the derived values; what may leave the legal range is refused.

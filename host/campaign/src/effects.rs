@@ -1,10 +1,10 @@
 //! An effects file: keys of a scenario that an emulated facility has other values for, unknown to those who drive it.
 
-use crate::overlay::Overlay;
 use crate::problem::Problems;
 use crate::read;
 use crate::scenario::Scenario;
 use crate::source::Source;
+use crate::source::overlay::Overlay;
 use crate::written::At;
 use crate::written::compare::Replacements;
 use schemars::JsonSchema;

@@ -1,7 +1,7 @@
 //! `campaign.json` of a results folder: read within bounds and checked before a value of it is used.
 
-use crate::campaign::MOST_RUNS;
 use crate::problem::{Problem, Problems};
+use crate::ranges::MOST_RUNS;
 use crate::source::Source;
 use serde_json::Value;
 use softdock_input::{InputError, check_regular, read_text};

@@ -39,6 +39,9 @@ impl Range {
     }
 }
 
+/// Most runs of a campaign.
+pub(crate) const MOST_RUNS: u64 = 1_000_000_000;
+
 /// Half a turn: attitudes and angles.
 const HALF_TURN: f64 = std::f64::consts::PI;
 

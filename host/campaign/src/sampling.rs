@@ -1,10 +1,10 @@
 //! Draws: the parameters of one run, a pure function of campaign, seed and run number.
 
 use crate::campaign::{Campaign, Method};
-use crate::derived::Derived;
+use crate::derived::with_derived;
 use crate::dispersion::Class;
 use crate::distribution::{normal_quantile, normal_share};
-use softdock_kernels::fields::{from_slice, to_vec};
+use softdock_kernels::fields::to_vec;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, philox4x32, stream, uniform};
 
@@ -103,14 +103,6 @@ impl Campaign {
             Method::Sobol => sobol(self.seed, index, place),
         }
     }
-}
-
-/// Evaluates the derived values in their order.
-pub(crate) fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<f64> {
-    for derived in derived {
-        values[derived.field] = derived.expression.value(&values);
-    }
-    from_slice(&values)
 }
 
 /// A coordinate of a point of a Sobol' sequence, 0 < u < 1; scrambled after Owen by the seed.

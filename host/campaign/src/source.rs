@@ -1,14 +1,15 @@
 //! A file's text with its path and the dotted key of every place in it.
 
-use crate::overlay::Overlay;
-use crate::problem::{Problem, Problems};
 use miette::NamedSource;
-use softdock_input::{InputError, MAX_TABLE, MAX_TEXT, toml_depth};
+use overlay::Overlay;
+use softdock_input::toml_depth;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+pub(crate) mod overlay;
 
 /// Longest value that a message repeats in full.
 const EXCERPT: usize = 60;
@@ -35,37 +36,6 @@ struct Place {
 }
 
 impl Source {
-    /// Reads a text file; `referred` makes the problem point to the key that names the file.
-    pub(crate) fn read(path: &Path, referred: Option<(&Source, Range<usize>)>) -> Result<Self, Problems> {
-        let refuse = |message: String, remedy: &str| -> Problems {
-            match &referred {
-                Some((source, span)) => Problem::at(source, span.clone(), message),
-                None => Problem::with_file(path.to_owned(), message),
-            }
-            .remedy(remedy)
-            .into()
-        };
-        let shown = path.display();
-        let is_table = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-        let limit = if is_table { MAX_TABLE } else { MAX_TEXT };
-        let text = softdock_input::read_text(path, limit).map_err(|error| match &error {
-            InputError::Absent { .. } => refuse(
-                format!("there is no file `{shown}`"),
-                "check the path; it is relative to the file that names it",
-            ),
-            InputError::NotRegular { kind: "directory", .. } => {
-                refuse(format!("`{shown}` is a directory"), "name a file in it")
-            }
-            InputError::NotText { line, column, .. } => {
-                let mut problem = Problem::with_file(path.to_owned(), error.what()).expected("UTF-8");
-                (problem.line, problem.column) = (*line, *column);
-                problem.remedy(error.remedy()).into()
-            }
-            _ => refuse(format!("`{shown}` {}", error.what()), error.remedy()),
-        })?;
-        Ok(Self::new(path.to_owned(), text))
-    }
-
     /// A source from a text; keys are found if it is TOML.
     pub(crate) fn new(path: PathBuf, text: String) -> Self {
         let mut places = Vec::new();

@@ -105,7 +105,7 @@ const VARIANTS: &str = "[[dispersion]]\nvariable = \"knowledge\"\n\
 fn variants_share_their_draws_and_differ_in_the_facility_alone() {
     let alone = campaign(50, STIFFNESS);
     let whole = campaign(50, &format!("{STIFFNESS}{VARIANTS}"));
-    let [none, smith] = [0, 1].map(|variant| &whole.variants[variant].campaign);
+    let [none, smith] = &[0, 1].map(|variant: usize| whole.on_variant(&whole.variants[variant]));
     let stiffness = drawn(&alone, "contact_stiffness");
     assert_eq!(drawn(none, "contact_stiffness"), stiffness, "a variable moves no other draw");
     assert_eq!(drawn(smith, "contact_stiffness"), stiffness);

@@ -1,12 +1,11 @@
 //! Variants: the same draws on facilities that differ in stated keys of the scenario.
 
-use crate::campaign::Campaign;
 use crate::check::Checker;
-use crate::derived;
-use crate::idle::{self, IdleTarget};
-use crate::overlay::Overlay;
+use crate::derived::{self, Derived};
+use crate::dispersion::Dispersion;
 use crate::problem::Problems;
 use crate::scenario::Scenario;
+use crate::source::overlay::Overlay;
 use crate::written::campaign::{CampaignFile, DerivedTable};
 use crate::written::compare::VariantTable;
 use softdock_kernels::fields::Field;
@@ -14,21 +13,29 @@ use softdock_kernels::fields::Field;
 /// What a results folder holds besides variants.
 const TAKEN: [&str; 5] = ["campaign", "partial", "runs", "traces", "replays"];
 
-/// One facility, and the campaign that is run on it.
+/// One facility on which a campaign is run.
 #[derive(Clone, Debug)]
 pub struct Variant {
     /// Name, also of its folder in the campaign's results folder.
     pub name: String,
     /// One line for people.
     pub title: String,
-    /// The keys of the scenario that it replaces, each with what stands in its place.
+    /// The keys of the scenario that it replaces, each with its value here.
     pub changes: Vec<(String, String)>,
-    /// The campaign on this facility: the same draws, without variants of its own.
-    pub campaign: Campaign,
+    /// The task with this facility.
+    pub(crate) scenario: Scenario,
+    /// The derived values with those of the variant.
+    pub(crate) derived: Vec<Derived>,
 }
 
-/// Reads the variants of a campaign that is sound in itself; `fields` are the parameters and its variables.
-pub(crate) fn read(c: &mut Checker, file: &CampaignFile, whole: &Campaign, fields: &[Field]) -> Vec<Variant> {
+/// Reads the variants of a campaign; `fields` are the parameters and its variables.
+pub(crate) fn read(
+    c: &mut Checker,
+    file: &CampaignFile,
+    base: &Scenario,
+    dispersions: &[Dispersion],
+    fields: &[Field],
+) -> Vec<Variant> {
     let mut variants: Vec<Variant> = Vec::new();
     for (index, table) in file.variant.iter().enumerate() {
         let noted = c.problems.len();
@@ -42,10 +49,9 @@ pub(crate) fn read(c: &mut Checker, file: &CampaignFile, whole: &Campaign, field
         if c.problems.len() > noted {
             continue;
         }
-        match scenario(c, table, index, &whole.scenario) {
-            Ok(scenario) => {
-                variants.push(variant(c, file, table, index, Campaign { scenario, ..whole.clone() }, fields))
-            }
+        match scenario(c, table, index, base) {
+            Ok(scenario) => variants
+                .push(variant(c, file, index, scenario, |c, tables| derived::read(c, fields, tables, dispersions))),
             Err(problems) => c.problems.extend(problems),
         }
     }
@@ -75,11 +81,11 @@ fn scenario(c: &Checker, table: &VariantTable, index: usize, base: &Scenario) ->
 fn variant(
     c: &mut Checker,
     file: &CampaignFile,
-    table: &VariantTable,
     index: usize,
-    whole: Campaign,
-    fields: &[Field],
+    scenario: Scenario,
+    read_derived: impl Fn(&mut Checker, &[&DerivedTable]) -> Vec<Derived>,
 ) -> Variant {
+    let table = &file.variant[index];
     let own = |shared: &&DerivedTable| table.derived.iter().any(|own| own.target.value == shared.target.value);
     let tables: Vec<&DerivedTable> = file.derived.iter().filter(|shared| !own(shared)).chain(&table.derived).collect();
     let name = table.name.value.clone();
@@ -91,35 +97,6 @@ fn variant(
     let changes: Vec<_> = table.set.0.iter().map(|key| (key.value.clone(), text(&key.value))).collect();
     let own_derived = table.derived.iter().map(|own| (own.target.value.clone(), format!("= {}", own.expr.value)));
     let changes = changes.into_iter().chain(own_derived).collect();
-    let derived = derived::read(c, fields, &tables, &whole.dispersions);
-    let campaign = Campaign {
-        id: format!("{}/{name}", whole.id),
-        title: format!("{}: {title}", whole.title),
-        hash: blake3::hash(format!("{} {name} {}", whole.hash, whole.scenario.robot_text().unwrap_or("")).as_bytes())
-            .to_hex()
-            .to_string(),
-        derived,
-        ..whole
-    };
-    Variant { name, title, changes, campaign }
-}
-
-/// Refuses what can do nothing in any variant that has it.
-pub(crate) fn refuse_idle(c: &mut Checker, variants: &[Variant]) {
-    let mut all: Vec<(IdleTarget, usize)> = Vec::new();
-    for variant in variants {
-        let bounds = variant.campaign.bounds(c);
-        for target in idle::targets(&variant.campaign, &bounds) {
-            match all.iter_mut().find(|(other, _)| other.place == target.place) {
-                Some((_, count)) => *count += 1,
-                None => all.push((target, 1)),
-            }
-        }
-    }
-    for (target, count) in all {
-        let holders = variants.iter().filter(|variant| variant.campaign.sets_at(&target.place)).count();
-        if count == holders {
-            target.refuse(c);
-        }
-    }
+    let derived = read_derived(c, &tables);
+    Variant { name, title, changes, scenario, derived }
 }

@@ -349,8 +349,8 @@ impl ResultsFolder {
         let inside = |file: &String| path.join("campaign").join(file);
         let model = manifest.model.as_ref().map(inside);
         let whole = Campaign::load_with(&inside(&manifest.campaign), model.as_deref())?;
-        let variant = whole.variants.iter().find(|variant| manifest.id == variant.campaign.id);
-        let campaign = variant.map_or_else(|| whole.clone(), |variant| variant.campaign.clone());
+        let alone = whole.variant_of_id(&manifest.id).map(|variant| whole.on_variant(variant));
+        let campaign = alone.unwrap_or(whole);
         let campaign = campaign.with_sample(manifest.runs, manifest.seed);
         let campaign = match manifest.cases_file(path) {
             Some(cases) => campaign.with_cases(crate::cases::read_cases(&cases)?)?,
@@ -382,7 +382,14 @@ impl ResultsFolder {
                 Some(found) => (found.extensions, found.judgements, found.made_by),
                 None => (Vec::new(), Vec::new(), Build::own()),
             };
-            Ok(Self { path, campaign: variant.campaign.clone(), build, extensions, judgements, ..self.unlocked() })
+            Ok(Self {
+                path,
+                campaign: self.campaign.on_variant(variant),
+                build,
+                extensions,
+                judgements,
+                ..self.unlocked()
+            })
         };
         self.campaign.variants.iter().map(of_variant).collect()
     }

@@ -30,7 +30,7 @@ pub fn judge(results: &Path, campaign: Option<Campaign>, context: Context) -> Re
     for variant in whole.campaign.variants.clone() {
         let path = results.join(&variant.name);
         if Manifest::read(&path)?.is_some() {
-            let folder = rejudged(&path, variant.campaign, context)?;
+            let folder = rejudged(&path, whole.campaign.on_variant(&variant), context)?;
             let index = folder.shards()?;
             match index.is_complete() {
                 true => finish(&folder, index, context)?,
@@ -47,13 +47,13 @@ pub fn judge(results: &Path, campaign: Option<Campaign>, context: Context) -> Re
 /// The campaign, or the variant of it whose runs the folder holds.
 fn of_folder(campaign: Campaign, results: &Path) -> Result<Campaign> {
     let id = Manifest::require(results)?.id;
-    let Some(variant) = campaign.variants.iter().find(|variant| variant.campaign.id == id) else { return Ok(campaign) };
+    let Some(variant) = campaign.variant_of_id(&id) else { return Ok(campaign) };
     let whole = normal(results).parent().map(Path::to_owned).unwrap_or_default();
     if Manifest::require(&whole).is_ok_and(|manifest| manifest.id == campaign.id) {
         let message = format!("`{}` is one variant of a comparison", results.display());
         return Err(FarmError::refused(message, format!("judge all of them: softdock judge {}", whole.display())));
     }
-    Ok(variant.campaign.clone())
+    Ok(campaign.on_variant(variant))
 }
 
 /// The folder, its runs judged by the campaign.

@@ -65,7 +65,7 @@ pub fn load_campaign(file: &Path, selection: &Selection, context: Context) -> Re
 fn of_variant(campaign: Campaign, name: &str) -> Result<Campaign> {
     let names: Vec<&str> = campaign.variants.iter().map(|variant| variant.name.as_str()).collect();
     match campaign.variants.iter().find(|variant| variant.name == name) {
-        Some(variant) => Ok(variant.campaign.clone()),
+        Some(variant) => Ok(campaign.on_variant(variant)),
         None if names.is_empty() => Err(FarmError::refused("the campaign has no variants", "leave --variant out")),
         None => Err(FarmError::refused(
             format!("there is no variant `{name}`"),

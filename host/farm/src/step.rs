@@ -9,7 +9,7 @@ use crate::observer::{Context, Note};
 use crate::rows::input_of;
 use crate::run_engine::RunEngine;
 use rayon::prelude::*;
-use softdock_campaign::Campaign;
+use softdock_campaign::{Campaign, Variant};
 use softdock_engine::{Choice, EngineError, RunInput, cpu};
 use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, start_parts};
 use softdock_kernels::metrics::flags;
@@ -115,13 +115,13 @@ struct LoopDraws {
 /// # Errors
 /// If no engine can make the runs.
 pub fn step(campaign: &Campaign, asked: Option<u64>, choice: Choice, context: Context) -> Result<Stepped> {
-    let variants = campaign.variants.iter().map(|variant| (Some(variant.name.clone()), &variant.campaign));
-    let mut all: Vec<(Option<String>, &Campaign)> = variants.collect();
-    if all.is_empty() {
-        all.push((None, campaign));
+    let variants = campaign.variants.iter();
+    let on_variant =
+        |variant: &Variant| facility(Some(variant.name.clone()), &campaign.on_variant(variant), asked, choice, context);
+    let mut facilities = variants.map(on_variant).collect::<Result<Vec<_>>>()?;
+    if facilities.is_empty() {
+        facilities.push(facility(None, campaign, asked, choice, context)?);
     }
-    let facilities = all.into_iter().map(|(name, campaign)| facility(name, campaign, asked, choice, context));
-    let facilities = facilities.collect::<Result<_>>()?;
     Ok(Stepped { facilities, asked, is_other_device: asked.is_none() && choice != Choice::Cpu })
 }
 

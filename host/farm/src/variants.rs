@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Runs every variant, or what is missing of it, then compares them.
 pub(crate) fn run(campaign: Campaign, results: &Path, options: &RunOptions, context: Context) -> Result<Ended> {
     // The engine before the folder: what cannot run creates nothing.
-    drop(RunEngine::open(&campaign.variants[0].campaign, options.choice, context)?);
+    drop(RunEngine::open(&campaign.on_variant(&campaign.variants[0]), options.choice, context)?);
     if options.is_fresh {
         clear(results, campaign.files(), context)?;
     }

@@ -3,7 +3,7 @@
 //! The campaign's places follow those of the scenario: its text is parsed behind as many line breaks as the scenario has
 //! bytes, so that the spans of both lie on one axis and the scenario's own reader checks either.
 
-use crate::source::Source;
+use super::Source;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

@@ -1,0 +1,303 @@
+//! Reads a campaign file with everything that it names, and checks it.
+
+use crate::campaign::{Backend, Campaign, Execution, Invalid, Keep, MOST_SHARDS, Method, Traces};
+use crate::check::Checker;
+use crate::compare::{self, Comparison};
+use crate::derived;
+use crate::dispersion::{Class, Dispersion, DispersionReader};
+use crate::expression::Bounds;
+use crate::found::FoundEffect;
+use crate::idle::{self, IdleTarget};
+use crate::metric;
+use crate::problem::{Problem, Problems};
+use crate::ranges::{MOST_RUNS, Range};
+use crate::read;
+use crate::requirement;
+use crate::scenario::Scenario;
+use crate::source::Source;
+use crate::stability::Extremes;
+use crate::variant;
+use crate::written::At;
+use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
+use softdock_kernels::fields::{fields, from_slice};
+use softdock_kernels::model::Timing;
+use softdock_kernels::params::Params;
+use std::path::{Path, PathBuf};
+
+/// Format that this version reads.
+pub(crate) const FORMAT: &str = "campaign/2";
+
+/// Most runs in a shard.
+const MOST_SHARD_RUNS: u64 = 1_000_000;
+
+impl Campaign {
+    /// Reads a campaign file and everything that it names.
+    pub fn load(path: &Path) -> Result<Self, Problems> {
+        Self::load_with(path, None)
+    }
+
+    /// The same with another scenario in the place of the one that the file names: an extended model.
+    ///
+    /// # Errors
+    /// See [`load`](Self::load).
+    pub fn load_with(path: &Path, model: Option<&Path>) -> Result<Self, Problems> {
+        let source = Source::read(path, None)?;
+        let file: CampaignFile = read::parse(&source, FORMAT)?;
+        let mut c = Checker::new(source);
+        c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
+        let scenario = match model {
+            Some(model) => Scenario::load(model),
+            None => scenario(&mut c, &file.scenario),
+        };
+        let scenario = match scenario {
+            Ok(scenario) => scenario,
+            Err(problems) => {
+                c.problems.extend(problems);
+                return Err(Problems::check(c.problems).expect_err("at least the scenario's problems"));
+            }
+        };
+        let campaign = Campaign { model: model.map(Path::to_owned), ..check(&mut c, &file, scenario) };
+        Problems::check(std::mem::take(&mut c.problems))?;
+        if file.variant.is_empty() {
+            campaign.check_steps(&c.source)?;
+            return Ok(campaign);
+        }
+        campaign.with_variants(&mut c, &file)
+    }
+
+    /// The campaign with its variants, each checked like a campaign alone.
+    fn with_variants(mut self, c: &mut Checker, file: &CampaignFile) -> Result<Self, Problems> {
+        self.variants = variant::read(c, file, &self.scenario, &self.dispersions, &self.fields());
+        Problems::check(std::mem::take(&mut c.problems))?;
+        let alone: Vec<Self> = self.variants.iter().map(|variant| self.on_variant(variant)).collect();
+        refuse_idle(c, &alone);
+        Problems::check(std::mem::take(&mut c.problems))?;
+        for variant in &alone {
+            variant.check_steps(&c.source)?;
+            let files = variant.scenario.sources().map(|source| source.path().to_owned());
+            let new: Vec<PathBuf> = files.filter(|file| !self.files.contains(file)).collect();
+            self.files.extend(new);
+        }
+        Ok(self)
+    }
+
+    /// Dispersions may need a finer step, or leave less delay, than the nominal run.
+    fn check_steps(&self, source: &Source) -> Result<(), Problems> {
+        let mut unused = Checker::new(source.clone());
+        let bounds = self.bounds(&mut unused);
+        // Variables stand behind the parameters and are left out.
+        let ends = |end: fn(&Bounds) -> f64| from_slice(&bounds.iter().map(end).collect::<Vec<_>>());
+        let extremes = Extremes { least: ends(|b| b.least), greatest: ends(|b| b.greatest) };
+        self.scenario.check_steps(&extremes, |parameter| {
+            let dispersed = self.dispersions.iter().find(|d| d.name == parameter).map(|d| d.place.clone());
+            let derived = || self.derived.iter().find(|d| d.name == parameter).map(|d| d.place.clone());
+            dispersed.or_else(derived).map(|place| (source.clone(), place))
+        })
+    }
+}
+
+fn scenario(c: &mut Checker, written: &At<String>) -> Result<Scenario, Problems> {
+    let path = c.source.sibling(&written.value);
+    let source = Source::read(&path, Some((&c.source, written.span.clone())))?;
+    Scenario::from_source(source)
+}
+
+/// The campaign, with harmless values where there are problems.
+fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
+    let table = fields::<f64, Params<f64>>();
+    let parameters = table.len();
+    let (dispersions, correlations, tables) = Default::default();
+    let mut reader = DispersionReader { c, fields: table, dispersions, correlations, tables };
+    for dispersion in &file.dispersion {
+        reader.dispersion(dispersion);
+    }
+    for correlation in &file.correlation {
+        reader.correlation(correlation);
+    }
+    let DispersionReader { fields, dispersions, correlations, tables, .. } = reader;
+    let derived = derived::read(c, &fields, &file.derived.iter().collect::<Vec<_>>(), &dispersions);
+    let runs = c.count(&file.runs, 1, MOST_RUNS);
+    let (execution, method) = (execution(c, &file.execution), method(c, file));
+    let shards = runs.div_ceil(execution.shard_runs.max(1));
+    if shards > MOST_SHARDS {
+        let span = file.execution.shard_runs.as_ref().map_or(file.runs.span.clone(), |written| written.span.clone());
+        let remedy = format!("write shard_runs = {} or more", runs.div_ceil(MOST_SHARDS));
+        c.refuse(&span, format!("this gives {shards} shards, more than {MOST_SHARDS}"), remedy);
+    }
+    let outer_draws = outer(c, file, runs, &dispersions, &scenario);
+    let metrics = metric::read(c, &file.metric);
+    let (requirements, agreement) = requirement::read(c, &file.requirement, &metrics);
+    let campaign = Campaign {
+        id: c.name(&file.id),
+        title: file.title.value.clone(),
+        seed: file.seed.value,
+        runs,
+        execution,
+        method,
+        outer_draws,
+        metrics,
+        requirements,
+        agreement,
+        traces: traces(c, &file.traces, &scenario.model.timing),
+        text: c.source.text().to_owned(),
+        hash: hash(&c.source, &scenario, &tables),
+        files: std::iter::once(&c.source)
+            .chain(scenario.sources())
+            .chain(&tables)
+            .map(|s| s.path().to_owned())
+            .collect(),
+        scenario,
+        model: None,
+        dispersions,
+        correlations,
+        derived,
+        variants: Vec::new(),
+        comparison: Comparison::default(),
+        cases: None,
+        variables: fields[parameters..].iter().map(|field| field.name.clone()).collect(),
+    };
+    let bounds = campaign.bounds(c);
+    // With variants each of them has its own answer.
+    if file.variant.is_empty() {
+        idle::targets(&campaign, &bounds).iter().for_each(|target| target.refuse(c));
+    }
+    let axes = compare::Axes {
+        fields: &fields,
+        parameters,
+        dispersions: &campaign.dispersions,
+        derived: &campaign.derived,
+        undispersed: campaign.undispersed(),
+    };
+    let comparison = compare::read(c, file, &axes);
+    Campaign { comparison, ..campaign }
+}
+
+fn execution(c: &mut Checker, table: &ExecutionTable) -> Execution {
+    let backends = [("auto", Backend::Auto), ("gpu", Backend::Gpu), ("cpu", Backend::Cpu)];
+    let invalid = [("count-as-failure", Invalid::CountAsFailure), ("report-only", Invalid::ReportOnly)];
+    Execution {
+        backend: table.backend.as_ref().map_or(Backend::Auto, |written| c.choice(written, &backends)),
+        parity: c.number_or(&table.parity, 0.005, "1", Range::within(0.0, 1.0)),
+        half_step: table.half_step.as_ref().map(|written| c.number(written, "1", Range::within(0.0, 1.0))),
+        shard_runs: table.shard_runs.as_ref().map_or(1000, |written| c.count(written, 1, MOST_SHARD_RUNS)),
+        invalid: table.invalid.as_ref().map_or(Invalid::CountAsFailure, |written| c.choice(written, &invalid)),
+    }
+}
+
+fn method(c: &mut Checker, file: &CampaignFile) -> Method {
+    let Some(written) = &file.sampling.method else {
+        return Method::Random;
+    };
+    let lhs = Method::LatinHypercube;
+    let words = [("random", Method::Random), ("sobol", Method::Sobol), ("lhs", lhs), ("latin_hypercube", lhs)];
+    let method = c.choice(written, &words);
+    if file.runs.value > method.most_runs() {
+        let message = format!("a Sobol' sequence has {} points, fewer than the runs", method.most_runs());
+        c.refuse(&written.span, message, "lower runs, or write method = \"lhs\" or \"random\"");
+    }
+    method
+}
+
+fn outer(
+    c: &mut Checker,
+    file: &CampaignFile,
+    runs: u64,
+    dispersions: &[Dispersion],
+    scenario: &Scenario,
+) -> Option<u32> {
+    let epistemic = dispersions.iter().find(|dispersion| dispersion.class == Class::Epistemic);
+    let uncertain = scenario.found.iter().any(FoundEffect::is_uncertain);
+    match (&file.outer, epistemic) {
+        (Some(outer), other) if other.is_some() || uncertain => {
+            Some(c.count(&outer.value.draws, 1, runs.min(u64::from(u32::MAX / 2))) as u32)
+        }
+        (Some(outer), _) => {
+            c.refuse(
+                &outer.span,
+                "no dispersion is epistemic, and no effect of the scenario is uncertain",
+                "remove [outer], or mark a dispersion with class = \"epistemic\"",
+            );
+            None
+        }
+        (None, Some(dispersion)) => {
+            let message = format!("`{}` is epistemic, but there is no outer loop", dispersion.name);
+            c.refuse(&dispersion.place.clone(), message, "add a table [outer] with draws = 20");
+            None
+        }
+        (None, None) => None,
+    }
+}
+
+fn traces(c: &mut Checker, table: &TracesTable, timing: &Timing) -> Traces {
+    let every_ticks = table.rate.as_ref().map_or(1, |rate| {
+        let fastest = 1.0 / timing.tick();
+        let rate = c.number(rate, "Hz", Range::within(fastest / 1e6, fastest * (1.0 + 1e-9)));
+        (fastest / rate).round().max(1.0) as u32
+    });
+    let words = table.keep.as_ref().map_or(&[][..], |keep| &keep.value);
+    Traces { every_ticks, keep: words.iter().filter_map(|word| keep(c, word)).collect() }
+}
+
+fn keep(c: &mut Checker, written: &At<String>) -> Option<Keep> {
+    let (word, count) = match written.value.split_once(':') {
+        Some((word, count)) => (word, count.trim().parse::<u32>().ok().filter(|count| (1..=10_000).contains(count))),
+        None => (written.value.as_str(), None),
+    };
+    let keep = match (word, count, written.value.contains(':')) {
+        ("nominal", _, false) => Some(Keep::Nominal),
+        ("failed", _, false) => Some(Keep::Failed),
+        ("invalid", _, false) => Some(Keep::Invalid),
+        ("worst", Some(count), _) => Some(Keep::Worst(count)),
+        ("random", Some(count), _) => Some(Keep::Random(count)),
+        _ => None,
+    };
+    if keep.is_none() {
+        let problem = Problem::at(&c.source, written.span.clone(), "this names no runs")
+            .expected("nominal, failed, invalid, worst:N or random:N")
+            .remedy("write \"nominal\", \"failed\", \"invalid\", \"worst:20\" or \"random:50\" (N from 1 to 10000)");
+        c.problems.push(problem);
+    }
+    keep
+}
+
+/// Refuses what has no effect in any variant that has it.
+fn refuse_idle(c: &mut Checker, variants: &[Campaign]) {
+    let mut all: Vec<(IdleTarget, usize)> = Vec::new();
+    for variant in variants {
+        let bounds = variant.bounds(c);
+        for target in idle::targets(variant, &bounds) {
+            match all.iter_mut().find(|(other, _)| other.place == target.place) {
+                Some((_, count)) => *count += 1,
+                None => all.push((target, 1)),
+            }
+        }
+    }
+    for (target, count) in all {
+        let holders = variants.iter().filter(|variant| variant.sets_at(&target.place)).count();
+        if count == holders {
+            target.refuse(c);
+        }
+    }
+}
+
+/// Every text with its role and length, so that no two sets of files share a hash by running together.
+fn hash(campaign: &Source, scenario: &Scenario, tables: &[Source]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |role: &str, text: &str| {
+        for part in [role, text] {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+    };
+    add("campaign", campaign.text());
+    add("scenario", scenario.text());
+    add("urdf", scenario.urdf_text().unwrap_or(""));
+    if let Some(robot) = scenario.robot_text() {
+        add("robot", robot);
+    }
+    scenario.station_texts().for_each(|text| add("facility", text));
+    for table in tables {
+        add("table", table.text());
+    }
+    hasher.finalize().to_hex().to_string()
+}
