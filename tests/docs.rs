@@ -4,7 +4,7 @@ use crate::cli::Bench;
 use serde_json::Value;
 use softdock_campaign::legal_range;
 use softdock_farm::ResultsFolder;
-use softdock_kernels::effects::{Block, EFFECTS, Null};
+use softdock_kernels::effects::{EFFECTS, EffectBlock, Null};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::{Metrics, Presence, flags};
 use softdock_kernels::params::Params;
@@ -140,11 +140,11 @@ are confounded in some data.
 "
     .to_owned();
     let blocks = [
-        (Block::Command, "Commands", "between the simulation computer and the robots"),
-        (Block::Robot, "Robots", "robots and rail"),
-        (Block::Sensor, "Sensor", "the force/torque sensor"),
-        (Block::Contact, "Contact", "the parts mounted on the robots"),
-        (Block::Space, "Simulated bodies", "the simulated bodies"),
+        (EffectBlock::Command, "Commands", "between the simulation computer and the robots"),
+        (EffectBlock::Robot, "Robots", "robots and rail"),
+        (EffectBlock::Sensor, "Sensor", "the force/torque sensor"),
+        (EffectBlock::Contact, "Contact", "the parts mounted on the robots"),
+        (EffectBlock::Space, "Simulated bodies", "the simulated bodies"),
     ];
     for (block, title, place) in blocks {
         let _ = write!(out, "\n## {title}\n\nPlace in the loop: {place}.\n\n");

@@ -2,7 +2,7 @@
 
 use crate::parity::evaluate;
 use proptest::prelude::*;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::frame::Batch;
 use softdock_kernels::lanes::{Lane, plain};
@@ -113,8 +113,8 @@ proptest! {
     ) {
         let scalar = program(&steps, [x, y, z]);
         prop_assume!(scalar.is_finite() && scalar.abs() < 1e30);
-        let lanes = program(&steps, [x, y, z].map(|value| plain::Lanes::gather(|_| value)));
-        (0..plain::Lanes::WIDTH).for_each(|lane| assert_eq!(lanes.lane(lane).to_bits(), scalar.to_bits()));
+        let lanes = program(&steps, [x, y, z].map(|value| plain::PlainLanes::gather(|_| value)));
+        (0..plain::PlainLanes::WIDTH).for_each(|lane| assert_eq!(lanes.lane(lane).to_bits(), scalar.to_bits()));
         let graph = trace(3, |inputs: &[Sym]| vec![program(&steps, [inputs[0], inputs[1], inputs[2]])]);
         // Folding changes signs of zeros and no other bit (-0 + 0 and 0 * -x).
         prop_assert_eq!(evaluate(&graph, &[x, y, z])[0].value, scalar);
@@ -123,7 +123,15 @@ proptest! {
 
 #[test]
 fn the_kernels_of_blocks_are_whole() {
-    for kind in [Kind::Drive, Kind::Controller, Kind::Sensor, Kind::Contact, Kind::Command, Kind::Body, Kind::Toss] {
+    for kind in [
+        BlockKind::Drive,
+        BlockKind::Controller,
+        BlockKind::Sensor,
+        BlockKind::Contact,
+        BlockKind::Command,
+        BlockKind::Body,
+        BlockKind::Toss,
+    ] {
         let text = kind.kernel(1e-3);
         for name in ["lateness", "start", "advance", "output", "replay", "input_at", "params_of", "put_output"] {
             assert_eq!(text.matches(&format!("fn {name}(")).count(), 1, "{kind:?}: {name}");

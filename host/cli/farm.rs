@@ -4,7 +4,7 @@ use crate::words::{Exit, WriteFailure, explain, json, refuse, say, warn};
 use softdock_farm::{Ended, FarmError, Shown};
 
 /// The value of a campaign function, or its error with the remedy.
-pub(crate) fn called<T>(result: softdock_farm::Result<T>) -> miette::Result<T> {
+pub(crate) fn called<T>(result: Result<T, FarmError>) -> miette::Result<T> {
     result.map_err(|error| match error {
         FarmError::Campaign(problems) => explain(problems),
         error if error.is_write_failure() => WriteFailure::report(&error, error.remedy().unwrap_or_default()),
@@ -16,7 +16,7 @@ pub(crate) fn called<T>(result: softdock_farm::Result<T>) -> miette::Result<T> {
 }
 
 /// Prints what a call has shown and why it is not complete; gives the exit code.
-pub(crate) fn end(result: softdock_farm::Result<Ended>, as_json: bool) -> miette::Result<Exit> {
+pub(crate) fn end(result: Result<Ended, FarmError>, as_json: bool) -> miette::Result<Exit> {
     let ended = called(result)?;
     match (as_json, ended.shown.text()) {
         (true, _) => say(json(&ended.shown.json())),

@@ -29,7 +29,7 @@ pub fn share_group(a: &str, b: &str) -> bool {
 
 /// The block of the loop that an effect belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Block {
+pub enum EffectBlock {
     /// Between the simulation computer and the robots.
     Command,
     /// Robots and rail.
@@ -70,7 +70,7 @@ pub struct Effect {
     /// Catalogue id (`C1_transport_delay`).
     pub id: &'static str,
     /// Where it acts.
-    pub block: Block,
+    pub block: EffectBlock,
     /// What it is, in a few words.
     pub name: &'static str,
     /// Its parameters.
@@ -82,12 +82,12 @@ pub struct Effect {
 }
 
 /// The rows of each block, in the order of the loop.
-const BLOCKS: [(Block, &[Row]); 5] = [
-    (Block::Command, command::ROWS),
-    (Block::Robot, robot::ROWS),
-    (Block::Sensor, sensor::ROWS),
-    (Block::Contact, contact::ROWS),
-    (Block::Space, space::ROWS),
+const BLOCKS: [(EffectBlock, &[Row]); 5] = [
+    (EffectBlock::Command, command::ROWS),
+    (EffectBlock::Robot, robot::ROWS),
+    (EffectBlock::Sensor, sensor::ROWS),
+    (EffectBlock::Contact, contact::ROWS),
+    (EffectBlock::Space, space::ROWS),
 ];
 
 const COUNT: usize = {
@@ -102,7 +102,7 @@ const COUNT: usize = {
 /// A form outside the catalogue, as a diagnosis writes it into an extended model; a drive alone can have it.
 pub const DICTIONARY: Effect = Effect {
     id: "dictionary",
-    block: Block::Robot,
+    block: EffectBlock::Robot,
     name: "a form outside the catalogue",
     parameters: &[],
     source: "the data that it was found in",
@@ -111,7 +111,7 @@ pub const DICTIONARY: Effect = Effect {
 
 /// All effects that the loop has.
 pub const EFFECTS: &[Effect] = &{
-    let mut all = [command::ROWS[0].of(Block::Command); COUNT];
+    let mut all = [command::ROWS[0].of(EffectBlock::Command); COUNT];
     let (mut next, mut block) = (0, 0);
     while block < BLOCKS.len() {
         let (name, rows) = BLOCKS[block];
@@ -136,7 +136,7 @@ struct Row {
 }
 
 impl Row {
-    const fn of(self, block: Block) -> Effect {
+    const fn of(self, block: EffectBlock) -> Effect {
         let Self { id, group, name, parameters, source } = self;
         Effect { id, block, name, parameters, source, group }
     }

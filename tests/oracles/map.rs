@@ -2,7 +2,7 @@
 
 use super::bench::assert_close;
 use rayon::prelude::*;
-use softdock_engine::map::{Contact, Limit, closed_form, longest_delay, stiffest};
+use softdock_engine::map::{DelayedContact, Limit, closed_form, longest_delay, stiffest};
 use softdock_kernels::model::CompensatorKind;
 use softdock_test_size::{first, sized};
 
@@ -75,7 +75,7 @@ fn the_folds_lie_where_no_damping_helps_any_more() {
 fn critical_delays_are_met_within_two_percent() {
     let cases = [(500.0, 1e5, 2000.0, 19.4711e-3), (100.0, 1e4, 50.0, 4.99583e-3)];
     for (mass, stiffness, damping, exact) in first(1, cases) {
-        let contact = Contact { mass, stiffness, damping, delay: exact };
+        let contact = DelayedContact { mass, stiffness, damping, delay: exact };
         let delay = longest_delay(Limit::Linear, CompensatorKind::None, contact).expect("a limit");
         println!("critical delay {:.5} ms, exact {:.5} ms", 1e3 * delay, 1e3 * exact);
         assert_close("critical delay", delay, exact, 2e-2);

@@ -1,7 +1,7 @@
 //! Blocks of the loop, replayed from recordings on the device, against their Rust text in f64.
 
 use super::adapters;
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::blocks::{BlockKind, simulate};
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::body::{BodyValues, Hung};
 use softdock_kernels::block::command::CommandValues;
@@ -254,13 +254,13 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     // 0.2 rad/s add up over 2000 steps. A place of 0.3 m has 3e-8 m, a corner's force 1e-4 N of it, which turns a cube of
     // 1e-3 kg m^2 within a segment by 1e-8 rad; the speed over which its spring changes is 2 mm/s.
     let cases = [
-        (Kind::Drive, drives(), 3e-6),
-        (Kind::Controller, controllers(), 0.1),
-        (Kind::Sensor, sensors(), 3e-3),
-        (Kind::Contact, contacts(), 0.3),
-        (Kind::Command, commands(), 2e-5),
-        (Kind::Body, bodies(), 1e-5),
-        (Kind::Toss, tosses(), 1e-4),
+        (BlockKind::Drive, drives(), 3e-6),
+        (BlockKind::Controller, controllers(), 0.1),
+        (BlockKind::Sensor, sensors(), 3e-3),
+        (BlockKind::Contact, contacts(), 0.3),
+        (BlockKind::Command, commands(), 2e-5),
+        (BlockKind::Body, bodies(), 1e-5),
+        (BlockKind::Toss, tosses(), 1e-4),
     ];
     for gpu in adapters() {
         for (kind, (recorded, sets), allowed) in &cases {
@@ -283,7 +283,7 @@ fn a_device_answers_threads_that_ask_at_once() {
     let (inputs, late) = (beginning(&whole.inputs), beginning(&whole.late));
     let recorded = Recorded { instants: 20, inputs, late, ..whole };
     for gpu in adapters() {
-        let ask = || gpu.simulate(Kind::Body, &[&recorded], &sets[..4]);
+        let ask = || gpu.simulate(BlockKind::Body, &[&recorded], &sets[..4]);
         let expected = ask().expect("the device runs it");
         std::thread::scope(|scope| {
             for _ in 0..8 {

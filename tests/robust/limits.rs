@@ -1,7 +1,7 @@
 //! Inputs beyond every limit, through the program: rejected with exit code 2, a place and a remedy, and nothing is made.
 
 use crate::workshop::Workshop;
-use softdock_results::{Column, Kind, Table, Values, write_table};
+use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::fs;
 use std::path::Path;
 
@@ -115,7 +115,7 @@ fn bomb(path: &Path, parts: u64) {
         unit: "s".to_owned(),
         description: "constant".to_owned(),
         source: "test".to_owned(),
-        kind: Kind::Input,
+        kind: ColumnKind::Input,
         values: Values::F64(vec![Some(0.004); rows]),
     };
     let rows = usize::try_from(parts).expect("small") * 1_000_000;

@@ -12,7 +12,7 @@ use serde::Serialize;
 use softdock_campaign::requirement::Requirement;
 use softdock_results::runs::requirement_columns;
 use softdock_results::shards::ShardIndex;
-use softdock_results::{Column, Kind, Table, Values};
+use softdock_results::{Column, ColumnKind, Table, Values};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::exact::{Interval, READING_CONFIDENCE};
@@ -24,7 +24,7 @@ use crate::share::Share;
 use crate::summary::PerLoop;
 use crate::tally::LOOPS;
 use crate::terminal::table;
-use crate::{Error, Result};
+use crate::{AnalysisError, Result};
 
 /// Version of the comparison as JSON; keys are only added within one major.
 pub const COMPARE_RESULTS_SCHEMA: &str = "compare_results/1";
@@ -224,11 +224,11 @@ fn described(input: &ResultsInput) -> Result<ComparedResults> {
     let facts = &input.facts;
     let index = facts.shards(input.results)?;
     if let Some((path, reason)) = index.foreign.first() {
-        return Err(Error::Results { path: path.clone(), what: reason.clone() });
+        return Err(AnalysisError::Results { path: path.clone(), what: reason.clone() });
     }
     let runs = index.complete.keys().map(|shard| facts.plan.range(*shard)).map(|range| range.end - range.start).sum();
     if runs == 0 {
-        return Err(Error::Results { path: input.results.to_owned(), what: "no whole shard".to_owned() });
+        return Err(AnalysisError::Results { path: input.results.to_owned(), what: "no whole shard".to_owned() });
     }
     Ok(ComparedResults {
         name: input.name.to_owned(),
@@ -259,7 +259,8 @@ impl Layout {
             let other = second.column(&column.name);
             other.is_some_and(|other| matches!((&column.values, &other.values), (Values::F64(_), Values::F64(_))))
         };
-        let of = |kind: Kind| first.columns.iter().filter(move |column| column.kind == kind).filter(both).cloned();
+        let of =
+            |kind: ColumnKind| first.columns.iter().filter(move |column| column.kind == kind).filter(both).cloned();
         let pass = |requirement: &Requirement| {
             LOOPS.map(|side| {
                 let [_, pass] = requirement_columns(side, &requirement.column_id());
@@ -267,8 +268,8 @@ impl Layout {
             })
         };
         let passes: Vec<[String; 2]> = shared.iter().map(|(requirement, _)| pass(requirement)).collect();
-        let metrics: Vec<Column> = of(Kind::Metric).collect();
-        let inputs: Vec<String> = of(Kind::Input).map(|column| column.name).collect();
+        let metrics: Vec<Column> = of(ColumnKind::Metric).collect();
+        let inputs: Vec<String> = of(ColumnKind::Input).map(|column| column.name).collect();
         let fixed = ["run", "status", "agreement"].map(str::to_owned).into_iter();
         let columns = metrics.iter().map(|column| &column.name).chain(&inputs);
         let names = fixed.chain(passes.iter().flatten().chain(columns).cloned()).collect();
@@ -295,7 +296,7 @@ impl Row {
 
 /// The runs of a folder, one after the other.
 struct Cursor<'a> {
-    batches: Box<dyn Iterator<Item = softdock_results::Result<Table>> + 'a>,
+    batches: Box<dyn Iterator<Item = std::result::Result<Table, softdock_results::ResultsError>> + 'a>,
     batch: Table,
     row: usize,
     results: &'a Path,
@@ -317,7 +318,7 @@ impl<'a> Cursor<'a> {
         }
         let (batch, row) = (&self.batch, self.row);
         self.row += 1;
-        let lacking = |name: &str| Error::Results {
+        let lacking = |name: &str| AnalysisError::Results {
             path: self.results.to_owned(),
             what: format!("no column `{name}` of the expected type"),
         };

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+pub(crate) type Result<T> = std::result::Result<T, AnalysisError>;
 
 /// A results folder that cannot be analysed.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum AnalysisError {
     /// A file could not be written, read or trusted.
     #[error(transparent)]
-    File(#[from] softdock_results::Error),
+    File(#[from] softdock_results::ResultsError),
     /// The results are readable, but not those of the campaign.
     #[error("{}: {what}", path.display())]
     Results {
@@ -32,7 +32,7 @@ pub enum Error {
     Page(#[from] minijinja::Error),
 }
 
-impl Error {
+impl AnalysisError {
     /// Whether an output could not be written: a matter of the disk, not of the input.
     pub fn is_write_failure(&self) -> bool {
         matches!(self, Self::File(error) if error.is_write_failure())

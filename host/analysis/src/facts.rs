@@ -55,7 +55,7 @@ impl CampaignFacts<'_> {
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub fn shards(&self, results: &Path) -> softdock_results::Result<ShardIndex> {
+    pub fn shards(&self, results: &Path) -> std::result::Result<ShardIndex, softdock_results::ResultsError> {
         ShardIndex::scan(results, self.plan, &self.origin())
     }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use softdock_kernels::metrics::flags::HIL_UNSTABLE;
 use softdock_results::parity::Repetition;
-use softdock_results::{Column, Kind, Table, Values};
+use softdock_results::{Column, ColumnKind, Table, Values};
 use std::collections::BTreeSet;
 
 use crate::share::Share;
@@ -127,7 +127,7 @@ fn differs(one: &Values, two: &Values, row: usize) -> bool {
 }
 
 fn flip(kind: &Repetition, table: &Table, metrics: &[MetricParity], backend: &Column, run: u64, row: usize) -> Flip {
-    let margin_name = (backend.kind == Kind::Verdict).then(|| backend.name.replacen("_pass_", "_margin_", 1));
+    let margin_name = (backend.kind == ColumnKind::Verdict).then(|| backend.name.replacen("_pass_", "_margin_", 1));
     let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{}{name}", kind.prefix))?[row]);
     let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
     let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);

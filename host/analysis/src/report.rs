@@ -23,7 +23,7 @@ use crate::templates::{STYLE, environment};
 
 /// One dispersed parameter, in the words of the campaign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Dispersion {
+pub struct ReportedDispersion {
     /// Target in the campaign file.
     pub target: String,
     /// Column of the runs (`in_loop_delay_s`).
@@ -53,7 +53,7 @@ pub struct ReportInput<'a> {
     /// The content of the results folder.
     pub content: &'a Content,
     /// One row per dispersed parameter.
-    pub dispersions: Vec<Dispersion>,
+    pub dispersions: Vec<ReportedDispersion>,
     /// Scenario, model, step sizes, hashes: whatever the reader of the numbers should know.
     pub configuration: Vec<Fact>,
     /// Commands that repeat the campaign, one per line.
@@ -180,7 +180,7 @@ fn requirement_figures(input: &ReportInput, summary: &Summary, sample: &Sample) 
 }
 
 fn dispersion_rows(input: &ReportInput, sample: &Sample) -> Vec<DispersionRow> {
-    let row = |(at, dispersion): (usize, &Dispersion)| {
+    let row = |(at, dispersion): (usize, &ReportedDispersion)| {
         let drawn = sample.inputs.get(at);
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| significant(value, 4));
         let moments = drawn.map(|input| input.moments);

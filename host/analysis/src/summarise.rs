@@ -19,7 +19,7 @@ use crate::summary::{
     PerLoop, RateSummary, RequirementSummary, SUMMARY_SCHEMA, Summary, Verdict,
 };
 use crate::tally::{AgreementCounts, DrawCount, LoopTally, Tally};
-use crate::{Error, Result};
+use crate::{AnalysisError, Result};
 
 /// Missing shards that a summary lists.
 const LISTED_SHARDS: usize = 100;
@@ -43,7 +43,7 @@ pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
     let (results, index) = (content.results.as_path(), &content.shards);
     let mut tally = Tally::new(facts);
     for batch in index.read_columns(&Tally::columns(facts)) {
-        let misfit = |what| Error::Results { path: results.to_owned(), what };
+        let misfit = |what| AnalysisError::Results { path: results.to_owned(), what };
         tally.add(&batch?, facts).map_err(misfit)?;
     }
     let mut completeness = completeness(results, index, &tally);

@@ -6,7 +6,9 @@ mod synthetic;
 
 use std::path::{Path, PathBuf};
 
-use softdock_analysis::{Content, Dispersion, Fact, ReportInput, Summary, summarise, write_report, write_summary};
+use softdock_analysis::{
+    Content, Fact, ReportInput, ReportedDispersion, Summary, summarise, write_report, write_summary,
+};
 use softdock_campaign::requirement::Requirement;
 use softdock_results::shards::write_shard;
 use synthetic::{facts, provenance, requirements, row, schema, write_campaign, write_shards};
@@ -14,7 +16,7 @@ use synthetic::{facts, provenance, requirements, row, schema, write_campaign, wr
 const RUNS: u64 = 4_000;
 
 fn input<'a>(content: &'a Content, requirements: &'a [Requirement], runs: u64) -> ReportInput<'a> {
-    let dispersion = |column: &str, distribution: &str, class: &str, source: &str| Dispersion {
+    let dispersion = |column: &str, distribution: &str, class: &str, source: &str| ReportedDispersion {
         target: column.strip_prefix("in_").unwrap_or(column).to_owned(),
         column: column.to_owned(),
         distribution: distribution.to_owned(),

@@ -19,10 +19,10 @@ pub enum Error {
     Diagnosis(#[from] softdock_diagnosis::Error),
     /// A figure of the page cannot be drawn.
     #[error(transparent)]
-    Page(#[from] softdock_analysis::Error),
+    Page(#[from] softdock_analysis::AnalysisError),
     /// A file cannot be written.
     #[error(transparent)]
-    Results(#[from] softdock_results::Error),
+    Results(#[from] softdock_results::ResultsError),
     /// A file is no input: no regular file, too large, no text.
     #[error(transparent)]
     Input(#[from] softdock_input::InputError),

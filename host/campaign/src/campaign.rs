@@ -96,7 +96,7 @@ pub enum Keep {
 
 /// Time histories to keep.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Traces {
+pub struct TracePlan {
     /// Every how many ticks a row is written.
     pub every_ticks: u32,
     /// Of which runs.
@@ -137,7 +137,7 @@ pub struct Campaign {
     /// What must hold of the agreement of the facility with space.
     pub agreement: Vec<AgreementRequirement>,
     /// Time histories to keep.
-    pub traces: Traces,
+    pub traces: TracePlan,
     /// The facilities to compare; if there are any, the runs are made on them and not on the scenario's own.
     pub variants: Vec<Variant>,
     /// How they are compared.

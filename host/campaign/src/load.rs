@@ -1,6 +1,6 @@
 //! Reads a campaign file with everything that it names, and checks it.
 
-use crate::campaign::{Backend, Campaign, Execution, Invalid, Keep, MOST_SHARDS, Method, Traces};
+use crate::campaign::{Backend, Campaign, Execution, Invalid, Keep, MOST_SHARDS, Method, TracePlan};
 use crate::check::Checker;
 use crate::compare::{self, Comparison};
 use crate::derived;
@@ -228,14 +228,14 @@ fn outer(
     }
 }
 
-fn traces(c: &mut Checker, table: &TracesTable, timing: &Timing) -> Traces {
+fn traces(c: &mut Checker, table: &TracesTable, timing: &Timing) -> TracePlan {
     let every_ticks = table.rate.as_ref().map_or(1, |rate| {
         let fastest = 1.0 / timing.tick();
         let rate = c.number(rate, "Hz", Range::within(fastest / 1e6, fastest * (1.0 + 1e-9)));
         (fastest / rate).round().max(1.0) as u32
     });
     let words = table.keep.as_ref().map_or(&[][..], |keep| &keep.value);
-    Traces { every_ticks, keep: words.iter().filter_map(|word| keep(c, word)).collect() }
+    TracePlan { every_ticks, keep: words.iter().filter_map(|word| keep(c, word)).collect() }
 }
 
 fn keep(c: &mut Checker, written: &At<String>) -> Option<Keep> {

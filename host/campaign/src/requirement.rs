@@ -30,14 +30,14 @@ impl Subject {
 
 /// Limits of a metric, SI; at least one is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct RequirementLimits {
     /// Passes at or above this.
     pub at_least: Option<f64>,
     /// Passes at or below this.
     pub at_most: Option<f64>,
 }
 
-impl Limits {
+impl RequirementLimits {
     /// Distance to the nearer limit, positive inside.
     pub fn margin(self, value: f64) -> f64 {
         let below = self.at_most.map_or(f64::INFINITY, |limit| limit - value);
@@ -73,7 +73,7 @@ pub struct Requirement {
     /// The metric that is judged.
     pub metric: MetricRef,
     /// Its limits.
-    pub limits: Limits,
+    pub limits: RequirementLimits,
     /// Share of cases that must pass, 0..1.
     pub probability: f64,
     /// Confidence of the demonstration, 0..1.
@@ -244,7 +244,7 @@ fn on_runs(c: &mut Checker, table: &RequirementTable, subject: Subject, own: &[C
     })
 }
 
-fn limits(c: &mut Checker, table: &RequirementTable, unit: &str) -> Limits {
+fn limits(c: &mut Checker, table: &RequirementTable, unit: &str) -> RequirementLimits {
     let any = Range::size(1e15);
     let [at_least, at_most] =
         [&table.at_least, &table.at_most].map(|limit| limit.as_ref().map(|limit| c.number(limit, unit, any)));
@@ -257,7 +257,7 @@ fn limits(c: &mut Checker, table: &RequirementTable, unit: &str) -> Limits {
         }
         _ => {}
     }
-    Limits { at_least, at_most }
+    RequirementLimits { at_least, at_most }
 }
 
 fn on_agreement(c: &mut Checker, table: &RequirementTable) -> Option<AgreementRequirement> {
@@ -286,13 +286,13 @@ mod tests {
 
     #[test]
     fn the_margin_is_the_distance_to_the_nearer_limit() {
-        let both = Limits { at_least: Some(1.0), at_most: Some(5.0) };
+        let both = RequirementLimits { at_least: Some(1.0), at_most: Some(5.0) };
         for (value, margin, nearer) in
             [(0.0, -1.0, 1.0), (1.0, 0.0, 1.0), (2.0, 1.0, 1.0), (4.5, 0.5, 5.0), (7.0, -2.0, 5.0)]
         {
             assert_eq!((both.margin(value), both.nearer(value)), (margin, Some(nearer)), "{value}");
         }
-        let most = Limits { at_least: None, at_most: Some(5.0) };
+        let most = RequirementLimits { at_least: None, at_most: Some(5.0) };
         assert_eq!((most.margin(7.0), most.nearer(7.0)), (-2.0, Some(5.0)));
         assert_eq!(both.text("N"), "at least 1 N and at most 5 N");
     }

@@ -1,7 +1,7 @@
 //! A bench rig's model file, checked: what is measured, what is known of it, and how well.
 
 use crate::check::Checker;
-use crate::columns::Column;
+use crate::columns::LogColumn;
 pub use crate::found::sliding;
 use crate::found::{is_known, with_parameters};
 use crate::problem::Problems;
@@ -27,7 +27,7 @@ mod toss;
 pub use body::{BODY_SIGNALS, BodyRig};
 pub use command::{COMMAND_SIGNALS, CommandRig};
 pub use contact::{CONTACT_SIGNALS, ContactRig};
-pub use drive::{ControllerRig, DRIVE_SIGNALS, DriveRig, Feedforward};
+pub use drive::{ControllerRig, DRIVE_SIGNALS, DriveRig, FeedforwardModel};
 pub use robot::{AXIS_SIGNALS, RobotRig};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
 pub use toss::{TOSS_SIGNALS, TossRig};
@@ -43,9 +43,9 @@ pub struct Rig {
     /// One line for people.
     pub title: String,
     /// What it is.
-    pub plant: Plant,
+    pub plant: RigModel,
     /// Columns of its recordings by signal.
-    pub log: BTreeMap<String, Column>,
+    pub log: BTreeMap<String, LogColumn>,
     /// The model file's name, without its folder.
     pub file: String,
     source: Source,
@@ -55,7 +55,7 @@ pub struct Rig {
 
 /// What a rig is.
 #[derive(Clone, Debug)]
-pub enum Plant {
+pub enum RigModel {
     /// One joint with its drive.
     Drive(Box<DriveRig>),
     /// A robot, axis by axis.
@@ -92,12 +92,12 @@ impl Rig {
                 let prismatic = rig.as_ref().is_some_and(|rig| rig.prismatic);
                 let unit = |row: &(&'static str, &'static str, &'static str, _)| if prismatic { row.2 } else { row.1 };
                 let known: Vec<_> = DRIVE_SIGNALS.iter().map(|row| (row.0, unit(row))).collect();
-                (rig.map(|rig| Plant::Drive(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Drive(Box::new(rig))), columns(&mut c, &file, &known))
             }
             Kind::Robot => {
                 let read = robot::robot(&mut c, &file);
                 let (rig, log, source) = read.map_or_else(Default::default, |(rig, log, source)| {
-                    (Some(Plant::Robot(Box::new(rig))), log, Some(source))
+                    (Some(RigModel::Robot(Box::new(rig))), log, Some(source))
                 });
                 beside = source;
                 (rig, log)
@@ -105,27 +105,27 @@ impl Rig {
             Kind::Sensor => {
                 let rig = sensor::sensor(&mut c, &file);
                 let known: Vec<_> = SENSOR_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
-                (rig.map(|rig| Plant::Sensor(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Sensor(Box::new(rig))), columns(&mut c, &file, &known))
             }
             Kind::Contact => {
                 let rig = contact::contact(&mut c, &file);
                 let known: Vec<_> = CONTACT_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
-                (rig.map(|rig| Plant::Contact(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Contact(Box::new(rig))), columns(&mut c, &file, &known))
             }
             Kind::Command => {
                 let rig = command::command(&mut c, &file);
                 let known = CommandRig::signals(rig.as_ref().is_some_and(|rig| rig.prismatic));
-                (rig.map(|rig| Plant::Command(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Command(Box::new(rig))), columns(&mut c, &file, &known))
             }
             Kind::Body => {
                 let rig = body::body(&mut c, &file);
                 let known: Vec<_> = BODY_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
-                (rig.map(|rig| Plant::Body(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Body(Box::new(rig))), columns(&mut c, &file, &known))
             }
             Kind::Toss => {
                 let rig = toss::toss(&mut c, &file);
                 let known: Vec<_> = TOSS_SIGNALS.iter().map(|row| (row.0, row.1)).collect();
-                (rig.map(|rig| Plant::Toss(Box::new(rig))), columns(&mut c, &file, &known))
+                (rig.map(|rig| RigModel::Toss(Box::new(rig))), columns(&mut c, &file, &known))
             }
         };
         Problems::check(std::mem::take(&mut c.problems))?;
@@ -228,7 +228,7 @@ fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
     }
 }
 
-fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str)]) -> BTreeMap<String, Column> {
+fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str)]) -> BTreeMap<String, LogColumn> {
     let mut columns = BTreeMap::new();
     for (name, written) in &file.log {
         let Some((_, unit)) = known.iter().find(|row| row.0 == name) else {
@@ -237,7 +237,7 @@ fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str
             c.refuse(&written.span, message, suggestion(name, &names));
             continue;
         };
-        if let Some(column) = Column::read(c, written, unit) {
+        if let Some(column) = LogColumn::read(c, written, unit) {
             columns.insert(name.clone(), column);
         }
     }

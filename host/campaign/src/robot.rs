@@ -3,7 +3,7 @@
 mod log;
 mod write;
 
-pub use log::{Channel, Quantity, SIGNALS, Signal};
+pub use log::{Channel, LogSignal, Quantity, SIGNALS};
 
 use crate::check::Checker;
 use crate::inertia::fault;
@@ -16,7 +16,7 @@ use crate::written::robot::{
 };
 use crate::written::{At, Quantity as Written};
 use softdock_kernels::manipulator::{
-    Capsule, Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, Limits, MAX_CAPSULES, Manipulator, Workspace,
+    Capsule, Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, JointLimits, MAX_CAPSULES, Manipulator, RobotRating,
 };
 use softdock_kernels::model::{Link, MAX_JOINTS};
 use softdock_kernels::segment::Segment;
@@ -103,7 +103,7 @@ impl Robot {
         let capsules = capsules(&mut c, &file.capsule, written.len());
         let capsule_sources = file.capsule.iter().map(|table| table.value.source.value.clone()).collect();
         let length = Range::above(0.0, LENGTH);
-        let workspace = Workspace {
+        let workspace = RobotRating {
             reach: c.number(&file.workspace.reach, "m", length),
             payload: c.number(&file.workspace.payload, "kg", Range::within(0.0, MASS)),
             repeatability: c.number(&file.workspace.repeatability, "m", Range::within(0.0, 1.0)),
@@ -236,14 +236,14 @@ fn friction(c: &mut Checker, t: &FrictionTable) -> Friction {
     }
 }
 
-fn limits(c: &mut Checker, t: &LimitsTable) -> Limits {
+fn limits(c: &mut Checker, t: &LimitsTable) -> JointLimits {
     let (lower, upper) = (c.number(&t.lower, "rad", TURNS), c.number(&t.upper, "rad", TURNS));
     if lower >= upper {
         let remedy = "write a lower limit below the upper one";
         c.refuse(&t.lower.span, "the joint's lower limit is not below its upper one", remedy);
     }
     let speed: &Written = &t.speed;
-    Limits {
+    JointLimits {
         lower,
         upper,
         speed: c.number(speed, "rad/s", Range::above(0.0, RATE)),

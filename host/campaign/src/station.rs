@@ -12,7 +12,7 @@ use crate::written::station::{
     EtherCatTable, JointsTable, KeepOutTable, RailTable, RobotTable, SafetyTable, SensorTable, StationFile,
 };
 use softdock_kernels::manipulator::cell::{AXES, Carriage, Feedforward, Mount, Servo};
-use softdock_kernels::manipulator::{Drive, Friction, Joint, Limits, Manipulator, VelocityLoop};
+use softdock_kernels::manipulator::{Drive, Friction, Joint, JointLimits, Manipulator, VelocityLoop};
 use softdock_kernels::model::{AxisRange, JointLevel, KeepOut, Link, MAX_KEEP_OUT, SessionRobots, SessionRules};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3};
 use std::path::Path;
@@ -470,8 +470,12 @@ fn rail_joint(limits: &AxisLimits) -> Joint {
         load_coefficient: 0.0,
     };
     let link = Link { origin: Pose::identity(), mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
-    let limits =
-        Limits { lower: limits.lower, upper: limits.upper, speed: limits.speed, acceleration: limits.acceleration };
+    let limits = JointLimits {
+        lower: limits.lower,
+        upper: limits.upper,
+        speed: limits.speed,
+        acceleration: limits.acceleration,
+    };
     Joint { link, sign: 1.0, drive, friction, counterweight: None, limits }
 }
 

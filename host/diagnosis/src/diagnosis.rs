@@ -22,8 +22,8 @@ use crate::variance::excess_noise;
 use crate::{Error, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{Plant, TossRig};
-use softdock_engine::blocks::Kind;
+use softdock_campaign::rig::{RigModel, TossRig};
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::simulator::Simulator;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
@@ -189,7 +189,7 @@ impl Prepared {
     }
 
     /// What a rig is; a facility is none.
-    fn plant(&self) -> Option<&Plant> {
+    fn plant(&self) -> Option<&RigModel> {
         match &self.subject {
             Subject::Rig(rig, _) => Some(&rig.plant),
             Subject::Facility(..) => None,
@@ -214,13 +214,13 @@ impl Prepared {
     /// A channel without any noise, a simulation that no step makes exact enough.
     pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
         let mut prismatic = false;
-        if let Some(Plant::Drive(rig)) = self.plant() {
+        if let Some(RigModel::Drive(rig)) = self.plant() {
             prismatic = rig.prismatic;
             let suspects = suspects(rig, self.pieces());
             self.findings.extend(suspects);
         }
         let mut timed = Vec::new();
-        if let Some(Plant::Command(rig)) = self.plant() {
+        if let Some(RigModel::Command(rig)) = self.plant() {
             prismatic = rig.prismatic;
             let findings;
             (timed, findings) = timing::answers(rig, self.pieces());
@@ -261,10 +261,10 @@ impl Prepared {
             let mut own = Judged { block, library, judgement, outside: None };
             answer = own.looked_outside(answer, prismatic);
             answer.torque_error = own.torque_error(&answer);
-            if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(Kind::Controller)) {
+            if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(BlockKind::Controller)) {
                 self.torque = self.moving(torques_between(&own.block, found));
             }
-            if let Some(Plant::Toss(rig)) = self.plant() {
+            if let Some(RigModel::Toss(rig)) = self.plant() {
                 answer.free_run = self.free_run(rig, &own, &answer);
             }
             let explained = own.found(&answer).map(|found| found.fitted.values(&own.block.base));
@@ -310,11 +310,11 @@ impl Prepared {
     /// The answer with the effects that have no mean.
     fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
         match self.plant() {
-            Some(Plant::Sensor(rig)) => match excess_noise(rig, block) {
+            Some(RigModel::Sensor(rig)) => match excess_noise(rig, block) {
                 Some(noise) => answer.with_noise(&noise, &self.without),
                 None => answer,
             },
-            Some(Plant::Command(rig)) => packets::with_random(rig, self.pieces(), block, &self.without, answer),
+            Some(RigModel::Command(rig)) => packets::with_random(rig, self.pieces(), block, &self.without, answer),
             _ => answer,
         }
     }
@@ -324,8 +324,8 @@ impl Prepared {
     pub fn odds_by_repeats(&self, id: &str) -> Option<f64> {
         let block = || self.block(0, self.first).0;
         match self.plant()? {
-            Plant::Sensor(rig) => excess_noise(rig, &block()).map(|noise| noise.log_odds),
-            Plant::Command(rig) => packets::odds(rig, self.pieces(), &block(), id),
+            RigModel::Sensor(rig) => excess_noise(rig, &block()).map(|noise| noise.log_odds),
+            RigModel::Command(rig) => packets::odds(rig, self.pieces(), &block(), id),
             _ => None,
         }
     }

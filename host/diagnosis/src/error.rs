@@ -30,10 +30,10 @@ pub enum Error {
     },
     /// A file could not be written or read.
     #[error(transparent)]
-    File(#[from] softdock_results::Error),
+    File(#[from] softdock_results::ResultsError),
     /// The page could not be drawn.
     #[error(transparent)]
-    Page(#[from] softdock_analysis::Error),
+    Page(#[from] softdock_analysis::AnalysisError),
 }
 
 impl Error {

@@ -11,7 +11,7 @@ use crate::recording::state::{Poses, State};
 use nalgebra::Vector3;
 use serde::Serialize;
 use softdock_campaign::rig::TossRig;
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::blocks::{BlockKind, simulate};
 use softdock_kernels::philox;
 use std::collections::BTreeMap;
 
@@ -88,7 +88,7 @@ impl FreeRun {
         let noise = StateNoise::of(rig, poses.iter());
         let tosses: Vec<Toss> = poses.iter().filter_map(|poses| Toss::of(rig, poses, &noise)).collect();
         let runs: Vec<_> = tosses.iter().map(|toss| free_run(&toss.begin, toss.frames, toss.step)).collect();
-        let outputs = simulate(Kind::Toss, &runs.iter().collect::<Vec<_>>(), &sets);
+        let outputs = simulate(BlockKind::Toss, &runs.iter().collect::<Vec<_>>(), &sets);
         let (mut speeds, mut velocities, mut rests) = (Vec::new(), Vec::new(), Vec::new());
         for (toss, outputs) in tosses.iter().zip(&outputs) {
             speeds.extend(toss.rebound_errors(outputs, |simulated, measured| simulated.norm() - measured.norm()));
@@ -160,7 +160,7 @@ impl Toss {
 
 /// Three numbers of a frame's outputs.
 fn output(outputs: &[f64], frame: usize, first: usize) -> Vector3<f64> {
-    let width = Kind::Toss.outputs().len();
+    let width = BlockKind::Toss.outputs().len();
     Vector3::from_column_slice(&outputs[frame * width + first..][..3])
 }
 

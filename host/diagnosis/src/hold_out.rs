@@ -4,7 +4,7 @@ use crate::diagnosis::Options;
 use crate::recording::grid::Piece;
 use crate::{Error, Result};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::Plant;
+use softdock_campaign::rig::RigModel;
 use std::fmt;
 use std::str::FromStr;
 
@@ -63,7 +63,7 @@ fn number(name: &str) -> Option<u64> {
 /// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
 pub(crate) fn default_of(rig: &Rig, options: &Options, test: &[Piece]) -> Option<Every> {
     let asked = options.hold_out_from.is_some() || !test.is_empty();
-    (matches!(rig.plant, Plant::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
+    (matches!(rig.plant, RigModel::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
 }
 
 /// Time after which the last third of the longest recording lies.

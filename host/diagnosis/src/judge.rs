@@ -20,7 +20,7 @@ use crate::inference::spread::scatter;
 use crate::library::Hypothesis;
 use crate::soundness::{drop_embellished, drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 
 /// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
 const CLAMP: f64 = 3.0;
@@ -113,7 +113,7 @@ impl<'a> Bench<'a> {
     pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
         let (learn, test) = (block.part(false), block.part(true));
         // A drive that warms up shows it from repeat to repeat, which a mean of them may not.
-        let changes = block.section.is(Kind::Drive) && block.grew(&block.base);
+        let changes = block.section.is(BlockKind::Drive) && block.grew(&block.base);
         let (learn, together) = if changes { (learn.repeats_apart(), Some(learn)) } else { (learn, None) };
         Self { block, library, learn, together, test, finer: None, noise }
     }

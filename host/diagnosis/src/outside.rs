@@ -15,7 +15,7 @@ use crate::inference::latent::{Latent, latent};
 use crate::inference::selection::{Linear, stable};
 use crate::judge::{Bench, Candidate, Judgement, carried, unknowns};
 use crate::library::{Hypothesis, forms::forms};
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 
 /// Times that terms are looked for, each time on top of what was found.
 const PASSES: usize = 3;
@@ -66,7 +66,7 @@ pub struct Missing {
 
 /// The missing torques of all blocks as a table; `None` where no torque is missing.
 pub fn table<'a>(all: impl Iterator<Item = &'a Outside>) -> Option<String> {
-    let inputs: Vec<String> = Kind::Drive.inputs().iter().map(|field| field.name.clone()).collect();
+    let inputs: Vec<String> = BlockKind::Drive.inputs().iter().map(|field| field.name.clone()).collect();
     let mut out = format!("experiment,t,{},missing,sd\n", inputs.join(","));
     let header = out.len();
     for missing in all.flat_map(|outside| &outside.missing) {
@@ -86,7 +86,7 @@ const APART: f64 = 0.05;
 ///
 /// It is added to the measured torque: positive where the motion shows more of it than was told.
 fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
-    if !block.section.is(Kind::Drive) {
+    if !block.section.is(BlockKind::Drive) {
         return Vec::new();
     }
     let told = block.trials.iter().flat_map(|trial| &trial.recorded.late).fold(0.0_f64, |most, t| most.max(t.abs()));

@@ -17,5 +17,5 @@ pub fn render(name: &str, template: &str, page: &impl Serialize) -> Result<Strin
         environment.add_template(name, template)?;
         environment.get_template(name)?.render(Serde(page))
     };
-    Ok(rendered().map_err(softdock_analysis::Error::from)?)
+    Ok(rendered().map_err(softdock_analysis::AnalysisError::from)?)
 }

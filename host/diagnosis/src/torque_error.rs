@@ -6,7 +6,7 @@ use crate::inference::fit::Fitted;
 use crate::recording::smooth::motion;
 use nalgebra::DMatrix;
 use serde::Serialize;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_kernels::block::drive::OBSERVER;
 use statrs::statistics::Statistics;
 
@@ -52,7 +52,7 @@ pub(crate) fn lacking(block: &MeasuredBlock, held_out: bool, fitted: &Fitted) ->
 fn cutoff(block: &MeasuredBlock, held_out: bool) -> Option<f64> {
     let first = block.trials.iter().find(|trial| trial.held_out == held_out)?;
     let cutoff = CUTOFFS[usize::from(robot::axis(block.name).is_some())];
-    (block.section.is(Kind::Drive) && cutoff <= 0.5 / block.judged_step(first)).then_some(cutoff)
+    (block.section.is(BlockKind::Drive) && cutoff <= 0.5 / block.judged_step(first)).then_some(cutoff)
 }
 
 /// Root mean square of the torque that a model lacks.

@@ -3,13 +3,13 @@
 use crate::decimator::Decimator;
 use crate::instructions::{InstructionSet, OnLanes};
 use rayon::prelude::*;
-use softdock_kernels::block::body::FreeBody;
-use softdock_kernels::block::command::Command;
-use softdock_kernels::block::contact::Contact;
-use softdock_kernels::block::controller::Controller;
-use softdock_kernels::block::drive::Drive;
-use softdock_kernels::block::sensor::Sensor;
-use softdock_kernels::block::toss::Toss;
+use softdock_kernels::block::body::BodyBlock;
+use softdock_kernels::block::command::CommandBlock;
+use softdock_kernels::block::contact::ContactBlock;
+use softdock_kernels::block::controller::ControllerBlock;
+use softdock_kernels::block::drive::DriveBlock;
+use softdock_kernels::block::sensor::SensorBlock;
+use softdock_kernels::block::toss::TossBlock;
 use softdock_kernels::block::{Block, Recorded, replay};
 use softdock_kernels::fields::{Bundle, Field, fields};
 use softdock_kernels::lanes::{Lane, WIDTH};
@@ -17,7 +17,7 @@ use softdock_kernels::real::Real;
 
 /// A block that can be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum BlockKind {
     /// A joint's drive, from torque to motion.
     Drive,
     /// A joint's controller, from reference to torque.
@@ -38,39 +38,39 @@ pub enum Kind {
 macro_rules! with_block {
     ($kind:expr, $block:ident => $body:expr) => {
         match $kind {
-            Kind::Drive => {
-                let $block = &Drive;
+            BlockKind::Drive => {
+                let $block = &DriveBlock;
                 $body
             }
-            Kind::Controller => {
-                let $block = &Controller;
+            BlockKind::Controller => {
+                let $block = &ControllerBlock;
                 $body
             }
-            Kind::Sensor => {
-                let $block = &Sensor;
+            BlockKind::Sensor => {
+                let $block = &SensorBlock;
                 $body
             }
-            Kind::Contact => {
-                let $block = &Contact;
+            BlockKind::Contact => {
+                let $block = &ContactBlock;
                 $body
             }
-            Kind::Command => {
-                let $block = &Command;
+            BlockKind::Command => {
+                let $block = &CommandBlock;
                 $body
             }
-            Kind::Body => {
-                let $block = &FreeBody;
+            BlockKind::Body => {
+                let $block = &BodyBlock;
                 $body
             }
-            Kind::Toss => {
-                let $block = &Toss;
+            BlockKind::Toss => {
+                let $block = &TossBlock;
                 $body
             }
         }
     };
 }
 
-impl Kind {
+impl BlockKind {
     /// The field table of the block's parameters.
     pub fn parameters(self) -> Vec<Field> {
         fn of<B: Block>(_: &B) -> Vec<Field> {
@@ -114,14 +114,19 @@ pub type Outputs = Vec<Vec<Vec<f64>>>;
 
 /// Simulates a block for every recording and every parameter set, in f64 on all cores.
 ///
-/// `sets` in the order of [`Kind::parameters`]; the result holds, recording by recording and set by set, the outputs
+/// `sets` in the order of [`BlockKind::parameters`]; the result holds, recording by recording and set by set, the outputs
 /// sample by sample.
-pub fn simulate(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
+pub fn simulate(kind: BlockKind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Outputs {
     simulate_decimated(kind, recordings, sets, &Decimator::none())
 }
 
 /// The same, of which only what a decimator keeps is given.
-pub fn simulate_decimated(kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>], decimator: &Decimator) -> Outputs {
+pub fn simulate_decimated(
+    kind: BlockKind,
+    recordings: &[&Recorded],
+    sets: &[Vec<f64>],
+    decimator: &Decimator,
+) -> Outputs {
     let instructions = InstructionSet::detect();
     with_block!(kind, block => by_tiles(recordings, sets, &|recorded, sets| {
         instructions.run(Tile { block, recorded, sets, decimator, compared: None })
@@ -156,7 +161,7 @@ impl Tolerance {
 /// Simulates a block for every reading and every parameter set, in f64 on all cores: what a decimator keeps of what was
 /// read less what was simulated, as far as it is beyond a tolerance.
 pub fn beyond(
-    kind: Kind,
+    kind: BlockKind,
     readings: &[Reading],
     sets: &[Vec<f64>],
     decimator: &Decimator,

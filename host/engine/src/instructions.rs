@@ -61,7 +61,7 @@ impl InstructionSet {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { on_avx2(work) },
             #[cfg(not(target_arch = "x86_64"))]
-            Self::Plain => work.carry_out::<softdock_kernels::lanes::plain::Lanes>(),
+            Self::Plain => work.carry_out::<softdock_kernels::lanes::plain::PlainLanes>(),
             _ => work.carry_out::<f64>(),
         }
     }
@@ -89,14 +89,14 @@ macro_rules! entry_points {
 }
 
 entry_points! {
-    on_avx512: softdock_kernels::lanes::avx512::Lanes, "avx512f,avx512dq,avx2,fma";
-    on_avx2: softdock_kernels::lanes::avx2::Lanes, "avx2,fma";
+    on_avx512: softdock_kernels::lanes::avx512::Avx512Lanes, "avx512f,avx512dq,avx2,fma";
+    on_avx2: softdock_kernels::lanes::avx2::Avx2Lanes, "avx2,fma";
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_kernels::lanes::plain::Lanes;
+    use softdock_kernels::lanes::plain::PlainLanes;
     use softdock_kernels::math::{exp, log};
 
     /// What is made of a number's bits, and the smaller and the greater of it and another.
@@ -121,7 +121,7 @@ mod tests {
             let one = InstructionSet::OneLane.run(Bits(a, b));
             let sets = [InstructionSet::Avx512, InstructionSet::Avx2].into_iter().filter(|set| set.supported());
             sets.for_each(|set| assert_eq!(set.run(Bits(a, b)), one, "{set:?}: {a} and {b}"));
-            assert_eq!(Bits(a, b).carry_out::<Lanes>(), one, "in arrays: {a} and {b}");
+            assert_eq!(Bits(a, b).carry_out::<PlainLanes>(), one, "in arrays: {a} and {b}");
         }
     }
 }

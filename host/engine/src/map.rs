@@ -72,7 +72,7 @@ fn limit_curve(name: &'static str, kind: CompensatorKind, mass: f64, delay: f64,
 
 /// A contact in a delayed loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct DelayedContact {
     /// Reduced mass of the two bodies \[kg\].
     pub mass: f64,
     /// Stiffness \[N/m\].
@@ -83,7 +83,7 @@ pub struct Contact {
     pub delay: f64,
 }
 
-impl Contact {
+impl DelayedContact {
     /// The contact of given kappa = k h^2/m and r = b/(k h) at a mass and a delay.
     pub fn of(mass: f64, delay: f64, kappa: f64, ratio: f64) -> Self {
         let stiffness = kappa * mass / (delay * delay);
@@ -169,14 +169,14 @@ impl Contact {
 /// The least kappa at which a loop leaves its limit, for fixed mass, delay and r = b/(k h); `None` if it is out of the
 /// limit from the softest contact on, or within it to the stiffest.
 pub fn stiffest(limit: Limit, kind: CompensatorKind, mass: f64, delay: f64, ratio: f64) -> Option<f64> {
-    first_beyond(SOFTEST, STIFFEST, |kappa| Contact::of(mass, delay, kappa, ratio).is_within(limit, kind))
+    first_beyond(SOFTEST, STIFFEST, |kappa| DelayedContact::of(mass, delay, kappa, ratio).is_within(limit, kind))
 }
 
 /// The least delay \[s\] at which a contact leaves its limit.
-pub fn longest_delay(limit: Limit, kind: CompensatorKind, contact: Contact) -> Option<f64> {
+pub fn longest_delay(limit: Limit, kind: CompensatorKind, contact: DelayedContact) -> Option<f64> {
     let of = |kappa: f64| (kappa * contact.mass / contact.stiffness).sqrt();
     // A weakly damped contact leaves its limit long before the softest one of the map does.
-    first_beyond(of(1e-2 * SOFTEST), of(STIFFEST), |delay| Contact { delay, ..contact }.is_within(limit, kind))
+    first_beyond(of(1e-2 * SOFTEST), of(STIFFEST), |delay| DelayedContact { delay, ..contact }.is_within(limit, kind))
 }
 
 /// Scans upwards for the first value that is not within, then bisects.

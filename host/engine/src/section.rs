@@ -1,6 +1,6 @@
 //! A section of the loop that can be simulated from recordings: a block on its own, or the whole facility of a scenario.
 
-use crate::blocks::{Kind, Outputs, by_tiles, kept_by_lane, simulate_decimated};
+use crate::blocks::{BlockKind, Outputs, by_tiles, kept_by_lane, simulate_decimated};
 use crate::decimator::Decimator;
 use crate::instructions::{InstructionSet, OnLanes};
 use softdock_kernels::block::Recorded;
@@ -16,22 +16,22 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub enum Section {
     /// A block with measured inputs.
-    Block(Kind),
+    Block(BlockKind),
     /// Robots, contact and sensor of a scenario.
     Facility(Arc<Plant>),
     /// Contact and sensor of a scenario whose robots are where they are told.
     Touch(Arc<Plant>),
 }
 
-impl From<Kind> for Section {
-    fn from(kind: Kind) -> Self {
+impl From<BlockKind> for Section {
+    fn from(kind: BlockKind) -> Self {
         Self::Block(kind)
     }
 }
 
 impl Section {
     /// Whether it is a block of this kind.
-    pub fn is(&self, kind: Kind) -> bool {
+    pub fn is(&self, kind: BlockKind) -> bool {
         matches!(self, Self::Block(own) if *own == kind)
     }
 

@@ -5,7 +5,7 @@ use softdock_engine::EngineError;
 use std::fmt::Display;
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, FarmError>;
+pub(crate) type Result<T> = std::result::Result<T, FarmError>;
 
 /// Why a campaign function did not complete.
 #[derive(Debug, thiserror::Error)]
@@ -26,10 +26,10 @@ pub enum FarmError {
     Input(#[from] softdock_input::InputError),
     /// A results file cannot be read or written.
     #[error(transparent)]
-    Results(#[from] softdock_results::Error),
+    Results(#[from] softdock_results::ResultsError),
     /// A results folder cannot be analysed.
     #[error(transparent)]
-    Analysis(#[from] softdock_analysis::Error),
+    Analysis(#[from] softdock_analysis::AnalysisError),
     /// No engine can make the runs.
     #[error("{0}")]
     Engine(EngineError),
@@ -47,7 +47,9 @@ impl FarmError {
     /// Whether a file could not be written: a matter of the disk, not of the input.
     pub fn is_write_failure(&self) -> bool {
         match self {
-            Self::Results(error) | Self::Analysis(softdock_analysis::Error::File(error)) => error.is_write_failure(),
+            Self::Results(error) | Self::Analysis(softdock_analysis::AnalysisError::File(error)) => {
+                error.is_write_failure()
+            }
             _ => false,
         }
     }
@@ -59,7 +61,7 @@ impl FarmError {
             Self::Engine(_) => Some("`softdock devices` lists what runs can be made on".to_owned()),
             Self::Cancelled => Some("the same call resumes".to_owned()),
             Self::Input(error) => Some(error.remedy().to_owned()),
-            Self::Results(error) | Self::Analysis(softdock_analysis::Error::File(error)) => {
+            Self::Results(error) | Self::Analysis(softdock_analysis::AnalysisError::File(error)) => {
                 Some(error.remedy().to_owned())
             }
             Self::Campaign(_) | Self::Analysis(_) => None,
@@ -84,5 +86,5 @@ impl From<EngineError> for FarmError {
 
 /// For `map_err` on what writes, removes or locks a file.
 pub(crate) fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> FarmError + '_ {
-    |source| softdock_results::Error::Write { path: path.to_owned(), source }.into()
+    |source| softdock_results::ResultsError::Write { path: path.to_owned(), source }.into()
 }

@@ -9,7 +9,7 @@ use softdock_campaign::Campaign;
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_results::runs::requirement_columns;
 use softdock_results::shards::ShardIndex;
-use softdock_results::{Column, Kind, Table, Values, write_table};
+use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
 
 /// The runs of a finished results folder that failed in space or on the facility, or are invalid, as a campaign on given
@@ -66,9 +66,9 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
                 pass
             })
             .collect::<Vec<_>>(),
-        named(&|c| c.kind == Kind::Verdict && c.name.starts_with("hil_")),
+        named(&|c| c.kind == ColumnKind::Verdict && c.name.starts_with("hil_")),
     ];
-    let inputs = named(&|column| column.kind == Kind::Input);
+    let inputs = named(&|column| column.kind == ColumnKind::Input);
     let fixed = ["run", "status", "agreement"].map(str::to_owned);
     let names: Vec<String> = fixed.iter().chain(passes.iter().flatten()).chain(&inputs).cloned().collect();
     let (mut runs, mut values, mut counts) = (Vec::new(), vec![Vec::new(); inputs.len()], [0; 3]);

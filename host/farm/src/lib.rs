@@ -58,7 +58,7 @@ mod worker;
 pub use cases::read_cases;
 pub use compare::{FolderComparison, compare_folders};
 pub use compare_models::ModelComparison;
-pub use error::{FarmError, Result};
+pub use error::FarmError;
 pub use failed_runs::{failed_results, failed_runs};
 pub use folder::ResultsFolder;
 pub use judge::judge;
@@ -72,7 +72,7 @@ pub use replay::{ReplayedRun, replay_run};
 pub use run::run;
 pub use select::{Selection, load_campaign};
 pub use slurm::{SlurmJobs, SlurmOptions, slurm_state, submit_slurm_scripts, write_slurm_scripts};
-pub use status::{Status, report, status};
+pub use status::{FolderStatus, report, status};
 pub use verify::{Verification, verify};
 pub use worker::{finish_folder, work};
 

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use softdock_analysis::number::with_unit;
-use softdock_analysis::{Content, Dispersion, Fact, ReportInput, Summary, report_page, write_report};
+use softdock_analysis::{Content, Fact, ReportInput, ReportedDispersion, Summary, report_page, write_report};
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
@@ -34,10 +34,10 @@ fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary)
     }
 }
 
-fn dispersions(campaign: &Campaign) -> Vec<Dispersion> {
+fn dispersions(campaign: &Campaign) -> Vec<ReportedDispersion> {
     let fields = input_fields();
     let given = campaign.cases().is_some();
-    let row = |field: usize, distribution: String, class: &str, source: Option<&String>| Dispersion {
+    let row = |field: usize, distribution: String, class: &str, source: Option<&String>| ReportedDispersion {
         target: fields[field].name.clone(),
         column: format!("in_{}", fields[field].column()),
         distribution,

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// How far a campaign is.
 #[derive(Clone, Debug)]
-pub struct Status {
+pub struct FolderStatus {
     /// What its folder shows so far.
     pub shown: Shown,
     /// Finished runs of unfinished shards, which `run` goes on from.
@@ -22,13 +22,13 @@ pub struct Status {
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn status(results: &Path) -> Result<Status> {
+pub fn status(results: &Path) -> Result<FolderStatus> {
     let folder = ResultsFolder::open(results)?;
     let shown = match folder.campaign.variants.is_empty() {
         true => Shown::Campaign(Box::new(summarise_folder(&folder.path, &folder.facts())?)),
         false => Shown::Variants(Box::new(variants::compared(&folder)?)),
     };
-    Ok(Status { shown, partial_runs: partial_runs(&folder.path)? })
+    Ok(FolderStatus { shown, partial_runs: partial_runs(&folder.path)? })
 }
 
 /// Writes summary and page of a results folder again.

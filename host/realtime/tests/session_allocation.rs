@@ -2,7 +2,7 @@
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use softdock_campaign::{Campaign, Station};
-use softdock_kernels::frame::single::{Reading, emulated_facility, simulation_computer};
+use softdock_kernels::frame::single::{TouchThreshold, emulated_facility, simulation_computer};
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
@@ -122,7 +122,7 @@ fn emulated_robots_of_all_kinds() {
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let params = campaign.draw(0).params;
         let mut facility = emulated_facility(&plant, philox::key(campaign.seed), 0, &params);
-        let mut computer = simulation_computer(&plant, 0, &params, Reading { touch_force: 5.0, hold_back: 1 });
+        let mut computer = simulation_computer(&plant, 0, &params, TouchThreshold { touch_force: 5.0, hold_back: 1 });
         for _ in 0..2_000 {
             assert_no_alloc(|| {
                 let measured = facility.tick(&computer.told());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Characters that make a temporary name unique.
 const UNIQUE: usize = 6;
@@ -17,9 +17,9 @@ const UNIQUE: usize = 6;
 /// [`remove_abandoned`] clears away.
 ///
 /// # Errors
-/// [`Error::Write`] if the file cannot be written; what was there before stays.
+/// [`ResultsError::Write`] if the file cannot be written; what was there before stays.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    atomically(path, |file| file.write_all(bytes).map_err(Error::write(path)))
+    atomically(path, |file| file.write_all(bytes).map_err(ResultsError::write(path)))
 }
 
 /// A text file of a results folder.
@@ -43,7 +43,7 @@ impl ResultFile {
 /// # Errors
 /// If the folder or a file cannot be written.
 pub fn write_files(folder: &Path, files: &[ResultFile]) -> Result<Vec<PathBuf>> {
-    fs::create_dir_all(folder).map_err(Error::write(folder))?;
+    fs::create_dir_all(folder).map_err(ResultsError::write(folder))?;
     let write = |file: &ResultFile| {
         let path = folder.join(&file.name);
         write_file(&path, file.text.as_bytes()).map(|()| path)
@@ -65,8 +65,8 @@ pub fn remove_abandoned(results: &Path) -> Result<usize> {
         open.push(results.to_owned());
     }
     while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(&folder).map_err(Error::io(&folder))? {
-            let entry = entry.map_err(Error::io(&folder))?;
+        for entry in fs::read_dir(&folder).map_err(ResultsError::io(&folder))? {
+            let entry = entry.map_err(ResultsError::io(&folder))?;
             // Another worker may have removed it meanwhile.
             let Ok(kind) = entry.file_type() else { continue };
             if kind.is_dir() {
@@ -119,12 +119,12 @@ pub(crate) fn atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    fs::create_dir_all(folder).map_err(Error::write(folder))?;
-    let name = path.file_name().ok_or_else(|| Error::contract(path, "not a file name"))?.to_string_lossy();
+    fs::create_dir_all(folder).map_err(ResultsError::write(folder))?;
+    let name = path.file_name().ok_or_else(|| ResultsError::contract(path, "not a file name"))?.to_string_lossy();
     let mut temporary = locked_temporary(path, folder, &name)?;
     fill(temporary.as_file_mut())?;
-    temporary.as_file().sync_all().map_err(Error::write(path))?;
-    temporary.persist(path).map_err(|failed| Error::Write { path: path.to_owned(), source: failed.error })?;
+    temporary.as_file().sync_all().map_err(ResultsError::write(path))?;
+    temporary.persist(path).map_err(|failed| ResultsError::Write { path: path.to_owned(), source: failed.error })?;
     sync_folder(folder)
 }
 
@@ -137,7 +137,7 @@ fn locked_temporary(path: &Path, folder: &Path, name: &str) -> Result<NamedTempF
             .rand_bytes(UNIQUE)
             .permissions(shared_permissions(folder)?)
             .tempfile_in(folder)
-            .map_err(Error::write(path))?;
+            .map_err(ResultsError::write(path))?;
         // A file system without locks is no reason not to write: nothing is removed there.
         let is_locked = temporary.as_file().lock().is_ok();
         // Before the lock was there, somebody may have taken the file for abandoned.
@@ -157,13 +157,13 @@ fn shared_permissions(_folder: &Path) -> Result<Permissions> {
 /// Other systems inherit the folder's access list; only the read-only bit could be set here.
 #[cfg(not(unix))]
 fn shared_permissions(folder: &Path) -> Result<Permissions> {
-    Ok(fs::metadata(folder).map_err(Error::write(folder))?.permissions())
+    Ok(fs::metadata(folder).map_err(ResultsError::write(folder))?.permissions())
 }
 
 /// The rename itself must survive a power cut: on Unix the folder is synced too.
 fn sync_folder(folder: &Path) -> Result<()> {
     if cfg!(unix) {
-        File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::write(folder))?;
+        File::open(folder).and_then(|folder| folder.sync_all()).map_err(ResultsError::write(folder))?;
     }
     Ok(())
 }

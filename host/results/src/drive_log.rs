@@ -7,9 +7,9 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::read::TableReader;
-use crate::table::{Column, Kind, Table, Values};
+use crate::table::{Column, ColumnKind, Table, Values};
 use crate::write::{Metadata, write_batches};
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Version of the table.
 pub const DRIVE_SCHEMA: &str = "drive/1";
@@ -25,7 +25,7 @@ pub fn signal(name: &str, unit: &str, description: &str, values: Values) -> Colu
         unit: unit.to_owned(),
         description: description.to_owned(),
         source: "drive".to_owned(),
-        kind: if names_row { Kind::Key } else { Kind::Signal },
+        kind: if names_row { ColumnKind::Key } else { ColumnKind::Signal },
         values,
     }
 }
@@ -50,7 +50,7 @@ pub fn write_drive_log(
         let part = part?;
         let columns: Vec<_> = part.columns.iter().map(|column| (column.name.clone(), column.unit.clone())).collect();
         if *shape.get_or_insert_with(|| columns.clone()) != columns {
-            return Err(Error::contract(path, "the parts of a log have different columns"));
+            return Err(ResultsError::contract(path, "the parts of a log have different columns"));
         }
         rows += part.rows() as u64;
         Ok(Cow::Owned(part))
@@ -68,7 +68,7 @@ pub fn open_drive_log(path: &Path) -> Result<(TableReader, Metadata)> {
     let mut metadata = reader.metadata();
     match metadata.remove(SCHEMA_KEY) {
         Some(schema) if schema == DRIVE_SCHEMA => Ok((reader, metadata.into_iter().collect())),
-        Some(schema) => Err(Error::contract(path, format!("holds `{schema}`, not the log of a drive"))),
-        None => Err(Error::contract(path, "says no `softdock.schema`: not written by softdock")),
+        Some(schema) => Err(ResultsError::contract(path, format!("holds `{schema}`, not the log of a drive"))),
+        None => Err(ResultsError::contract(path, "says no `softdock.schema`: not written by softdock")),
     }
 }

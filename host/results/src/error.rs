@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+pub(crate) type Result<T> = std::result::Result<T, ResultsError>;
 
 /// A results file that could not be written, read or trusted.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum ResultsError {
     /// A file could not be written: a matter of the disk, not of the input.
     #[error("{}: cannot be written: {source}", path.display())]
     Write {
@@ -45,7 +45,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl ResultsError {
     /// Whether a file could not be written: a matter of the disk, not of the input.
     pub fn is_write_failure(&self) -> bool {
         matches!(self, Self::Write { .. })
@@ -53,13 +53,16 @@ impl Error {
 
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
-        use std::io::ErrorKind as Kind;
+        use std::io::ErrorKind as ColumnKind;
         match self {
             Self::Write { source, .. } => match source.kind() {
-                Kind::StorageFull | Kind::QuotaExceeded | Kind::FileTooLarge | Kind::WriteZero => {
+                ColumnKind::StorageFull
+                | ColumnKind::QuotaExceeded
+                | ColumnKind::FileTooLarge
+                | ColumnKind::WriteZero => {
                     "free space on the file system, or name a folder on another one; the same command resumes"
                 }
-                Kind::PermissionDenied | Kind::ReadOnlyFilesystem => {
+                ColumnKind::PermissionDenied | ColumnKind::ReadOnlyFilesystem => {
                     "name a folder that this user may write in, or change its permissions; the same command resumes"
                 }
                 _ => "check the folder and its file system; the same command resumes",

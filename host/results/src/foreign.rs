@@ -11,7 +11,7 @@ use arrow_schema::DataType;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Most values that a table may hold in memory: 1 GiB as f64. A small file can state and hold far more.
 pub const MOST_VALUES: u64 = 1 << 27;
@@ -44,17 +44,17 @@ fn read_numbers(path: &Path, names: &[&str], most_values: u64) -> Result<Vec<Vec
     let builder = open(path)?;
     for name in names {
         let field = builder.schema().fields().iter().find(|field| field.name() == name);
-        let field = field.ok_or_else(|| Error::contract(path, format!("no column `{name}`")))?;
+        let field = field.ok_or_else(|| ResultsError::contract(path, format!("no column `{name}`")))?;
         if !is_number(field.data_type()) {
             let what = format!("column `{name}` holds {}, not numbers", field.data_type());
-            return Err(Error::contract(path, what));
+            return Err(ResultsError::contract(path, what));
         }
     }
     let most = most_values / names.len().max(1) as u64;
     let groups = builder.metadata().row_groups().iter().map(|group| group.num_rows().max(0) as u64);
     let stated = groups.fold(0, u64::saturating_add).max(builder.metadata().file_metadata().num_rows().max(0) as u64);
     if stated > most {
-        return Err(Error::contract(path, too_many(stated, names.len())));
+        return Err(ResultsError::contract(path, too_many(stated, names.len())));
     }
     let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
     let chunks = builder.metadata().row_groups().iter().flat_map(|group| group.columns().iter().enumerate());
@@ -62,24 +62,25 @@ fn read_numbers(path: &Path, names: &[&str], most_values: u64) -> Result<Vec<Vec
     if let Some(chunk) = selected.find(|chunk| !(0..=LARGEST_CHUNK).contains(&chunk.uncompressed_size())) {
         let (name, bytes) = (chunk.column_path().string(), chunk.uncompressed_size());
         let what = format!("column `{name}` states {bytes} bytes in a row group, the limit is {LARGEST_CHUNK}");
-        return Err(Error::contract(path, what));
+        return Err(ResultsError::contract(path, what));
     }
     let mut columns = vec![Vec::new(); names.len()];
-    let reader = builder.with_projection(mask).with_batch_size(BATCH_ROWS).build().map_err(Error::parquet(path))?;
+    let reader =
+        builder.with_projection(mask).with_batch_size(BATCH_ROWS).build().map_err(ResultsError::parquet(path))?;
     let mut rows = 0;
     for batch in reader {
-        let batch = batch.map_err(Error::parquet(path))?;
+        let batch = batch.map_err(ResultsError::parquet(path))?;
         rows += batch.num_rows() as u64;
         // The stated number of rows may be wrong.
         if rows > most {
-            return Err(Error::contract(path, too_many(rows, names.len())));
+            return Err(ResultsError::contract(path, too_many(rows, names.len())));
         }
         for (name, column) in names.iter().zip(&mut columns) {
             let array = batch.column_by_name(name);
-            let array = array.ok_or_else(|| Error::contract(path, format!("no column `{name}`")))?;
+            let array = array.ok_or_else(|| ResultsError::contract(path, format!("no column `{name}`")))?;
             if !append(array, column) {
                 let what = format!("column `{name}` holds {}, not numbers", array.data_type());
-                return Err(Error::contract(path, what));
+                return Err(ResultsError::contract(path, what));
             }
         }
     }
@@ -88,13 +89,14 @@ fn read_numbers(path: &Path, names: &[&str], most_values: u64) -> Result<Vec<Vec
 
 fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>> {
     let file = softdock_input::open(path, softdock_input::MAX_BINARY)?;
-    ParquetRecordBatchReaderBuilder::try_new(file).map_err(Error::parquet(path))
+    ParquetRecordBatchReaderBuilder::try_new(file).map_err(ResultsError::parquet(path))
 }
 
 /// Takes a panic of the Parquet library for a damaged file: it asserts what a damaged footer states.
 pub(crate) fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(read))
-        .unwrap_or_else(|_| Err(Error::contract(path, "not a readable Parquet file: its footer or pages are damaged")))
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        Err(ResultsError::contract(path, "not a readable Parquet file: its footer or pages are damaged"))
+    })
 }
 
 fn is_number(kind: &DataType) -> bool {
@@ -124,7 +126,7 @@ fn append(array: &ArrayRef, out: &mut Vec<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Column, Kind, Table, Values, write_table};
+    use crate::{Column, ColumnKind, Table, Values, write_table};
 
     fn written(path: &Path, rows: usize) {
         let column = Column {
@@ -132,7 +134,7 @@ mod tests {
             unit: "N".to_owned(),
             description: "a force".to_owned(),
             source: "test".to_owned(),
-            kind: Kind::Signal,
+            kind: ColumnKind::Signal,
             values: Values::F64(vec![Some(1.5); rows]),
         };
         let word = Column { name: "word".to_owned(), values: Values::Bool(vec![Some(true); rows]), ..column.clone() };

@@ -19,8 +19,9 @@ pub mod traces;
 mod write;
 
 pub use atomic::{ResultFile, is_temporary, remove_abandoned, write_file, write_files};
-pub use error::{Error, Result};
+pub(crate) use error::Result;
+pub use error::ResultsError;
 pub use read::TableReader;
 pub use seal::{FILE_HASH, hash_files};
-pub use table::{Column, Kind, Table, Values};
+pub use table::{Column, ColumnKind, Table, Values};
 pub use write::{Metadata, content_hash, write_table};

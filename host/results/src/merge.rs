@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::shards::{Origin, ShardFile, ShardIndex, ShardPlan, shard_path, verify_shard};
-use crate::{Error, Result, write_file};
+use crate::{Result, ResultsError, write_file};
 
 /// Why folders cannot be merged.
 #[derive(Debug, thiserror::Error)]
@@ -38,7 +38,7 @@ pub enum MergeError {
     },
     /// A file could not be read or written.
     #[error(transparent)]
-    File(#[from] Error),
+    File(#[from] ResultsError),
 }
 
 /// The first few of a list of shards.
@@ -105,7 +105,7 @@ fn place(from: &Path, to: &Path) -> Result<()> {
         return Ok(());
     }
     let folder = to.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(Error::write(folder))?;
+    fs::create_dir_all(folder).map_err(ResultsError::write(folder))?;
     if fs::hard_link(from, to).is_ok() || to.exists() {
         return Ok(());
     }

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::read::TableReader;
 use crate::runs::{RunRow, RunsSchema};
 use crate::shards::{Provenance, ShardIndex};
-use crate::table::{Column, Kind, Table};
+use crate::table::{Column, ColumnKind, Table};
 use crate::write::write_table;
 
 /// How some runs are made a second time, and where both rows stand.
@@ -44,7 +44,7 @@ fn repetition_table(kind: &Repetition, schema: &RunsSchema, rows: &[RepeatedRow]
     let side = |pick: fn(&RepeatedRow) -> &RunRow| {
         schema.table(&rows.iter().map(|row| pick(row).clone()).collect::<Vec<_>>()).columns
     };
-    let kept = |column: &Column| !matches!(column.kind, Kind::Input | Kind::Key);
+    let kept = |column: &Column| !matches!(column.kind, ColumnKind::Input | ColumnKind::Key);
     let first = side(|row| &row.first);
     let second = side(|row| &row.second);
     let mut columns: Vec<Column> = first.iter().take(1).cloned().collect();

@@ -10,7 +10,7 @@ use crate::read::TableReader;
 use crate::runs::{RunRow, RunsSchema};
 use crate::shards::{Provenance, ShardFile, parquet_files};
 use crate::write::{content_hash, write_table};
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Version of an unfinished shard; its columns are those of the runs table.
 pub const PARTIAL_SCHEMA: &str = "partial/1";
@@ -115,7 +115,7 @@ pub fn reopen_shard(results: &Path, shard: u32, file: &ShardFile) -> Result<()> 
 pub fn remove_partial(results: &Path, shard: u32) -> Result<()> {
     let path = partial_path(results, shard);
     match fs::remove_file(&path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(Error::write(&path)(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(ResultsError::write(&path)(error)),
         _ => {}
     }
     // Fails while other files lie in it, and that is right.

@@ -10,7 +10,7 @@ use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchR
 use crate::foreign::guarded;
 use crate::seal::{FILE_HASH, read_sealed};
 use crate::table::Table;
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Rows decoded at a time.
 const BATCH_ROWS: usize = 8_192;
@@ -29,7 +29,8 @@ impl TableReader {
     /// If the file cannot be read, has another hash or none, or is not a Parquet file.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = read_sealed(path)?;
-        let builder = guarded(path, || ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(Error::parquet(path)))?;
+        let builder =
+            guarded(path, || ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(ResultsError::parquet(path)))?;
         Ok(Self { path: path.to_owned(), builder: builder.with_batch_size(BATCH_ROWS), selected: None })
     }
 
@@ -69,7 +70,7 @@ impl TableReader {
     pub fn select(mut self, names: &[impl AsRef<str>]) -> Result<Self> {
         let present = self.names();
         if let Some(missing) = names.iter().find(|name| !present.iter().any(|other| other == name.as_ref())) {
-            return Err(Error::contract(&self.path, format!("no column `{}`", missing.as_ref())));
+            return Err(ResultsError::contract(&self.path, format!("no column `{}`", missing.as_ref())));
         }
         let mask = ProjectionMask::columns(self.builder.parquet_schema(), names.iter().map(AsRef::as_ref));
         self.builder = self.builder.with_projection(mask);
@@ -80,7 +81,7 @@ impl TableReader {
     /// The rows, as tables of a few thousand.
     pub fn batches(self) -> Result<Batches> {
         let (path, builder) = (&self.path, self.builder);
-        let reader = guarded(path, || builder.build().map_err(Error::parquet(path)))?;
+        let reader = guarded(path, || builder.build().map_err(ResultsError::parquet(path)))?;
         Ok(Batches { path: self.path, reader, is_over: false })
     }
 
@@ -90,11 +91,11 @@ impl TableReader {
         let path = self.path.clone();
         let values = self.rows().saturating_mul(whole.columns.len() as u64);
         if values > crate::foreign::MOST_VALUES {
-            return Err(Error::contract(&path, crate::foreign::too_many(self.rows(), whole.columns.len())));
+            return Err(ResultsError::contract(&path, crate::foreign::too_many(self.rows(), whole.columns.len())));
         }
         for batch in self.batches()? {
             if !whole.append(batch?) {
-                return Err(Error::contract(&path, "a column changes its type"));
+                return Err(ResultsError::contract(&path, "a column changes its type"));
             }
         }
         Ok(whole)
@@ -118,7 +119,7 @@ impl Iterator for Batches {
         let (path, reader) = (&self.path, &mut self.reader);
         let table = guarded(path, || {
             let Some(batch) = reader.next() else { return Ok(None) };
-            let batch = batch.map_err(Error::parquet(path))?;
+            let batch = batch.map_err(ResultsError::parquet(path))?;
             Table::from_batch(&batch).map(Some).map_err(|name| unknown(path, &name))
         });
         // Behind an error the library's reader is in no known state.
@@ -127,6 +128,6 @@ impl Iterator for Batches {
     }
 }
 
-fn unknown(path: &Path, name: &str) -> Error {
-    Error::contract(path, format!("column `{name}` has a type or a kind that softdock does not write"))
+fn unknown(path: &Path, name: &str) -> ResultsError {
+    ResultsError::contract(path, format!("column `{name}` has a type or a kind that softdock does not write"))
 }

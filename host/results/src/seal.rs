@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bytes::Bytes;
 
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Key of the hash among the file's metadata.
 pub const FILE_HASH: &str = "softdock.file_hash";
@@ -28,12 +28,12 @@ pub(crate) fn blank() -> String {
 /// Writes the hash into a finished file that states [`blank`] in its place.
 pub(crate) fn seal(path: &Path, file: &mut File) -> Result<()> {
     let mut bytes = Vec::new();
-    file.seek(SeekFrom::Start(0)).map_err(Error::write(path))?;
-    file.read_to_end(&mut bytes).map_err(Error::write(path))?;
-    let place = place(&bytes).ok_or_else(|| Error::contract(path, "the file has no place for its hash"))?;
+    file.seek(SeekFrom::Start(0)).map_err(ResultsError::write(path))?;
+    file.read_to_end(&mut bytes).map_err(ResultsError::write(path))?;
+    let place = place(&bytes).ok_or_else(|| ResultsError::contract(path, "the file has no place for its hash"))?;
     let hash = blake3::hash(&bytes).to_hex();
-    file.seek(SeekFrom::Start(place as u64)).map_err(Error::write(path))?;
-    file.write_all(hash.as_bytes()).map_err(Error::write(path))
+    file.seek(SeekFrom::Start(place as u64)).map_err(ResultsError::write(path))?;
+    file.write_all(hash.as_bytes()).map_err(ResultsError::write(path))
 }
 
 /// The bytes of a file that are as its writer left them.
@@ -45,12 +45,12 @@ pub(crate) fn read_sealed(path: &Path) -> Result<Bytes> {
     let Some(place) = place(&bytes) else {
         // What is no Parquet file at all says so better.
         let what = "it states no hash of its bytes: another program or an older version has written it";
-        return if bytes.starts_with(b"PAR1") { Err(Error::contract(path, what)) } else { Ok(bytes) };
+        return if bytes.starts_with(b"PAR1") { Err(ResultsError::contract(path, what)) } else { Ok(bytes) };
     };
     let mut hasher = blake3::Hasher::new();
     hasher.update(&bytes[..place]).update(blank().as_bytes()).update(&bytes[place + DIGITS..]);
     if hasher.finalize().to_hex().as_bytes() != &bytes[place..place + DIGITS] {
-        return Err(Error::contract(path, "damaged: its bytes do not have the hash that it states"));
+        return Err(ResultsError::contract(path, "damaged: its bytes do not have the hash that it states"));
     }
     Ok(bytes)
 }

@@ -8,7 +8,7 @@ use crate::read::{Batches, TableReader};
 use crate::runs::{RunRow, RunsSchema};
 use crate::table::Table;
 use crate::write::{Metadata, content_hash, write_table};
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Version of the runs contract; a change of the first number breaks readers, columns are only added.
 pub const RUNS_SCHEMA: &str = "runs/2";
@@ -124,7 +124,7 @@ fn set_aside(path: &Path, shard: u32, origin: &Origin) -> Result<()> {
     match std::fs::rename(path, place) {
         // Another worker was faster.
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        renamed => renamed.map_err(Error::write(path)),
+        renamed => renamed.map_err(ResultsError::write(path)),
     }
 }
 
@@ -144,7 +144,7 @@ fn is_whole(path: &Path, shard: u32, origin: &Origin) -> bool {
 /// A file at its place that is no whole shard of this campaign is kept as `shard=NUMBER.parquet.damaged-1` (2, 3, ...).
 ///
 /// # Errors
-/// [`Error::Write`] if the file cannot be written; also if a run stands twice.
+/// [`ResultsError::Write`] if the file cannot be written; also if a run stands twice.
 pub fn write_shard(
     results: &Path,
     shard: u32,
@@ -155,7 +155,7 @@ pub fn write_shard(
     rows.sort_by_key(|row| row.run);
     let path = shard_path(results, shard);
     if let Some(pair) = rows.windows(2).find(|pair| pair[0].run == pair[1].run) {
-        return Err(Error::contract(&path, format!("run {} stands twice in the shard", pair[0].run)));
+        return Err(ResultsError::contract(&path, format!("run {} stands twice in the shard", pair[0].run)));
     }
     let table = schema.table(&rows);
     let hash = content_hash(&table);
@@ -246,16 +246,16 @@ impl ShardIndex {
     pub(crate) fn check_origin(&self, path: &Path, metadata: &BTreeMap<String, String>, schema: &str) -> Result<()> {
         let stated = |key: &str| metadata.get(key).map_or("", String::as_str);
         if stated("softdock.schema") != schema {
-            return Err(Error::contract(
+            return Err(ResultsError::contract(
                 path,
                 format!("schema is `{}`, expected `{schema}`", stated("softdock.schema")),
             ));
         }
         if let Some(what) = self.origin.differs(metadata) {
-            return Err(Error::contract(path, what));
+            return Err(ResultsError::contract(path, what));
         }
         if stated(ROWS_HASH) != self.rows_hash() {
-            return Err(Error::contract(path, "it was made from other runs than those that are there"));
+            return Err(ResultsError::contract(path, "it was made from other runs than those that are there"));
         }
         Ok(())
     }
@@ -276,9 +276,9 @@ fn files_named(folder: &Path, is_wanted: impl Fn(&str) -> bool) -> Result<Vec<Pa
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
-    let entries = std::fs::read_dir(folder).map_err(Error::io(folder))?;
+    let entries = std::fs::read_dir(folder).map_err(ResultsError::io(folder))?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<std::io::Result<Vec<_>>>();
-    let mut paths = paths.map_err(Error::io(folder))?;
+    let mut paths = paths.map_err(ResultsError::io(folder))?;
     paths.retain(|path| path.file_name().is_some_and(|name| is_wanted(&name.to_string_lossy())));
     paths.sort();
     Ok(paths)
@@ -328,12 +328,12 @@ fn check_numbers(reader: TableReader, range: Option<Range<u64>>) -> Result<()> {
     let path = reader.path().to_owned();
     for batch in reader.select(&["run"])?.batches()? {
         let batch = batch?;
-        for run in batch.u64s("run").ok_or_else(|| Error::contract(&path, "no column `run` of whole numbers"))? {
+        for run in batch.u64s("run").ok_or_else(|| ResultsError::contract(&path, "no column `run` of whole numbers"))? {
             if last.is_some_and(|last| *run <= last) {
-                return Err(Error::contract(&path, format!("run {run} stands twice, or out of order")));
+                return Err(ResultsError::contract(&path, format!("run {run} stands twice, or out of order")));
             }
             if let Some(expected) = expected.as_mut().and_then(Iterator::next).filter(|expected| expected != run) {
-                return Err(Error::contract(&path, format!("run {run} stands in the place of run {expected}")));
+                return Err(ResultsError::contract(&path, format!("run {run} stands in the place of run {expected}")));
             }
             last = Some(*run);
         }
@@ -358,7 +358,10 @@ pub fn rewrite_runs(
     let table = reader.read()?;
     let (found, expected) = (content_hash(&table), stated.get("softdock.content_hash").cloned().unwrap_or_default());
     if found != expected {
-        return Err(Error::contract(path, format!("the rows have the hash {found}, the file states {expected}")));
+        return Err(ResultsError::contract(
+            path,
+            format!("the rows have the hash {found}, the file states {expected}"),
+        ));
     }
     let mut rows = rows_of(path, &table)?;
     rows.iter_mut().for_each(&mut change);
@@ -389,7 +392,7 @@ pub fn verify_shard(file: &ShardFile) -> Result<()> {
     let found = content_hash(&TableReader::open(&file.path)?.read()?);
     if found != file.content_hash {
         let what = format!("the rows have the hash {found}, the file states {}", file.content_hash);
-        return Err(Error::contract(&file.path, what));
+        return Err(ResultsError::contract(&file.path, what));
     }
     Ok(())
 }
@@ -400,7 +403,8 @@ impl ShardIndex {
     /// # Errors
     /// If there is no shard, or it cannot be read any more.
     pub fn columns(&self) -> Result<Table> {
-        let first = self.complete.values().next().ok_or_else(|| Error::contract(Path::new("runs"), "no shard"))?;
+        let first =
+            self.complete.values().next().ok_or_else(|| ResultsError::contract(Path::new("runs"), "no shard"))?;
         TableReader::open(&first.path)?.columns()
     }
 
@@ -456,5 +460,5 @@ fn either(batches: Result<Batches>) -> impl Iterator<Item = Result<Table>> {
 }
 
 fn rows_of(path: &Path, table: &Table) -> Result<Vec<RunRow>> {
-    RunsSchema::of_table(table).rows(table).map_err(|what| Error::contract(path, what))
+    RunsSchema::of_table(table).rows(table).map_err(|what| ResultsError::contract(path, what))
 }

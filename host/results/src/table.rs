@@ -12,7 +12,7 @@ use arrow_schema::{DataType, Field, Schema};
 
 /// What part a column plays; the file's metadata say it in the same words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// Names the row.
     Key,
     /// What became of the run.
@@ -29,17 +29,17 @@ pub enum Kind {
     Signal,
 }
 
-const KINDS: [(Kind, &str); 7] = [
-    (Kind::Key, "key"),
-    (Kind::Status, "status"),
-    (Kind::Input, "input"),
-    (Kind::Metric, "metric"),
-    (Kind::Margin, "margin"),
-    (Kind::Verdict, "verdict"),
-    (Kind::Signal, "signal"),
+const KINDS: [(ColumnKind, &str); 7] = [
+    (ColumnKind::Key, "key"),
+    (ColumnKind::Status, "status"),
+    (ColumnKind::Input, "input"),
+    (ColumnKind::Metric, "metric"),
+    (ColumnKind::Margin, "margin"),
+    (ColumnKind::Verdict, "verdict"),
+    (ColumnKind::Signal, "signal"),
 ];
 
-impl Kind {
+impl ColumnKind {
     /// The word in the field metadata.
     pub fn word(self) -> &'static str {
         KINDS[self as usize].1
@@ -203,7 +203,7 @@ pub struct Column {
     /// Which part of softdock wrote it.
     pub source: String,
     /// What part it plays.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Its values, one per row.
     pub values: Values,
 }
@@ -226,7 +226,7 @@ impl Column {
             unit: text("unit"),
             description: text("description"),
             source: text("source"),
-            kind: Kind::from_word(&text("kind"))?,
+            kind: ColumnKind::from_word(&text("kind"))?,
             values: Values::from_array(array)?,
         })
     }

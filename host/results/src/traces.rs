@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::read::TableReader;
 use crate::shards::{Provenance, ShardIndex, parquet_files};
-use crate::table::{Column, Kind, Table, Values};
+use crate::table::{Column, ColumnKind, Table, Values};
 use crate::write::write_table;
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// Version of the trace table.
 pub const TRACE_SCHEMA: &str = "trace/1";
@@ -66,18 +66,18 @@ impl Trace {
         };
         let run = format!("run number; {NOMINAL_RUN} is the nominal case");
         let mut columns = vec![
-            column("run", "1", &run, Kind::Key, Values::U64(vec![self.run; self.time.len()])),
+            column("run", "1", &run, ColumnKind::Key, Values::U64(vec![self.run; self.time.len()])),
             column(
                 "t_s",
                 "s",
                 "time since the start of the run",
-                Kind::Key,
+                ColumnKind::Key,
                 Values::F64(self.time.iter().copied().map(Some).collect()),
             ),
         ];
         columns.extend(self.signals.iter().map(|signal| {
             let values = Values::F64(signal.values.clone());
-            column(&signal.name, &signal.unit, &signal.description, Kind::Signal, values)
+            column(&signal.name, &signal.unit, &signal.description, ColumnKind::Signal, values)
         }));
         Table { columns }
     }
@@ -122,11 +122,11 @@ pub fn read_trace(path: &Path) -> Result<Trace> {
 fn of_reader(path: &Path, reader: TableReader) -> Result<Trace> {
     let kept_as = reader.metadata().remove("softdock.kept_as").unwrap_or_default();
     let table = reader.read()?;
-    let lacking = |name: &str| Error::contract(path, format!("no column `{name}`"));
+    let lacking = |name: &str| ResultsError::contract(path, format!("no column `{name}`"));
     let run = *table.u64s("run").and_then(<[u64]>::first).ok_or_else(|| lacking("run"))?;
     let time = table.f64s("t_s").ok_or_else(|| lacking("t_s"))?.iter().map(|time| time.unwrap_or(f64::NAN)).collect();
     let signals = table.columns.into_iter().filter_map(|column| match (column.kind, column.values) {
-        (Kind::Signal, Values::F64(values)) => {
+        (ColumnKind::Signal, Values::F64(values)) => {
             Some(Signal { name: column.name, unit: column.unit, description: column.description, values })
         }
         _ => None,
@@ -154,7 +154,7 @@ pub fn read_traces(results: &Path, index: &ShardIndex) -> Result<Traces> {
             index.check_origin(&path, &reader.metadata(), TRACE_SCHEMA)?;
             let trace = of_reader(&path, reader)?;
             let is_named = trace.path(results) == path;
-            if is_named { Ok(trace) } else { Err(Error::contract(&path, "its name is not that of its run")) }
+            if is_named { Ok(trace) } else { Err(ResultsError::contract(&path, "its name is not that of its run")) }
         });
         match trace {
             Ok(trace) => traces.kept.push(trace),

@@ -13,7 +13,7 @@ use parquet::file::properties::WriterProperties;
 use crate::atomic::atomically;
 use crate::seal::{FILE_HASH, blank, seal};
 use crate::table::{Table, Values};
-use crate::{Error, Result};
+use crate::{Result, ResultsError};
 
 /// File metadata: keys and values in the order in which they are written.
 pub type Metadata = Vec<(String, String)>;
@@ -36,7 +36,7 @@ pub(crate) fn write_batches<'a>(
     mut tables: impl Iterator<Item = Result<Cow<'a, Table>>>,
     metadata: &[(String, String)],
 ) -> Result<()> {
-    let first = tables.next().ok_or_else(|| Error::contract(path, "no columns to write"))??;
+    let first = tables.next().ok_or_else(|| ResultsError::contract(path, "no columns to write"))??;
     // A table that was read and is written again has the hash of the file that it came from.
     let metadata: Metadata = metadata.iter().filter(|(key, _)| key != FILE_HASH).cloned().collect();
     atomically(path, |file| {
@@ -47,7 +47,7 @@ pub(crate) fn write_batches<'a>(
         for table in std::iter::once(Ok(first)).chain(tables) {
             let table = table?;
             check_rows(path, &table)?;
-            let batch = table.batch().map_err(Error::parquet(path))?;
+            let batch = table.batch().map_err(ResultsError::parquet(path))?;
             writer.write(&batch).map_err(unwritten(path))?;
         }
         writer.close().map_err(unwritten(path))?;
@@ -56,7 +56,7 @@ pub(crate) fn write_batches<'a>(
 }
 
 /// The system's answer behind an error of the Parquet writer.
-fn unwritten(path: &Path) -> impl FnOnce(ParquetError) -> Error + '_ {
+fn unwritten(path: &Path) -> impl FnOnce(ParquetError) -> ResultsError + '_ {
     |error| {
         let source = match error {
             ParquetError::External(source) => match source.downcast::<std::io::Error>() {
@@ -65,7 +65,7 @@ fn unwritten(path: &Path) -> impl FnOnce(ParquetError) -> Error + '_ {
             },
             error => std::io::Error::other(error),
         };
-        Error::Write { path: path.to_owned(), source }
+        ResultsError::Write { path: path.to_owned(), source }
     }
 }
 
@@ -75,7 +75,7 @@ fn check_rows(path: &Path, table: &Table) -> Result<()> {
         None => Ok(()),
         Some(column) => {
             let what = format!("column `{}` has {} rows of {rows}", column.name, column.values.len());
-            Err(Error::contract(path, what))
+            Err(ResultsError::contract(path, what))
         }
     }
 }

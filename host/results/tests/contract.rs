@@ -11,7 +11,7 @@ use softdock_results::parity::{PARITY, RepeatedRow, read_repetition, write_repet
 use softdock_results::runs::{RunRow, RunsSchema, Status, input_fields, metric_fields};
 use softdock_results::shards::{Origin, ShardIndex, shard_path, verify_shard, write_shard};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, Traces, read_traces, write_trace};
-use softdock_results::{Column, Kind, Table, TableReader, Values, content_hash, write_file, write_table};
+use softdock_results::{Column, ColumnKind, Table, TableReader, Values, content_hash, write_file, write_table};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -191,7 +191,7 @@ fn nan_becomes_null() {
         unit: "1".to_owned(),
         description: "a test".to_owned(),
         source: "test".to_owned(),
-        kind: Kind::Metric,
+        kind: ColumnKind::Metric,
         values,
     };
     let words = Values::words(&["no", "yes"], vec![1, 0]);
@@ -216,7 +216,7 @@ fn words_and_numbers_survive_many_row_groups() {
         unit: "1".to_owned(),
         description: "a test".to_owned(),
         source: "test".to_owned(),
-        kind: Kind::Key,
+        kind: ColumnKind::Key,
         values,
     };
     let words = Values::words(&["a", "b", "c"], codes.clone());

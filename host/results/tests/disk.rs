@@ -11,7 +11,7 @@ use sample::{PLAN, fill, origin, provenance, row, schema};
 use softdock_results::partial::write_partial;
 use softdock_results::shards::{ShardIndex, is_set_aside, shard_path, verify_shard, write_shard};
 use softdock_results::traces::{Trace, write_trace_to};
-use softdock_results::{Error, TableReader, remove_abandoned, write_file};
+use softdock_results::{ResultsError, TableReader, remove_abandoned, write_file};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
@@ -55,7 +55,7 @@ fn a_folder_that_cannot_be_made_is_a_failed_write_and_a_missing_file_is_not() {
     let error = write_shard(&blocked, 0, &schema(), vec![row(0)], &provenance()).expect_err("a file in the way");
     assert!(error.is_write_failure(), "{error}");
     let error = TableReader::open(&results.path().join("nothing.parquet")).err().expect("nothing there");
-    assert!(!error.is_write_failure() && matches!(error, Error::Input(_)), "{error}");
+    assert!(!error.is_write_failure() && matches!(error, ResultsError::Input(_)), "{error}");
     let twice = write_shard(results.path(), 1, &schema(), vec![row(3), row(3)], &provenance()).expect_err("twice");
     assert!(!twice.is_write_failure(), "{twice}");
 }

@@ -1,7 +1,7 @@
 //! A drive's log as a table: what is written comes back, part by part, with units and meanings.
 
 use softdock_results::drive_log::{open_drive_log, signal, write_drive_log};
-use softdock_results::{Error, Kind, Table, Values, write_table};
+use softdock_results::{ColumnKind, ResultsError, Table, Values, write_table};
 use std::path::Path;
 
 const PHASES: [&str; 3] = ["approach", "contact", "stopped"];
@@ -48,8 +48,8 @@ fn parts_come_back_as_one_table() {
         let words = (0..12_500).all(|row| back.values.word(row) == column.values.word(row));
         assert!(words, "{}", column.name);
     }
-    assert_eq!(back.columns[1].kind, Kind::Key);
-    assert_eq!(back.columns[4].kind, Kind::Signal);
+    assert_eq!(back.columns[1].kind, ColumnKind::Key);
+    assert_eq!(back.columns[4].kind, ColumnKind::Signal);
     let force = back.f64s("ft_raw_force_x_n").expect("the force");
     assert_eq!(force[1].map(f64::to_bits), Some((-0.0_f64).to_bits()));
 }
@@ -58,7 +58,7 @@ fn parts_come_back_as_one_table() {
 fn a_log_appears_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive.parquet");
-    let broken = || Error::Contract { path: path.clone(), what: "the recording ends".to_owned() };
+    let broken = || ResultsError::Contract { path: path.clone(), what: "the recording ends".to_owned() };
     let parts = [Ok(part(0, 10)), Err(broken())];
     assert!(write_drive_log(&path, parts, &[]).unwrap_err().to_string().contains("the recording ends"));
     let other = Table { columns: part(10, 20).columns.split_off(1) };

@@ -39,7 +39,7 @@ pub enum SessionError {
     Log(#[from] LogError),
     /// A results file cannot be written.
     #[error(transparent)]
-    Results(#[from] softdock_results::Error),
+    Results(#[from] softdock_results::ResultsError),
     /// A file, a socket or a thread is refused by the operating system.
     #[error(transparent)]
     System(#[from] io::Error),

@@ -76,7 +76,7 @@ bundle! {
 
 /// A free body, from wrench to motion.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct FreeBody;
+pub struct BodyBlock;
 
 /// Rate at which the observer forgets \[1/s\]: a third of what rings most slowly, 0.15 Hz.
 pub(super) const OBSERVER: f64 = TAU * 0.05;
@@ -84,7 +84,7 @@ pub(super) const OBSERVER: f64 = TAU * 0.05;
 /// Least share of the whole's mass that the body itself keeps.
 const LEAST_REST: f64 = 0.05;
 
-impl Block for FreeBody {
+impl Block for BodyBlock {
     type Params<R: Real> = BodyValues<R>;
     type State<R: Real> = BodyHidden<R>;
     type Input<R: Real> = BodyInput<R>;

@@ -1,6 +1,6 @@
 //! The free body's block against closed forms.
 
-use super::body::{BodyValues, FreeBody, Hung, OBSERVER};
+use super::body::{BodyBlock, BodyValues, Hung, OBSERVER};
 use super::{Recorded, replay};
 use crate::vector::{Vec3, vec3};
 use std::f64::consts::TAU;
@@ -27,7 +27,7 @@ fn run(
         late.extend(wrench(t));
     }
     let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
-    replay::<f64, FreeBody>(&FreeBody, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
+    replay::<f64, BodyBlock>(&BodyBlock, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
 }
 
 /// Under a steady wrench from rest, for a moment so short that nothing else counts.

@@ -71,9 +71,9 @@ bundle! {
 
 /// A command's way, from sender to receiver.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Command;
+pub struct CommandBlock;
 
-impl Block for Command {
+impl Block for CommandBlock {
     type Params<R: Real> = CommandValues<R>;
     type State<R: Real> = CommandHidden<R>;
     type Input<R: Real> = CommandTick<R>;

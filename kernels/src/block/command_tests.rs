@@ -1,6 +1,6 @@
 //! The block of a command's way against closed forms.
 
-use super::command::{Command, CommandValues};
+use super::command::{CommandBlock, CommandValues};
 use super::{Recorded, replay};
 
 const STEP: f64 = 1e-3;
@@ -16,7 +16,7 @@ fn received(p: CommandValues<f64>, command: impl Fn(f64) -> [f64; 2]) -> Vec<f64
         late.extend([value, 0.5 * STEP * STEP * second]);
     }
     let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
-    replay::<f64, Command>(&Command, &recorded, &p)
+    replay::<f64, CommandBlock>(&CommandBlock, &recorded, &p)
 }
 
 /// A sine of 12 Hz and its second derivative.

@@ -91,9 +91,9 @@ bundle! {
 
 /// A contact, from relative motion to force.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Contact;
+pub struct ContactBlock;
 
-impl Block for Contact {
+impl Block for ContactBlock {
     type Params<R: Real> = ContactValues<R>;
     type State<R: Real> = ContactHidden<R>;
     type Input<R: Real> = ContactClock<R>;

@@ -1,6 +1,6 @@
 //! The contact's block against closed forms.
 
-use super::contact::{Contact, ContactValues};
+use super::contact::{ContactBlock, ContactValues};
 use super::tests::same_beside_others;
 use super::{Recorded, replay};
 
@@ -12,7 +12,7 @@ fn contact() -> ContactValues<f64> {
 
 /// Forces on a point that moves over time: position and rate \[m, m/s\].
 fn forces(p: ContactValues<f64>, seconds: f64, motion: impl Fn(f64) -> ([f64; 3], [f64; 3])) -> Vec<[f64; 3]> {
-    let outputs = replay::<f64, Contact>(&Contact, &recorded(seconds, motion), &p);
+    let outputs = replay::<f64, ContactBlock>(&ContactBlock, &recorded(seconds, motion), &p);
     outputs.chunks(3).map(|f| [f[0], f[1], f[2]]).collect()
 }
 
@@ -73,7 +73,7 @@ fn a_contact_gives_the_same_whatever_contacts_are_simulated_beside_it() {
         let (sin, cos) = (60.0 * t).sin_cos();
         ([0.05 * t, 0.02 * t * t, 1e-3 * cos], [0.05, 0.04 * t, -0.06 * sin])
     };
-    same_beside_others(&Contact, &recorded(0.5, bounce), &sets);
+    same_beside_others(&ContactBlock, &recorded(0.5, bounce), &sets);
 }
 
 #[test]

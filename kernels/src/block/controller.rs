@@ -97,9 +97,9 @@ bundle! {
 
 /// A joint's controller, from reference to torque.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Controller;
+pub struct ControllerBlock;
 
-impl Block for Controller {
+impl Block for ControllerBlock {
     type Params<R: Real> = ControllerValues<R>;
     type State<R: Real> = ControllerHidden<R>;
     type Input<R: Real> = ControllerInput<R>;

@@ -130,9 +130,9 @@ const LIGHTEST: f64 = 1e-3;
 
 /// A joint's drive, from torque to motion.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Drive;
+pub struct DriveBlock;
 
-impl Block for Drive {
+impl Block for DriveBlock {
     type Params<R: Real> = DriveValues<R>;
     type State<R: Real> = DriveHidden<R>;
     type Input<R: Real> = DriveMotion<R>;

@@ -111,9 +111,9 @@ pub fn tool_wrench<R: Real>(mass: R, centre: Vec3<R>, inertia: Vec3<R>, load: &S
 
 /// A six-axis force/torque sensor, from wrench to reading.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Sensor;
+pub struct SensorBlock;
 
-impl Block for Sensor {
+impl Block for SensorBlock {
     type Params<R: Real> = SensorValues<R>;
     type State<R: Real> = SensorHidden<R>;
     type Input<R: Real> = SensorInput<R>;

@@ -1,6 +1,6 @@
 //! The sensor's block against closed forms.
 
-use super::sensor::{Sensor, SensorLoad, SensorValues, tool_wrench};
+use super::sensor::{SensorBlock, SensorLoad, SensorValues, tool_wrench};
 use super::{Recorded, replay};
 use crate::fields::{filled, to_vec};
 use crate::space::Wrench;
@@ -35,7 +35,7 @@ fn readings(
         late.extend(to_vec(&load(t)));
     }
     let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
-    replay::<f64, Sensor>(&Sensor, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
+    replay::<f64, SensorBlock>(&SensorBlock, &recorded, &p).chunks(6).map(|c| std::array::from_fn(|i| c[i])).collect()
 }
 
 /// The last reading of a second under a steady wrench.

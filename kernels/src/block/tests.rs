@@ -1,10 +1,10 @@
 //! The blocks against closed forms.
 
-use super::controller::{Controller, ControllerValues};
-use super::drive::{Drive, DriveValues};
+use super::controller::{ControllerBlock, ControllerValues};
+use super::drive::{DriveBlock, DriveValues};
 use super::{Block, Forms, Recorded, replay};
 use crate::fields::{Bundle, to_vec};
-use crate::lanes::{Lane, WIDTH, plain::Lanes};
+use crate::lanes::{Lane, WIDTH, plain::PlainLanes};
 
 /// Inertias of motor and link \[kg m^2\].
 const MOTOR: f64 = 10.0;
@@ -34,7 +34,7 @@ fn driven(
 fn run(p: DriveValues<f64>, recorded: &Recorded) -> Vec<[f64; 2]> {
     let width = recorded.inputs.len() / recorded.instants;
     let measured = recorded.inputs.iter().step_by(width * recorded.stride);
-    let outputs = replay::<f64, Drive>(&Drive, recorded, &p);
+    let outputs = replay::<f64, DriveBlock>(&DriveBlock, recorded, &p);
     let of = |(out, measured): (&[f64], &f64)| [out[0] + measured, out[0] + out[1] + measured];
     outputs.chunks(2).zip(measured).map(of).collect()
 }
@@ -55,9 +55,9 @@ pub(super) fn same_beside_others<B: Block>(block: &B, recorded: &Recorded, sets:
     let mut field = 0;
     let lanes = Bundle::read(&mut || {
         field += 1;
-        Lanes::gather(|lane| fields[lane][field - 1])
+        PlainLanes::gather(|lane| fields[lane][field - 1])
     });
-    let together = replay::<Lanes, B>(block, recorded, &lanes);
+    let together = replay::<PlainLanes, B>(block, recorded, &lanes);
     for (lane, set) in sets.iter().enumerate() {
         let alone = replay::<f64, B>(block, recorded, set);
         let beside: Vec<f64> = together.iter().map(|all| all.lane(lane)).collect();
@@ -310,7 +310,7 @@ fn a_reference_may_be_late_held_lagging_or_limited() {
     let late: Vec<f64> = (0..instants).flat_map(|i| [i as f64 * 1e-3, 1.0, 3.0, 0.0, 7.0]).collect();
     let recorded =
         Recorded { step: 1e-3, instants, stride: 1, inputs: vec![0.0; 2 * instants], late, offsets: Vec::new() };
-    let asked = |p: ControllerValues<f64>| replay::<f64, Controller>(&Controller, &recorded, &p)[2000];
+    let asked = |p: ControllerValues<f64>| replay::<f64, ControllerBlock>(&ControllerBlock, &recorded, &p)[2000];
     let p = ControllerValues { period: 1e-3, position_gain: 100.0, ..ControllerValues::null() };
     assert!((asked(p) - 200.0).abs() < 1e-9);
     assert!((asked(ControllerValues { delay: 0.0123, ..p }) - 100.0 * (2.0 - 0.0123)).abs() < 1e-9);
@@ -352,7 +352,7 @@ fn a_drive_moves_the_same_whatever_drives_are_simulated_beside_it() {
         DriveValues { current_lag: 2e-3, clock_offset: 1e-3, ..base },
     ];
     let recorded = driven(1.0, 5e-4, swing, |t| 60.0 + 20.0 * t, |t| 80.0 + rigid(swing(t)));
-    same_beside_others(&Drive, &recorded, &sets);
+    same_beside_others(&DriveBlock, &recorded, &sets);
 }
 
 #[test]

@@ -93,7 +93,7 @@ bundle! {
 
 /// A tossed body, from measured states to the next.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Toss;
+pub struct TossBlock;
 
 /// Speed over which a corner's spring changes between deepening and rising \[m/s\]: slow against any blow.
 const TURNING_SPEED: f64 = 2e-3;
@@ -113,7 +113,7 @@ const CORNERS: [[f64; 3]; 8] = [
     [1.0, 1.0, 1.0],
 ];
 
-impl Block for Toss {
+impl Block for TossBlock {
     type Params<R: Real> = TossValues<R>;
     type State<R: Real> = TossHidden<R>;
     type Input<R: Real> = TossInput<R>;

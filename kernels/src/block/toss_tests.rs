@@ -1,6 +1,6 @@
 //! The tossed body's block against closed forms.
 
-use super::toss::{Toss, TossValues};
+use super::toss::{TossBlock, TossValues};
 use super::{Recorded, replay};
 use crate::vector::{Vec3, vec3};
 
@@ -33,7 +33,7 @@ fn tossed(p: TossValues<f64>, begin: Begin, seconds: f64) -> Vec<[f64; 9]> {
     inputs.chunks_mut(16).for_each(|row| row[14..].fill(1.0));
     let late = (0..instants).map(|i| i as f64 * STEP).collect();
     let recorded = Recorded { step: STEP, instants, stride: 1, inputs, late, offsets: Vec::new() };
-    replay::<f64, Toss>(&Toss, &recorded, &p).chunks(9).map(|c| std::array::from_fn(|i| c[i])).collect()
+    replay::<f64, TossBlock>(&TossBlock, &recorded, &p).chunks(9).map(|c| std::array::from_fn(|i| c[i])).collect()
 }
 
 fn near(a: &[f64], b: &[f64], allowed: f64) {
@@ -159,7 +159,7 @@ fn a_segment_begins_anew_and_what_ended_is_told() {
     inputs[32..48].copy_from_slice(&row(-2.0));
     inputs[64 + 14] = 1.0;
     let recorded = Recorded { step: STEP, instants: 5, stride: 2, inputs, late: vec![0.0; 5], offsets: Vec::new() };
-    let out = replay::<f64, Toss>(&Toss, &recorded, &p);
+    let out = replay::<f64, TossBlock>(&TossBlock, &recorded, &p);
     near(&out[..9], &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0], 1e-12);
     // The centre of mass goes straight on; the middle circles it.
     near(&out[9..18], &[6e-4, 0.0, 0.0, 0.0, 0.0, 8e-4, 1.0, 0.0, 0.0], 1e-5);

@@ -86,7 +86,7 @@ pub trait EmulatedFacility: Send {
 
 /// How a facility's measurements are read as events.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct TouchThreshold {
     /// Measured force above which the parts count as touching \[N\].
     pub touch_force: f64,
     /// Ticks by which poses may be older than the wrench: a force counts as contact only if no latch has closed by then.
@@ -98,7 +98,7 @@ pub fn simulation_computer(
     plant: &Arc<Plant>,
     run: u64,
     params: &Params<f64>,
-    reading: Reading,
+    reading: TouchThreshold,
 ) -> Box<dyn SimulationComputer> {
     crate::with_joints!(plant.joints(), boxed_computer(plant, run, params, reading))
 }
@@ -124,7 +124,7 @@ fn boxed_computer<const N: usize>(
     plant: &Arc<Plant>,
     run: u64,
     params: &Params<f64>,
-    reading: Reading,
+    reading: TouchThreshold,
 ) -> Box<dyn SimulationComputer> {
     let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
     let mut tile = Tile::<f64, N>::new(plant, batch);
@@ -140,7 +140,7 @@ fn boxed_computer<const N: usize>(
 struct Computer<const N: usize> {
     plant: Arc<Plant>,
     tile: Tile<f64, N>,
-    reading: Reading,
+    reading: TouchThreshold,
     /// Wrenches on part A of the last ticks, inertial axes, oldest first.
     late: VecDeque<Wrench<f64>>,
 }

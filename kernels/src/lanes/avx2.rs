@@ -5,11 +5,11 @@ use std::arch::x86_64::*;
 
 /// Eight lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Lanes(__m256d, __m256d);
+pub struct Avx2Lanes(__m256d, __m256d);
 
 /// Eight outcomes, all bits set where they hold.
 #[derive(Clone, Copy, Debug)]
-pub struct Mask(__m256d, __m256d);
+pub struct Avx2Mask(__m256d, __m256d);
 
 /// Calls an intrinsic on both halves; sound because this module's entry points check the instruction set once.
 macro_rules! halves {
@@ -19,7 +19,7 @@ macro_rules! halves {
     }};
 }
 
-impl Lanes {
+impl Avx2Lanes {
     #[inline(always)]
     fn from_array(values: [f64; WIDTH]) -> Self {
         // SAFETY: as in `halves!`; the array holds both halves.
@@ -37,31 +37,31 @@ impl Lanes {
     }
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_add_pd(self, o))
+        halves!(Avx2Lanes, _mm256_add_pd(self, o))
     }
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_sub_pd(self, o))
+        halves!(Avx2Lanes, _mm256_sub_pd(self, o))
     }
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_mul_pd(self, o))
+        halves!(Avx2Lanes, _mm256_mul_pd(self, o))
     }
     #[inline(always)]
     fn div(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_div_pd(self, o))
+        halves!(Avx2Lanes, _mm256_div_pd(self, o))
     }
     #[inline(always)]
     fn negated(self) -> Self {
-        halves!(Lanes, _mm256_xor_pd(self, Self::lit(-0.0)))
+        halves!(Avx2Lanes, _mm256_xor_pd(self, Self::lit(-0.0)))
     }
     #[inline(always)]
     fn and(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_and_pd(self, o))
+        halves!(Avx2Lanes, _mm256_and_pd(self, o))
     }
     #[inline(always)]
     fn or(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_or_pd(self, o))
+        halves!(Avx2Lanes, _mm256_or_pd(self, o))
     }
     #[inline(always)]
     fn exponent_to_ones(self) -> Self {
@@ -77,19 +77,19 @@ impl Lanes {
     }
 }
 
-impl Mask {
+impl Avx2Mask {
     #[inline(always)]
     fn bitand(self, o: Self) -> Self {
-        halves!(Mask, _mm256_and_pd(self, o))
+        halves!(Avx2Mask, _mm256_and_pd(self, o))
     }
     #[inline(always)]
     fn bitor(self, o: Self) -> Self {
-        halves!(Mask, _mm256_or_pd(self, o))
+        halves!(Avx2Mask, _mm256_or_pd(self, o))
     }
     #[inline(always)]
     fn inverted(self) -> Self {
-        let all = Lanes::lit(f64::from_bits(u64::MAX));
-        halves!(Mask, _mm256_xor_pd(self, all))
+        let all = Avx2Lanes::lit(f64::from_bits(u64::MAX));
+        halves!(Avx2Mask, _mm256_xor_pd(self, all))
     }
     #[inline(always)]
     fn bits(self) -> i32 {
@@ -106,10 +106,10 @@ impl Mask {
     }
 }
 
-operators!(Lanes, Mask, "avx2,fma");
+operators!(Avx2Lanes, Avx2Mask, "avx2,fma");
 
-impl Real for Lanes {
-    type Mask = Mask;
+impl Real for Avx2Lanes {
+    type Mask = Avx2Mask;
     #[inline(always)]
     fn lit(value: f64) -> Self {
         // SAFETY: as in `halves!`.
@@ -118,43 +118,43 @@ impl Real for Lanes {
     }
     #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
-        halves!(Lanes, _mm256_fmadd_pd(self, factor, addend))
+        halves!(Avx2Lanes, _mm256_fmadd_pd(self, factor, addend))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        halves!(Lanes, _mm256_sqrt_pd(self))
+        halves!(Avx2Lanes, _mm256_sqrt_pd(self))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        halves!(Lanes, _mm256_andnot_pd(Self::lit(-0.0), self))
+        halves!(Avx2Lanes, _mm256_andnot_pd(Self::lit(-0.0), self))
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        halves!(Lanes, _mm256_floor_pd(self))
+        halves!(Avx2Lanes, _mm256_floor_pd(self))
     }
     #[inline(always)]
-    fn lt(self, o: Self) -> Mask {
-        halves!(Mask, _mm256_cmp_pd::<_CMP_LT_OQ>(self, o))
+    fn lt(self, o: Self) -> Avx2Mask {
+        halves!(Avx2Mask, _mm256_cmp_pd::<_CMP_LT_OQ>(self, o))
     }
     #[inline(always)]
-    fn le(self, o: Self) -> Mask {
-        halves!(Mask, _mm256_cmp_pd::<_CMP_LE_OQ>(self, o))
+    fn le(self, o: Self) -> Avx2Mask {
+        halves!(Avx2Mask, _mm256_cmp_pd::<_CMP_LE_OQ>(self, o))
     }
     #[inline(always)]
-    fn select(mask: Mask, then: Self, other: Self) -> Self {
-        halves!(Lanes, _mm256_blendv_pd(other, then, mask))
+    fn select(mask: Avx2Mask, then: Self, other: Self) -> Self {
+        halves!(Avx2Lanes, _mm256_blendv_pd(other, then, mask))
     }
     #[inline(always)]
-    fn any(mask: Mask) -> bool {
+    fn any(mask: Avx2Mask) -> bool {
         mask.any()
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_min_pd(self, o))
+        halves!(Avx2Lanes, _mm256_min_pd(self, o))
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        halves!(Lanes, _mm256_max_pd(self, o))
+        halves!(Avx2Lanes, _mm256_max_pd(self, o))
     }
     bitwise!();
 }

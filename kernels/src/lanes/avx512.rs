@@ -5,11 +5,11 @@ use std::arch::x86_64::*;
 
 /// Eight lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Lanes(__m512d);
+pub struct Avx512Lanes(__m512d);
 
 /// Eight outcomes.
 #[derive(Clone, Copy, Debug)]
-pub struct Mask(__mmask8);
+pub struct Avx512Mask(__mmask8);
 
 /// Calls an intrinsic; sound because this module's entry points check the instruction set once.
 macro_rules! simd {
@@ -19,7 +19,7 @@ macro_rules! simd {
     }};
 }
 
-impl Lanes {
+impl Avx512Lanes {
     #[inline(always)]
     fn from_array(values: [f64; WIDTH]) -> Self {
         Self(simd!(_mm512_loadu_pd(values.as_ptr())))
@@ -68,7 +68,7 @@ impl Lanes {
     }
 }
 
-impl Mask {
+impl Avx512Mask {
     #[inline(always)]
     fn bitand(self, o: Self) -> Self {
         Self(self.0 & o.0)
@@ -91,10 +91,10 @@ impl Mask {
     }
 }
 
-operators!(Lanes, Mask, "avx512f,avx512dq,avx2,fma");
+operators!(Avx512Lanes, Avx512Mask, "avx512f,avx512dq,avx2,fma");
 
-impl Real for Lanes {
-    type Mask = Mask;
+impl Real for Avx512Lanes {
+    type Mask = Avx512Mask;
     #[inline(always)]
     fn lit(value: f64) -> Self {
         Self(simd!(_mm512_set1_pd(value)))
@@ -116,19 +116,19 @@ impl Real for Lanes {
         Self(simd!(_mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)))
     }
     #[inline(always)]
-    fn lt(self, o: Self) -> Mask {
-        Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, o.0)))
+    fn lt(self, o: Self) -> Avx512Mask {
+        Avx512Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, o.0)))
     }
     #[inline(always)]
-    fn le(self, o: Self) -> Mask {
-        Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, o.0)))
+    fn le(self, o: Self) -> Avx512Mask {
+        Avx512Mask(simd!(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, o.0)))
     }
     #[inline(always)]
-    fn select(mask: Mask, then: Self, other: Self) -> Self {
+    fn select(mask: Avx512Mask, then: Self, other: Self) -> Self {
         Self(simd!(_mm512_mask_blend_pd(mask.0, other.0, then.0)))
     }
     #[inline(always)]
-    fn any(mask: Mask) -> bool {
+    fn any(mask: Avx512Mask) -> bool {
         mask.any()
     }
     #[inline(always)]

@@ -5,17 +5,17 @@ use super::*;
 /// Eight lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Lanes([f64; WIDTH]);
+pub struct PlainLanes([f64; WIDTH]);
 
 /// Eight outcomes.
 #[derive(Clone, Copy, Debug)]
-pub struct Mask([bool; WIDTH]);
+pub struct PlainMask([bool; WIDTH]);
 
 macro_rules! each {
     ($index:ident => $value:expr) => {{ std::array::from_fn(|$index| $value) }};
 }
 
-impl Lanes {
+impl PlainLanes {
     #[inline(always)]
     fn from_array(values: [f64; WIDTH]) -> Self {
         Self(values)
@@ -62,7 +62,7 @@ impl Lanes {
     }
 }
 
-impl Mask {
+impl PlainMask {
     #[inline(always)]
     fn bitand(self, o: Self) -> Self {
         Self(each!(i => self.0[i] & o.0[i]))
@@ -85,10 +85,10 @@ impl Mask {
     }
 }
 
-operators!(Lanes, Mask);
+operators!(PlainLanes, PlainMask);
 
-impl Real for Lanes {
-    type Mask = Mask;
+impl Real for PlainLanes {
+    type Mask = PlainMask;
     #[inline(always)]
     fn lit(value: f64) -> Self {
         Self([value; WIDTH])
@@ -110,19 +110,19 @@ impl Real for Lanes {
         Self(each!(i => self.0[i].floor()))
     }
     #[inline(always)]
-    fn lt(self, o: Self) -> Mask {
-        Mask(each!(i => self.0[i] < o.0[i]))
+    fn lt(self, o: Self) -> PlainMask {
+        PlainMask(each!(i => self.0[i] < o.0[i]))
     }
     #[inline(always)]
-    fn le(self, o: Self) -> Mask {
-        Mask(each!(i => self.0[i] <= o.0[i]))
+    fn le(self, o: Self) -> PlainMask {
+        PlainMask(each!(i => self.0[i] <= o.0[i]))
     }
     #[inline(always)]
-    fn select(mask: Mask, then: Self, other: Self) -> Self {
+    fn select(mask: PlainMask, then: Self, other: Self) -> Self {
         Self(each!(i => if mask.0[i] { then.0[i] } else { other.0[i] }))
     }
     #[inline(always)]
-    fn any(mask: Mask) -> bool {
+    fn any(mask: PlainMask) -> bool {
         mask.any()
     }
     bitwise!();

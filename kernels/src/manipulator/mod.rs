@@ -37,7 +37,7 @@ pub struct Manipulator {
     /// Acceleration of free fall in base axes \[m/s^2\].
     pub gravity: Vec3<f64>,
     /// What the robot as a whole may do.
-    pub workspace: Workspace,
+    pub workspace: RobotRating,
     /// Capsules that enclose its links, in the order of their joints; at most [`MAX_CAPSULES`].
     pub capsules: Vec<Capsule>,
 }
@@ -58,7 +58,7 @@ pub struct Capsule {
 
 /// What a robot as a whole may do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Workspace {
+pub struct RobotRating {
     /// Greatest horizontal distance of the tool from axis 1 \[m\].
     pub reach: f64,
     /// Rated load \[kg\].
@@ -81,7 +81,7 @@ pub struct Joint {
     /// Spring or gas cylinder that carries a part of the load, if there is one.
     pub counterweight: Option<Counterweight>,
     /// What the joint may do.
-    pub limits: Limits,
+    pub limits: JointLimits,
 }
 
 /// Motor and gear of a joint.
@@ -149,7 +149,7 @@ pub struct Counterweight {
 
 /// Limits of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct JointLimits {
     /// Least angle \[rad\].
     pub lower: f64,
     /// Greatest angle \[rad\].

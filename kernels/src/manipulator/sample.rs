@@ -2,7 +2,7 @@
 
 use super::cell::{Carriage, Feedforward, Mount, Payload, Servo};
 use super::{
-    Capsule, DhRow, Drive, DriveParams, Friction, GRAVITY, Joint, Limits, Manipulator, VelocityLoop, Workspace,
+    Capsule, DhRow, Drive, DriveParams, Friction, GRAVITY, Joint, JointLimits, Manipulator, RobotRating, VelocityLoop,
 };
 use crate::model::Link;
 use crate::segment::Segment;
@@ -47,10 +47,10 @@ pub fn robot() -> Manipulator {
                 load_coefficient: 0.0,
             },
             counterweight: None,
-            limits: Limits { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 5.0 },
+            limits: JointLimits { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 5.0 },
         }
     };
-    let workspace = Workspace { reach: 2.3, payload: 300.0, repeatability: 2e-4 };
+    let workspace = RobotRating { reach: 2.3, payload: 300.0, repeatability: 2e-4 };
     Manipulator {
         joints: rows.map(joint).into(),
         flange: Pose::identity(),
@@ -78,7 +78,7 @@ pub fn carriage() -> Carriage {
     joint.link.mass = 2000.0;
     (joint.drive.gear_ratio, joint.drive.rotor_inertia, joint.drive.torque_offset) = (400.0, 0.002, 0.0);
     (joint.drive.gear_stiffness, joint.drive.gear_damping, joint.drive.torque_limit) = (1e8, 1e5, 3e4);
-    joint.limits = Limits { lower: -1.0, upper: 1.0, speed: 1.5, acceleration: 2.0 };
+    joint.limits = JointLimits { lower: -1.0, upper: 1.0, speed: 1.5, acceleration: 2.0 };
     Carriage { joint, velocity: VelocityLoop { gain: 4e5, integral_time: 0.05 } }
 }
 

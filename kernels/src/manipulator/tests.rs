@@ -178,12 +178,14 @@ fn joints_carry_the_weight_and_an_upright_one_exactly_none() {
 /// The same text on lanes gives each lane the bits of f64.
 #[test]
 fn lanes_are_the_scalar_to_the_bit() {
-    use crate::lanes::{Lane, plain::Lanes};
+    use crate::lanes::{Lane, plain::PlainLanes};
     let robot = robot();
     let value = |joint: usize, lane: usize, part: f64| part * (joint as f64 - 2.5) + 0.37 * lane as f64;
-    let lanes = |part: f64| std::array::from_fn::<Lanes, 6, _>(|joint| Lanes::gather(|lane| value(joint, lane, part)));
+    let lanes = |part: f64| {
+        std::array::from_fn::<PlainLanes, 6, _>(|joint| PlainLanes::gather(|lane| value(joint, lane, part)))
+    };
     let whole = inverse_dynamics(&robot, lanes(0.3), lanes(-0.2), lanes(0.7), lanes(0.1));
-    for lane in 0..Lanes::WIDTH {
+    for lane in 0..PlainLanes::WIDTH {
         let one = |part: f64| std::array::from_fn::<f64, 6, _>(|joint| value(joint, lane, part));
         let alone = inverse_dynamics(&robot, one(0.3), one(-0.2), one(0.7), one(0.1));
         for joint in 0..6 {

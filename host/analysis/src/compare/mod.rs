@@ -64,7 +64,7 @@ pub struct Compared {
     /// Greatest rate of wrong verdicts, of those that are given, with which a cell is trusted.
     pub trust: f64,
     /// Parameter of the bands.
-    pub along: Option<Axis>,
+    pub along: Option<MapAxis>,
     /// The first is the one against which the others are measured.
     pub variants: Vec<ComparedVariant>,
 }
@@ -100,7 +100,7 @@ impl Compared {
 
 /// A parameter and how it is cut.
 #[derive(Clone, Debug, Serialize)]
-pub struct Axis {
+pub struct MapAxis {
     /// Parameter.
     pub parameter: String,
     /// Unit.
@@ -109,7 +109,7 @@ pub struct Axis {
     pub edges: Vec<f64>,
 }
 
-impl Axis {
+impl MapAxis {
     fn of(bands: &Bands) -> Self {
         Self { parameter: bands.field.name.clone(), unit: bands.field.unit, edges: bands.edges.clone() }
     }
@@ -197,22 +197,22 @@ pub struct Band {
 #[derive(Clone, Debug, Serialize)]
 pub struct Map {
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: MapAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: MapAxis,
     /// Parameter to whose band the runs are confined; null: all runs.
-    pub slice: Option<Axis>,
+    pub slice: Option<MapAxis>,
     /// Metric whose median is mapped; null: wrong verdicts.
     pub metric: Option<String>,
     /// Rows of cells, from the least y on.
-    pub cells: Vec<Vec<Cell>>,
+    pub cells: Vec<Vec<MapCell>>,
     /// Cells that are trusted.
     pub trusted: usize,
 }
 
 /// One cell of a map.
 #[derive(Clone, Debug, Serialize)]
-pub struct Cell {
+pub struct MapCell {
     /// Aborted sessions among the valid runs.
     pub aborted: Share,
     /// Wrong verdicts, of those that the facility gives.
@@ -249,7 +249,7 @@ pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]
         verdict: worst.map_or(Verdict::Undecided, |summary| summary.verdict),
         exit_code: codes().max().unwrap_or(3),
         trust: plan.trust,
-        along: plan.along.as_ref().map(Axis::of),
+        along: plan.along.as_ref().map(MapAxis::of),
         variants,
     })
 }
@@ -374,7 +374,7 @@ fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) ->
         let wrong = share_of(&answered(&valid), Row::is_wrong);
         let at_most = upper_bound(wrong.count, wrong.cases, READING_CONFIDENCE);
         let values = metric.map(|metric| sorted(&inside, metric)).filter(|values| !values.is_empty());
-        Cell {
+        MapCell {
             aborted: share_of(&valid, Row::is_aborted),
             wrong,
             at_most,
@@ -382,11 +382,11 @@ fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) ->
             median: values.map(|values| sorted_quantile(&values, 0.5)),
         }
     };
-    let cells: Vec<Vec<Cell>> = (0..map.y.edges.len() - 1)
+    let cells: Vec<Vec<MapCell>> = (0..map.y.edges.len() - 1)
         .map(|row| (0..map.x.edges.len() - 1).map(|column| cell(column, row)).collect())
         .collect();
     let trusted = cells.iter().flatten().filter(|cell| cell.trusted).count();
     let metric = map.metric.as_ref().map(|(name, _)| name.clone());
-    let slice = map.slice.as_ref().map(Axis::of);
-    Map { x: Axis::of(&map.x), y: Axis::of(&map.y), slice, metric, cells, trusted }
+    let slice = map.slice.as_ref().map(MapAxis::of);
+    Map { x: MapAxis::of(&map.x), y: MapAxis::of(&map.y), slice, metric, cells, trusted }
 }

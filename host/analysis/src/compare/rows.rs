@@ -9,7 +9,7 @@ use softdock_results::Table;
 use softdock_results::runs::Agreement;
 use softdock_results::shards::ShardIndex;
 
-use crate::{Error, Result};
+use crate::{AnalysisError, Result};
 
 /// One run: verdicts, place in the bands and maps, metrics.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl Columns {
             ["run", "agreement"].map(str::to_owned).into_iter().chain(self.names.iter().cloned()).collect();
         let mut rows = Vec::new();
         for batch in index.read_columns(&names) {
-            self.add(&batch?, &mut rows).map_err(|name| Error::Results {
+            self.add(&batch?, &mut rows).map_err(|name| AnalysisError::Results {
                 path: results.to_owned(),
                 what: format!("no column `{name}` of the expected type"),
             })?;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::compare::{Axis, Band, Compared, Factor};
+use crate::compare::{Band, Compared, Factor, MapAxis};
 use crate::number::shown_in;
 use crate::number::{digits_of, interval};
 use crate::share::Share;
@@ -63,7 +63,7 @@ pub fn compare_text(compared: &Compared) -> String {
 /// A share of a band.
 type Pick = fn(&Band) -> &Share;
 
-fn band_lines(out: &mut String, compared: &Compared, along: &Axis, what: &str, pick: Pick) {
+fn band_lines(out: &mut String, compared: &Compared, along: &MapAxis, what: &str, pick: Pick) {
     let (factor, unit) = shown_in(along.unit, along.edges[along.edges.len() - 1]);
     let _ = writeln!(out, "\nshare of {what} along {} [{unit}]", along.parameter);
     let band = |pair: &[f64]| format!("{} to {}", digits_of(factor * pair[0], 3), digits_of(factor * pair[1], 3));

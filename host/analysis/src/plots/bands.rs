@@ -1,7 +1,7 @@
 //! Rates and metrics of several facilities along one parameter, a line for each.
 
 use crate::Result;
-use crate::compare::{Axis as Cut, Band, ComparedVariant, Spread};
+use crate::compare::{Band, ComparedVariant, MapAxis as Cut, Spread};
 use crate::moments::sorted_quantile;
 use crate::number::{axis_label, shown_in};
 use crate::plots::Drawing;

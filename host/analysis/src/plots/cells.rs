@@ -4,11 +4,11 @@ use plotters::style::RGBColor;
 use softdock_campaign::compare::{Bands, CellMap};
 
 use crate::Result;
-use crate::compare::{Cell, Map};
+use crate::compare::{Map, MapCell};
 use crate::number::significant;
 use crate::number::{axis_label, shown_in};
 use crate::plots::axis::Axis;
-use crate::plots::figure::{Figure, Size, Tile, colour};
+use crate::plots::figure::{Figure, FigureTile, Size, colour};
 use crate::share::Share;
 
 /// Ends of the colour scales: light where the number is small.
@@ -43,7 +43,7 @@ pub(crate) fn cells_figure(name: &str, plan: &CellMap, map: &Map, shown: Shown, 
                 Shown::Wrong => of_share(&cell.wrong, (FEW_WRONG, MANY_WRONG)),
                 Shown::Aborted => of_share(&cell.aborted, (LEAST, MANY_ABORTED)),
             };
-            tiles.push(Tile {
+            tiles.push(FigureTile {
                 x: (to_x * map.x.edges[column], to_x * map.x.edges[column + 1]),
                 y: (to_y * map.y.edges[row], to_y * map.y.edges[row + 1]),
                 colour,
@@ -85,7 +85,7 @@ fn of_share(share: &Share, (few, many): ([f64; 3], [f64; 3])) -> (RGBColor, Stri
     }
 }
 
-fn of_metric(cell: &Cell, (lo, hi): (f64, f64)) -> (RGBColor, String) {
+fn of_metric(cell: &MapCell, (lo, hi): (f64, f64)) -> (RGBColor, String) {
     let Some(median) = cell.median else { return (EMPTY, String::new()) };
     let share = if hi > lo { (median - lo) / (hi - lo) } else { 0.0 };
     (between(LEAST, GREATEST, share), significant(median, 2))

@@ -10,7 +10,7 @@ use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::plots::axis::Axis;
-use crate::{Error, Result};
+use crate::{AnalysisError, Result};
 
 /// Plotters places at whole pixels: it draws so many times larger, and the page scales back.
 const SCALE: u32 = 4;
@@ -86,12 +86,12 @@ enum Layer {
     Bars { bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64 },
     Points { points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64 },
     Limit { x: f64, label: String, colour: RGBColor, height: f64 },
-    Tiles { tiles: Vec<Tile> },
+    Tiles { tiles: Vec<FigureTile> },
 }
 
 /// A rectangle of a map with its number in it.
 #[derive(Clone, Debug)]
-pub struct Tile {
+pub struct FigureTile {
     /// Left and right end.
     pub x: (f64, f64),
     /// Lower and upper end.
@@ -104,7 +104,7 @@ pub struct Tile {
     pub framed: bool,
 }
 
-impl Tile {
+impl FigureTile {
     /// Letters that can be read on the fill.
     fn ink(&self) -> &'static RGBColor {
         let RGBColor(r, g, b) = self.colour;
@@ -164,7 +164,7 @@ impl Figure {
     }
 
     /// Rectangles with their numbers.
-    pub fn tiles(mut self, tiles: Vec<Tile>) -> Self {
+    pub fn tiles(mut self, tiles: Vec<FigureTile>) -> Self {
         self.layers.push(Layer::Tiles { tiles });
         self
     }
@@ -174,7 +174,7 @@ impl Figure {
         let (width, height) = self.size.pixels();
         let mut out = String::new();
         self.draw(&mut out, (width * SCALE, height * SCALE))
-            .map_err(|error| Error::Figure { figure: self.title.clone(), what: error.to_string() })?;
+            .map_err(|error| AnalysisError::Figure { figure: self.title.clone(), what: error.to_string() })?;
         Ok(inline(&out, &self.title, width))
     }
 
@@ -240,7 +240,7 @@ impl Figure {
                 chart.draw_series([self.limit_name(*x, top, label, colour)])?;
             }
             Layer::Tiles { tiles } => {
-                let corners = |tile: &Tile| [(tile.x.0, tile.y.0), (tile.x.1, tile.y.1)];
+                let corners = |tile: &FigureTile| [(tile.x.0, tile.y.0), (tile.x.1, tile.y.1)];
                 chart.draw_series(tiles.iter().map(|tile| Rectangle::new(corners(tile), tile.colour.filled())))?;
                 let framed = tiles.iter().filter(|tile| tile.framed);
                 let frame = stroke(colour::TRUSTED, 2.2);
@@ -252,7 +252,7 @@ impl Figure {
     }
 
     /// The number of a tile, in its middle.
-    fn tile_label(&self, tile: &Tile) -> Text<'static, (f64, f64), String> {
+    fn tile_label(&self, tile: &FigureTile) -> Text<'static, (f64, f64), String> {
         let middle = (self.x.middle(tile.x), self.y.middle(tile.y));
         let font = ("sans-serif", 9.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
         let style = TextStyle::from(font).color(tile.ink()).pos(Pos::new(HPos::Center, VPos::Center));

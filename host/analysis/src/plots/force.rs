@@ -1,6 +1,6 @@
 //! The limited quantity over time of the kept runs, in space and on the facility; without limits the contact force.
 
-use softdock_campaign::requirement::{Limits, Requirement};
+use softdock_campaign::requirement::{Requirement, RequirementLimits};
 use softdock_results::traces::{NOMINAL_RUN, Trace};
 
 use crate::Result;
@@ -56,7 +56,7 @@ impl Quantity {
         let column = requirement.metric.column.as_ref()?.strip_prefix("peak_")?;
         let signals = ["space", "hil"].map(|side| format!("{side}_{column}"));
         signals.iter().all(|signal| trace.signal(signal).is_some()).then(|| {
-            let Limits { at_least, at_most } = requirement.limits;
+            let RequirementLimits { at_least, at_most } = requirement.limits;
             let name = requirement.metric.name.trim_start_matches("peak_").replace('_', " ");
             let limits = at_least.into_iter().chain(at_most).collect();
             Self { name, unit: requirement.unit().to_owned(), signals, limits }

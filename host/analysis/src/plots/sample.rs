@@ -9,7 +9,7 @@ use crate::content::Content;
 use crate::facts::CampaignFacts;
 use crate::moments::Moments;
 use crate::tally::LOOPS;
-use crate::{Error, Result};
+use crate::{AnalysisError, Result};
 
 /// Runs whose values are kept; of a larger campaign every second, third ... run is kept, which is a random sample
 /// as long as runs are independent. 100,000 runs of 40 columns are 64 MB.
@@ -151,6 +151,6 @@ fn in_words(column: &str) -> String {
     known.map_or(column.to_owned(), |field| field.name).replace('_', " ")
 }
 
-fn lacking(results: &Path, name: &str) -> Error {
-    Error::Results { path: results.to_owned(), what: format!("no column `{name}` of the expected type") }
+fn lacking(results: &Path, name: &str) -> AnalysisError {
+    AnalysisError::Results { path: results.to_owned(), what: format!("no column `{name}` of the expected type") }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use softdock_analysis::{CampaignFacts, InvalidRuns};
 use softdock_campaign::metric::MetricRef;
-use softdock_campaign::requirement::{Limits, Requirement, Subject};
+use softdock_campaign::requirement::{Requirement, RequirementLimits, Subject};
 use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::params::Params;
@@ -31,7 +31,7 @@ pub(crate) fn requirements() -> Vec<Requirement> {
         text: text.to_owned(),
         subject: Subject::Space,
         metric: MetricRef::of(metric, &[]).expect("a metric"),
-        limits: Limits { at_least: None, at_most: Some(limit) },
+        limits: RequirementLimits { at_least: None, at_most: Some(limit) },
         probability,
         confidence: 0.9,
     };

@@ -5,7 +5,7 @@ use crate::exhibit::files;
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 use softdock_campaign::Rig;
-use softdock_campaign::rig::{DriveRig, Plant};
+use softdock_campaign::rig::{DriveRig, RigModel};
 use softdock_diagnosis::recording::grid::{Piece, read};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -48,7 +48,7 @@ impl Signals {
                 repeats.entry(piece.experiment.clone()).or_default().push(piece);
             }
         }
-        let Plant::Drive(drive) = rig.plant else {
+        let RigModel::Drive(drive) = rig.plant else {
             return Err(Error::Model("the other methods know drives alone".to_owned()));
         };
         let samples = repeats.values().flat_map(|list| samples(&drive, list)).collect();

@@ -39,12 +39,12 @@ pub struct ControllerRig {
     /// Gains and filters.
     pub values: ControllerValues<f64>,
     /// Feedforward of the weight.
-    pub feedforward: Feedforward,
+    pub feedforward: FeedforwardModel,
 }
 
 /// Feedforward of a reference's place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Feedforward {
+pub struct FeedforwardModel {
     /// Torque against the weight \[N m\].
     pub gravity_torque: f64,
     /// Angle at which that is greatest \[rad\].
@@ -169,7 +169,7 @@ fn controller(c: &mut Checker, u: Units, t: &ControllerTable) -> ControllerRig {
     ControllerRig {
         period: c.number(&t.period, "s", Range::above(0.0, 1.0)),
         values,
-        feedforward: Feedforward {
+        feedforward: FeedforwardModel {
             gravity_torque: c.number_or(&f.gravity_torque, 0.0, u.torque, Range::size(FORCE)),
             gravity_angle: c.number_or(&f.gravity_angle, 0.0, u.angle, Range::size(ANGLE)),
         },

@@ -1,6 +1,6 @@
 //! Rig files of each kind, whole and spoiled.
 
-use super::{Plant, Rig};
+use super::{Rig, RigModel};
 use std::fmt::Write;
 
 /// A rig file of a kind with a line for each signal.
@@ -47,7 +47,7 @@ fn a_sensor_is_read_with_its_tool_and_its_tolerances() {
     let tables = "[sensor]\ntool_mass = \"500 g\"\ntool_centre = [\"1 cm\", \"0 m\", \"90 mm\"]\nrange_force = \"2 kN\"\n\
                   range_moment = \"100 N m\"\n[tolerance]\nbias_force = \"0.2 N\"\ngain = \"0.2 %\"\n";
     let rig = load(&sensor(tables)).expect("a legal file");
-    let Plant::Sensor(sensor) = &rig.plant else { panic!("a sensor") };
+    let RigModel::Sensor(sensor) = &rig.plant else { panic!("a sensor") };
     let p = &sensor.values;
     assert_eq!((p.tool_mass, p.tool_centre.z, p.range, p.lever), (0.5, 0.09, 2000.0, 0.05));
     let names: Vec<&str> = sensor.tolerance.iter().map(|row| row.0).collect();
@@ -61,7 +61,7 @@ fn a_contact_is_read_with_its_tolerances_as_sizes() {
     let tables =
         "[contact]\nstiffness = \"100 N/mm\"\nfriction = 0.2\n[tolerance]\nstiffness = \"2 %\"\nsurface = \"5 um\"\n";
     let rig = load(&contact(tables)).expect("a legal file");
-    let Plant::Contact(contact) = &rig.plant else { panic!("a contact") };
+    let RigModel::Contact(contact) = &rig.plant else { panic!("a contact") };
     assert_eq!((contact.values.stiffness, contact.values.friction, contact.values.exponent), (1e5, 0.2, 1.0));
     assert_eq!(contact.tolerance.len(), 2);
     assert!((contact.tolerance[0].1 - 2000.0).abs() < 1e-9 && (contact.tolerance[1].1 - 5e-6).abs() < 1e-15);
@@ -90,7 +90,7 @@ fn a_commands_way_is_read_with_an_echo_or_with_an_event() {
     let tables = "[command]\nperiod = \"1 ms\"\ntransport_delay = \"2 ms\"\nquantum = \"0.001 mrad\"\n\
                   [tolerance]\nclock_offset = \"0.2 ms\"\ndelay_noise = \"20 us\"\n";
     let rig = load(&command(tables, &["t", "sent", "received"])).expect("a legal file");
-    let Plant::Command(rig) = &rig.plant else { panic!("a command's way") };
+    let RigModel::Command(rig) = &rig.plant else { panic!("a command's way") };
     assert_eq!((rig.period, rig.values.transport_delay, rig.delay_noise), (1e-3, 2e-3, Some(2e-5)));
     assert_eq!(rig.tolerance, [("clock_offset", 2e-4)]);
     let has = |message: String, word: &str| assert!(message.contains(word), "{message}");
@@ -105,7 +105,7 @@ fn a_body_is_read_with_what_a_diagnosis_found() {
                   inertia_z = \"100 kg m^2\"\n[tolerance]\nmass = \"0.3 %\"\ncentre = \"1 mm\"\n";
     let effect = "[[effect]]\nid = \"P2_slosh\"\n[effect.parameters]\nslosh_mass = \"12 kg\"\n";
     let rig = load(&body(&format!("{tables}{effect}"))).expect("a legal file");
-    let Plant::Body(rig) = &rig.plant else { panic!("a body") };
+    let RigModel::Body(rig) = &rig.plant else { panic!("a body") };
     assert_eq!((rig.values.mass, rig.values.inertia.y, rig.values.slosh.mass), (300.0, 110.0, 12.0));
     assert!(rig.tolerance.len() == 4 && (rig.tolerance[0].1 - 0.9).abs() < 1e-12);
     let wrong = refused(&body(&format!("{tables}{}", effect.replace("slosh_mass", "slosh_share"))));
@@ -119,7 +119,7 @@ fn a_tossed_body_is_read_with_what_a_diagnosis_found() {
     let effect = "[[effect]]\nid = \"K11_shape\"\n[effect.parameters]\ncorner_radius = \"2 mm\"\n";
     let all = super::TOSS_SIGNALS.map(|row| (row.0, row.1));
     let rig = load(&text("toss", &format!("{tables}{effect}"), &all)).expect("a legal file");
-    let Plant::Toss(rig) = &rig.plant else { panic!("a tossed body") };
+    let RigModel::Toss(rig) = &rig.plant else { panic!("a tossed body") };
     assert_eq!((rig.values.half_width, rig.values.corner_radius, rig.values.gravity.z), (0.0524, 2e-3, -9.80665));
     assert_eq!(rig.tolerance, [("restitution", 0.0125), ("surface", 1e-3)]);
     let wrong = refused(&text("toss", &tables.replace("0.125", "1.5"), &all));
@@ -142,7 +142,7 @@ fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
     };
     let refused = |tables: &str| load(tables).expect_err("something is wrong");
     let rig = load("").expect("a legal file");
-    let Plant::Robot(robot) = &rig.plant else { panic!("a robot") };
+    let RigModel::Robot(robot) = &rig.plant else { panic!("a robot") };
     let first = &robot.drives[0].values;
     assert_eq!((robot.drives.len(), first.coulomb, first.stribeck), (6, 355.495, 177.748));
     assert!((first.compliance * 4_577_800.0 - 1.0).abs() < 1e-12 && first.half_backlash > 0.0);
@@ -156,7 +156,7 @@ fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
     let found = "rigid_gears = true\nplain_friction = true\n[tolerance]\nviscous = \"10 %\"\n\
                  [[effect]]\nid = \"J8_elasticity\"\njoint = 2\n[effect.parameters]\ncompliance = \"1e-7 rad/(N m)\"\n";
     let rig = load(found).expect("a legal file");
-    let Plant::Robot(robot) = &rig.plant else { panic!("a robot") };
+    let RigModel::Robot(robot) = &rig.plant else { panic!("a robot") };
     let compliances: Vec<f64> = robot.drives.iter().map(|drive| drive.values.compliance).collect();
     assert_eq!(compliances, [0.0, 1e-7, 0.0, 0.0, 0.0, 0.0]);
     assert!(robot.drives.iter().all(|drive| drive.values.stribeck == 0.0 && drive.tolerance.len() == 1));

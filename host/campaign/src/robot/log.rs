@@ -1,7 +1,7 @@
 //! The column map of recordings: which signal stands in which column, in which unit.
 
 use crate::check::Checker;
-use crate::columns::Column;
+use crate::columns::LogColumn;
 use crate::suggest::suggestion;
 use crate::written::At;
 use crate::written::robot::LogTable;
@@ -36,7 +36,7 @@ pub const SIGNALS: [(&str, Quantity, &str, &str); 6] = [
 
 /// A signal of one joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Signal {
+pub struct LogSignal {
     /// What is measured.
     pub quantity: Quantity,
     /// Joint, from 0; 0 for time.
@@ -47,11 +47,11 @@ pub struct Signal {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// What the column holds.
-    pub signal: Signal,
+    pub signal: LogSignal,
     /// The signal's name in the file (`r1.q.1`).
     pub name: String,
     /// The column.
-    pub column: Column,
+    pub column: LogColumn,
 }
 
 pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, joints: usize) -> Vec<Channel> {
@@ -76,18 +76,18 @@ fn channel(c: &mut Checker, name: &str, written: &At<LogTable>, joints: usize) -
         c.refuse(&written.span, message, suggestion(name, &known));
         return None;
     };
-    let column = Column::read(c, written, si)?;
+    let column = LogColumn::read(c, written, si)?;
     Some(Channel { signal, name: name.to_owned(), column })
 }
 
 /// `t`, or `r1.q.3`: the signal and its SI unit.
-fn signal(name: &str, joints: usize) -> Option<(Signal, &'static str)> {
+fn signal(name: &str, joints: usize) -> Option<(LogSignal, &'static str)> {
     let row = |word: &str| SIGNALS.iter().find(|row| row.0 == word);
     if name == "t" {
-        return row("t").map(|row| (Signal { quantity: row.1, joint: 0 }, row.2));
+        return row("t").map(|row| (LogSignal { quantity: row.1, joint: 0 }, row.2));
     }
     let (_, rest) = name.strip_prefix('r')?.split_once('.').filter(|(robot, _)| robot.parse::<u32>().is_ok())?;
     let (word, axis) = rest.split_once('.')?;
     let joint = axis.parse::<usize>().ok().filter(|axis| (1..=joints).contains(axis))? - 1;
-    row(word).filter(|row| row.0 != "t").map(|row| (Signal { quantity: row.1, joint }, row.2))
+    row(word).filter(|row| row.0 != "t").map(|row| (LogSignal { quantity: row.1, joint }, row.2))
 }

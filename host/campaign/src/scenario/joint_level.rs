@@ -7,7 +7,7 @@ use crate::robot::Robot;
 use crate::source::Source;
 use crate::written::joint_level::{DrivesTable, JointLevelTable, RailDriveTable};
 use softdock_kernels::manipulator::cell::{Carriage, Feedforward, Misplaced, Servo};
-use softdock_kernels::manipulator::{Drive, DriveParams, Friction, Joint, Limits, VelocityLoop};
+use softdock_kernels::manipulator::{Drive, DriveParams, Friction, Joint, JointLimits, VelocityLoop};
 use softdock_kernels::model::{JointLevel, Link, Model, Rail};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, place};
@@ -152,7 +152,7 @@ fn carriage(c: &mut Checker, t: &RailDriveTable, integral_time: f64) -> Carriage
         presliding_stiffness: c.number(&t.presliding_stiffness, "N/m", Range::above(0.0, STIFFNESS)),
         load_coefficient: 0.0,
     };
-    let limits = Limits {
+    let limits = JointLimits {
         lower: c.number(&t.lower, "m", Range::within(-LENGTH, 0.0)),
         upper: c.number(&t.upper, "m", Range::within(0.0, LENGTH)),
         speed: c.number(&t.speed, "m/s", speed),

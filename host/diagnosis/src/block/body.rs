@@ -4,7 +4,7 @@ use super::{Channel, MeasuredBlock, Trial, judged_steps};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
 use softdock_campaign::rig::BodyRig;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
@@ -43,7 +43,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     MeasuredBlock {
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),
         decimator: Decimator::new(steps.min(MOST_STEPS)),
-        ..MeasuredBlock::of(Kind::Body.into(), "R6 wrench to motion", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Body.into(), "R6 wrench to motion", base, &rig.tolerance, channels)
     }
 }
 

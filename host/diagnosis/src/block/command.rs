@@ -5,7 +5,7 @@ use crate::packets::missed;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{band_powers, motion};
 use softdock_campaign::rig::CommandRig;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::command::CommandValues;
@@ -61,7 +61,13 @@ pub fn command_block(
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(STEPS),
         considered: vec![("limit_lag", restlessness)],
-        ..MeasuredBlock::of(Kind::Command.into(), "R1 command sent to command received", base, &tolerance, channels)
+        ..MeasuredBlock::of(
+            BlockKind::Command.into(),
+            "R1 command sent to command received",
+            base,
+            &tolerance,
+            channels,
+        )
     }
 }
 

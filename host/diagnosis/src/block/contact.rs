@@ -5,7 +5,7 @@ use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::ContactRig;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
@@ -40,7 +40,7 @@ pub fn contact_block(
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
     let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
     let channels = FORCES.iter().enumerate().map(channel).collect();
-    let section = Section::from(Kind::Contact);
+    let section = Section::from(BlockKind::Contact);
     let lead = bristle_lead(rig, &section);
     let mut block = MeasuredBlock {
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),

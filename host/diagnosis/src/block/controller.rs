@@ -6,7 +6,7 @@ use crate::judge::Candidate;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
 use softdock_campaign::rig::{ControllerRig, DriveRig};
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::blocks::{BlockKind, simulate};
 use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::controller::ControllerValues;
@@ -27,7 +27,7 @@ pub fn controller_block(
     MeasuredBlock {
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
-        ..MeasuredBlock::of(Kind::Controller.into(), "R2 reference to torque", base, &clock, channels)
+        ..MeasuredBlock::of(BlockKind::Controller.into(), "R2 reference to torque", base, &clock, channels)
     }
 }
 
@@ -47,7 +47,7 @@ pub fn torques_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<Vec<
             trial.measured[0].iter().zip(asked.iter().step_by(stride)).map(|(tau, asked)| tau - asked).collect()
         };
         let left = |asked: &[f64]| beyond(asked).iter().map(|tau| tau * tau).sum::<f64>();
-        let tried = simulate(Kind::Controller, &[&recorded], &sets).remove(0).into_iter();
+        let tried = simulate(BlockKind::Controller, &[&recorded], &sets).remove(0).into_iter();
         let mut tried: Vec<(f64, Vec<f64>)> = tried.map(|asked| (left(&asked), asked)).collect();
         let own = tried[0].0;
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));

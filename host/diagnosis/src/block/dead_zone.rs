@@ -5,7 +5,7 @@ use super::{Part, Trial};
 use crate::steps::{by_channel, of_both};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use softdock_engine::blocks::{Kind, Reading, Tolerance, beyond};
+use softdock_engine::blocks::{BlockKind, Reading, Tolerance, beyond};
 
 /// Residuals that are nothing wherever the true value lies in the step that was read.
 ///
@@ -45,7 +45,7 @@ impl<'a> DeadZone<'a> {
     pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let tolerance = Tolerance { half: self.half.clone(), within };
         let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
-            let left = beyond(Kind::Sensor, &self.readings, sets, &self.learn.block.decimator, &tolerance);
+            let left = beyond(BlockKind::Sensor, &self.readings, sets, &self.learn.block.decimator, &tolerance);
             let of_set = |set: usize| self.averaged(left.iter().map(|own| own[set].as_slice()));
             (0..sets.len()).into_par_iter().map(of_set).collect()
         };

@@ -5,7 +5,7 @@ use crate::inference::unknown::{Prior, Role, Unknown};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
 use softdock_campaign::rig::DriveRig;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
 use softdock_kernels::block::Recorded;
@@ -95,7 +95,7 @@ pub(crate) fn loaded_block(
     if linked {
         tolerance.push(("link_zero", ZERO));
     }
-    let section = Section::from(Kind::Drive);
+    let section = Section::from(BlockKind::Drive);
     let damping = bristle_damping(rig, &section);
     let mut block = MeasuredBlock {
         trials: pieces.iter().enumerate().map(trial).collect(),
@@ -159,7 +159,7 @@ fn trial(
         None => motion(&piece.signals["tau"], piece.step, nyquist, each).value,
     };
     let step = piece.step / each as f64;
-    let mut inputs = Vec::with_capacity(q.value.len() * Kind::Drive.inputs().len());
+    let mut inputs = Vec::with_capacity(q.value.len() * BlockKind::Drive.inputs().len());
     for (i, carried) in carrying(&q).into_iter().enumerate() {
         let Carried { weight, coupling, inertia, payload_weight, payload_inertia } = carried;
         let time = piece.start + i as f64 * step;

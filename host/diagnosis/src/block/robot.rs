@@ -117,14 +117,14 @@ fn between(from: &Carried, to: &Carried, share: f64) -> Carried {
 mod tests {
     use super::*;
     use softdock_campaign::Rig;
-    use softdock_campaign::rig::Plant;
+    use softdock_campaign::rig::RigModel;
     use softdock_kernels::manipulator::inverse_dynamics;
     use std::path::Path;
 
     /// The shipped robot with axes that slide without friction, and its drives.
     fn robot() -> RobotRig {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/rigs/kr300.toml");
-        let Plant::Robot(mut rig) = Rig::load(&file).expect("the shipped rig").plant else { panic!("a robot") };
+        let RigModel::Robot(mut rig) = Rig::load(&file).expect("the shipped rig").plant else { panic!("a robot") };
         for joint in &mut rig.model.joints {
             let friction = &mut joint.friction;
             (friction.coulomb, friction.stribeck, friction.viscous, friction.load_coefficient) = (0.0, 0.0, 0.0, 0.0);

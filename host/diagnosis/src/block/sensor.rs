@@ -5,7 +5,7 @@ use crate::recording::grid::Piece;
 use crate::recording::smooth::{Motion, motion};
 use rayon::prelude::*;
 use softdock_campaign::rig::SensorRig;
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
 use softdock_kernels::block::Recorded;
 use softdock_kernels::block::sensor::{SensorLoad, tool_wrench};
@@ -54,7 +54,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         clock: Some("time"),
         known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),
-        ..MeasuredBlock::of(Kind::Sensor.into(), "R5 force to reading", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Sensor.into(), "R5 force to reading", base, &rig.tolerance, channels)
     }
 }
 

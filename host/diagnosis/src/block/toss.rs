@@ -10,7 +10,7 @@ use crate::recording::grid::Piece;
 use crate::recording::state::{Poses, RATE_NOISE, REACH, State};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use softdock_campaign::rig::TossRig;
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::blocks::{BlockKind, simulate};
 use softdock_kernels::block::Recorded;
 use softdock_kernels::fields::to_vec;
 
@@ -53,7 +53,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         trials,
         stands_alone: true,
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
-        ..MeasuredBlock::of(Kind::Toss.into(), "R5 state to state", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Toss.into(), "R5 state to state", base, &rig.tolerance, channels)
     }
 }
 
@@ -233,9 +233,9 @@ fn weights(layout: &Layout, states: &[State], noise: &StateNoise, base: &[f64]) 
         recorded(&states.iter().map(of).collect::<Vec<_>>())
     };
     let all: Vec<Recorded> = std::iter::once(recorded(states)).chain((0..12).map(moved)).collect();
-    let outputs = simulate(Kind::Toss, &all.iter().collect::<Vec<_>>(), &[base.to_vec()]);
+    let outputs = simulate(BlockKind::Toss, &all.iter().collect::<Vec<_>>(), &[base.to_vec()]);
     let flight = noise.of_flight(layout.frames);
-    let width = Kind::Toss.outputs().len();
+    let width = BlockKind::Toss.outputs().len();
     let of = |segment: usize| {
         let change = |moved: usize, k: usize| -> f64 {
             let at = |i: usize| (segment + 1) * width + 3 * k + i;

@@ -5,7 +5,7 @@ use super::{Blocks, Judged, Prepared};
 use crate::block::robot::{Loads, loads};
 use crate::inference::unknown::Role;
 use crate::torque_error::lacking;
-use softdock_campaign::rig::{Plant, RobotRig};
+use softdock_campaign::rig::{RigModel, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::fields::from_slice;
 
@@ -36,7 +36,7 @@ impl Prepared {
     /// What one axis seems to have may be what another one's link does to it: of the gears that were not known, the one
     /// that explains its axis best is taken first.
     pub(super) fn carries_otherwise(&mut self, all: &Blocks) -> bool {
-        let Some(Plant::Robot(rig)) = self.plant() else {
+        let Some(RigModel::Robot(rig)) = self.plant() else {
             return false;
         };
         let gears: Vec<Option<DriveValues<f64>>> = all.judged.iter().map(Judged::gear).collect();
@@ -57,7 +57,7 @@ impl Prepared {
     /// Nothing is said of axes that nothing explains beside one that lacks more: if its gear winds up otherwise than anybody
     /// knows, its link moves otherwise than was told, which loads the others.
     pub(super) fn withhold_loaded(&mut self, all: &mut Blocks) {
-        let Some(Plant::Robot(_)) = self.plant() else { return };
+        let Some(RigModel::Robot(_)) = self.plant() else { return };
         let unexplained = (0..all.answers.len()).filter(|place| !is_explained(&all.answers[*place]));
         let lacks = |place: usize| {
             let own = &all.judged[place];

@@ -13,7 +13,7 @@ use crate::block::sensor::sensor_block;
 use crate::block::toss::toss_block;
 use crate::library::{self, Hypothesis};
 use crate::packets;
-use softdock_campaign::rig::{ControllerRig, DriveRig, Plant};
+use softdock_campaign::rig::{ControllerRig, DriveRig, RigModel};
 
 impl Prepared {
     /// All blocks, simulated in steps so many times finer than usual.
@@ -25,9 +25,9 @@ impl Prepared {
     pub(super) fn places(&self) -> usize {
         match self.plant() {
             None => 2,
-            Some(Plant::Drive(rig)) if self.controller(rig).is_some() => 2,
-            Some(Plant::Robot(rig)) => rig.drives.len(),
-            Some(Plant::Command(rig)) if !rig.echoed => 0,
+            Some(RigModel::Drive(rig)) if self.controller(rig).is_some() => 2,
+            Some(RigModel::Robot(rig)) => rig.drives.len(),
+            Some(RigModel::Command(rig)) if !rig.echoed => 0,
             Some(_) => 1,
         }
     }
@@ -48,21 +48,21 @@ impl Prepared {
             Subject::Rig(rig, pieces) => (rig, pieces),
         };
         match &rig.plant {
-            Plant::Drive(rig) => match self.controller(rig).filter(|_| place == 0) {
+            RigModel::Drive(rig) => match self.controller(rig).filter(|_| place == 0) {
                 Some(own) => self.with(controller_block(rig, own, pieces, &held), library::controller::effects),
                 None => self.with(drive_block(rig, pieces, &held, finer, &self.torque), library::drive::effects),
             },
-            Plant::Robot(rig) => {
+            RigModel::Robot(rig) => {
                 let loads = &self.axes(rig).loads;
                 self.with(robot_block(rig, place, pieces, loads, &held, finer), library::drive::effects)
             }
-            Plant::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
-            Plant::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), library::contact::effects),
-            Plant::Command(rig) => self.with(command_block(rig, pieces, &held, finer), |block| {
+            RigModel::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
+            RigModel::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), library::contact::effects),
+            RigModel::Command(rig) => self.with(command_block(rig, pieces, &held, finer), |block| {
                 library::command::effects(block, packets::hold(pieces))
             }),
-            Plant::Body(rig) => self.with(body_block(rig, pieces, &held, finer), library::body::effects),
-            Plant::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), library::toss::effects),
+            RigModel::Body(rig) => self.with(body_block(rig, pieces, &held, finer), library::body::effects),
+            RigModel::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), library::toss::effects),
         }
     }
 

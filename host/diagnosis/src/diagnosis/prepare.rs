@@ -6,7 +6,7 @@ use crate::recording::grid::{Finding, Piece, read};
 use crate::timing;
 use crate::{Error, Result};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::Plant;
+use softdock_campaign::rig::RigModel;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -20,13 +20,13 @@ const HELD_OUT: &str = ", held out";
 pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -> Result<Prepared> {
     let mut findings = Vec::new();
     let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
-    if matches!(rig.plant, Plant::Drive(_) | Plant::Robot(_)) {
+    if matches!(rig.plant, RigModel::Drive(_) | RigModel::Robot(_)) {
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
         (test, learn) = every.split(learn)?;
     }
-    if matches!(&rig.plant, Plant::Command(own) if !own.echoed) {
+    if matches!(&rig.plant, RigModel::Command(own) if !own.echoed) {
         learn.extend(test);
         return Ok(timed(rig, learn, findings, options));
     }
@@ -81,7 +81,9 @@ fn named_apart(learn: &[Piece], test: &mut [Piece]) -> bool {
 /// What stands for the noise where nothing was repeated.
 fn noise_without(rig: &Rig) -> &'static str {
     match rig.plant {
-        Plant::Toss(_) => "the noise is that of free flight, and what differs from blow to blow counts as unexplained",
+        RigModel::Toss(_) => {
+            "the noise is that of free flight, and what differs from blow to blow counts as unexplained"
+        }
         _ => "the noise is what the richest explanation leaves",
     }
 }

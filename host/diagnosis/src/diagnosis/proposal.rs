@@ -8,8 +8,8 @@ use crate::decide::rivals;
 use crate::experiment::{self, Envelope, Experiment};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
-use softdock_campaign::rig::Plant;
-use softdock_engine::blocks::Kind;
+use softdock_campaign::rig::RigModel;
+use softdock_engine::blocks::BlockKind;
 
 /// Cut-off of the motions by which the envelope is measured, in cycles a sample: noise is no acceleration.
 const STEADY: f64 = 0.08;
@@ -17,7 +17,7 @@ const STEADY: f64 = 0.08;
 impl Prepared {
     /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
     pub(super) fn proposed(&self, judged: &Judged) -> Option<Experiment> {
-        let Some(Plant::Drive(rig)) = self.plant() else {
+        let Some(RigModel::Drive(rig)) = self.plant() else {
             return None;
         };
         let Judged { block, library, judgement, .. } = judged;
@@ -29,7 +29,7 @@ impl Prepared {
             let mut piece = followed(rig, end, first.step, path);
             piece.signals.retain(|name, _| first.signals.contains_key(name));
             let own = match &rig.controller {
-                Some(controller) if block.section.is(Kind::Controller) => {
+                Some(controller) if block.section.is(BlockKind::Controller) => {
                     controller_block(rig, controller, &[piece], &|_| false)
                 }
                 _ => drive_block(rig, &[piece], &|_| false, 1, &[]),

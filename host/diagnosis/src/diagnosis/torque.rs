@@ -7,15 +7,15 @@ use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
 use crate::recording::grid::Finding;
-use softdock_campaign::rig::Plant;
-use softdock_engine::blocks::Kind;
+use softdock_campaign::rig::RigModel;
+use softdock_engine::blocks::BlockKind;
 
 impl Prepared {
     /// Of the torques that the log allows, recording by recording, those that leave least of the motion unexplained: a jump
     /// that comes a period late is an impulse, which the drive's angle shows beside what the nuisances do.
     pub(super) fn moving(&self, allowed: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
         let Subject::Rig(rig, pieces) = &self.subject else { return Vec::new() };
-        let Plant::Drive(drive) = &rig.plant else { return Vec::new() };
+        let RigModel::Drive(drive) = &rig.plant else { return Vec::new() };
         let held = |experiment: &str| self.held_out.contains(experiment);
         let most = allowed.iter().map(Vec::len).max().unwrap_or(0);
         let nth = |n: usize| -> Vec<Vec<f64>> { allowed.iter().map(|own| own[n.min(own.len() - 1)].clone()).collect() };
@@ -34,8 +34,8 @@ impl Prepared {
     /// other: a jump of the torque between two samples of the log is an impulse that nobody knows of. Then nothing is said
     /// of the drive, and no cause is named in the controller whose torque does not move the drive as it moved.
     pub(super) fn withhold(&mut self, all: &mut Blocks, prismatic: bool) {
-        let place = |kind: Kind| all.judged.iter().position(|own| own.block.section.is(kind));
-        let (Some(asked), Some(moved)) = (place(Kind::Controller), place(Kind::Drive)) else { return };
+        let place = |kind: BlockKind| all.judged.iter().position(|own| own.block.section.is(kind));
+        let (Some(asked), Some(moved)) = (place(BlockKind::Controller), place(BlockKind::Drive)) else { return };
         let periods = all.judged[asked].block.trials.iter().map(|trial| trial.recorded.stride).max().unwrap_or(1);
         let is_known = periods == 1 || all.answers[asked].residual.after.powi(2) <= ADEQUATE;
         if is_known || is_explained(&all.answers[moved]) {

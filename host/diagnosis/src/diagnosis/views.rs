@@ -5,8 +5,8 @@ use crate::block::{MeasuredBlock, body, command, contact, sensor, toss};
 use crate::isolability::BlockView;
 use crate::library::Hypothesis;
 use crate::{Error, Result, packets, timing, variance};
-use softdock_campaign::rig::{CommandRig, Plant, RobotRig, SensorRig};
-use softdock_engine::blocks::Kind;
+use softdock_campaign::rig::{CommandRig, RigModel, RobotRig, SensorRig};
+use softdock_engine::blocks::BlockKind;
 use std::collections::BTreeSet;
 
 impl Prepared {
@@ -17,13 +17,13 @@ impl Prepared {
     pub(super) fn views(&self) -> Result<Vec<BlockView>> {
         let views = match self.plant() {
             None => facility::views(&self.blocks(1)),
-            Some(Plant::Drive(_)) => self.drive_views()?,
-            Some(Plant::Robot(rig)) => self.robot_views(rig)?,
-            Some(Plant::Sensor(rig)) => self.sensor_views(rig),
-            Some(Plant::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
-            Some(Plant::Command(rig)) => self.command_views(rig),
-            Some(Plant::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
-            Some(Plant::Toss(_)) => self.only_view(&toss::POSES, &toss::WAYS.map(|way| way.0)),
+            Some(RigModel::Drive(_)) => self.drive_views()?,
+            Some(RigModel::Robot(rig)) => self.robot_views(rig)?,
+            Some(RigModel::Sensor(rig)) => self.sensor_views(rig),
+            Some(RigModel::Contact(_)) => self.only_view(&contact::POSITIONS, &contact::FORCES),
+            Some(RigModel::Command(rig)) => self.command_views(rig),
+            Some(RigModel::Body(_)) => self.only_view(&body::WRENCH, &body::MOTION.map(|motion| motion.0)),
+            Some(RigModel::Toss(_)) => self.only_view(&toss::POSES, &toss::WAYS.map(|way| way.0)),
         };
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
@@ -87,7 +87,7 @@ impl Prepared {
         let mut views: Vec<BlockView> = Vec::new();
         let outputs: &[&str] = if self.has("q_link") { &["q", "q_link"] } else { &["q"] };
         for (block, library) in self.blocks(1) {
-            let is_drive = block.section.is(Kind::Drive);
+            let is_drive = block.section.is(BlockKind::Drive);
             let (inputs, outputs): (&[&str], &[&str]) =
                 if is_drive { (&["tau"], outputs) } else { (&["ref", "q"], &["tau"]) };
             views.push(BlockView::judged(&block, &library, inputs, outputs));

@@ -106,10 +106,10 @@ pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String>
     };
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(softdock_analysis::Error::from)?);
+    environment.set_syntax(syntax.map_err(softdock_analysis::AnalysisError::from)?);
     let template = environment.template_from_str(include_str!("../page/motion.html"));
-    let template = template.map_err(softdock_analysis::Error::from)?;
-    Ok(template.render(Serde(&page)).map_err(softdock_analysis::Error::from)?)
+    let template = template.map_err(softdock_analysis::AnalysisError::from)?;
+    Ok(template.render(Serde(&page)).map_err(softdock_analysis::AnalysisError::from)?)
 }
 
 /// Angle (order 0) or speed (order 1) of a joint between its limits, in degrees.

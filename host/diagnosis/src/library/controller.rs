@@ -4,7 +4,7 @@ use super::{Hypothesis, Shelf};
 use crate::block::{MeasuredBlock, Trial};
 use crate::inference::unknown::{Prior, Role};
 use rayon::prelude::*;
-use softdock_engine::blocks::{Kind, simulate};
+use softdock_engine::blocks::{BlockKind, simulate};
 
 /// The effects of a controller that has been measured.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
@@ -100,7 +100,7 @@ impl Lacking {
 
     fn of(block: &MeasuredBlock, trial: &Trial) -> Self {
         let sets = [block.base.clone()];
-        let simulated = simulate(Kind::Controller, &[&trial.recorded], &sets).remove(0).remove(0);
+        let simulated = simulate(BlockKind::Controller, &[&trial.recorded], &sets).remove(0).remove(0);
         let field = |name: &str| block.base[block.field(name)];
         let (gain, rate_gain) = (field("position_gain"), field("velocity_gain") + field("viscous"));
         let (inertia, coulomb, speed) = (field("inertia"), field("coulomb"), field("coulomb_speed"));

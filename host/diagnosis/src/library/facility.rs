@@ -4,7 +4,7 @@ use super::{Entry, Hypothesis, Shelf};
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role};
 use softdock_campaign::legal_range;
-use softdock_kernels::effects::{Block, EFFECTS, Effect, EffectParameter, Null};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectBlock, EffectParameter, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::model::Model;
 use softdock_kernels::space::Motion;
@@ -18,10 +18,10 @@ const TOLERATED: [&str; 3] = ["S6_quantisation", "S1_bias", "S9_tare"];
 pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let jointed = model.facility.joint_level.is_some();
     let acts = |effect: &Effect| match effect.block {
-        Block::Command => true,
-        Block::Robot => jointed != (effect.id == "C2_lag"),
+        EffectBlock::Command => true,
+        EffectBlock::Robot => jointed != (effect.id == "C2_lag"),
         // The reading of a robot's axes holds what its mount does.
-        Block::Contact => effect.id == "K7_surface_offset",
+        EffectBlock::Contact => effect.id == "K7_surface_offset",
         _ => false,
     };
     of(block, model, &acts)
@@ -31,8 +31,8 @@ pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
 pub fn of_wrench(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let carries = model.facility.load.is_some();
     let acts = |effect: &Effect| match effect.block {
-        Block::Sensor => effect.id != "S8_load" || carries,
-        Block::Contact => true,
+        EffectBlock::Sensor => effect.id != "S8_load" || carries,
+        EffectBlock::Contact => true,
         _ => false,
     };
     of(block, model, &acts)

@@ -4,7 +4,7 @@ use super::drive::Spans;
 use super::{Hypothesis, Shelf};
 use crate::block::MeasuredBlock;
 use crate::inference::unknown::{Prior, Role};
-use softdock_engine::blocks::Kind;
+use softdock_engine::blocks::BlockKind;
 
 /// What a form may take of the torque where it is largest.
 const SHARE: f64 = 0.3;
@@ -12,7 +12,7 @@ const SHARE: f64 = 0.3;
 /// The forms that a block may have; none for blocks without a dictionary.
 pub fn forms(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
-    if block.section.is(Kind::Drive) {
+    if block.section.is(BlockKind::Drive) {
         drive(&mut shelf, &Spans::of(block));
     }
     shelf.all

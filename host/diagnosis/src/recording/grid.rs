@@ -3,7 +3,7 @@
 use super::table::{Gaps, Named, Wanted};
 use crate::{Error, Result};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::Plant;
+use softdock_campaign::rig::RigModel;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -74,7 +74,7 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     }
     let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
     let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
-    let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::Column), Vec<f64>)| {
+    let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::LogColumn), Vec<f64>)| {
         let values = values.iter().map(|value| value * column.factor + column.offset).collect();
         (name.clone(), values)
     };
@@ -82,7 +82,7 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     let time = signals.remove("t").expect("asked for above");
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let mut told = Told { recording: name, findings: Vec::new() };
-    let fewest = if matches!(rig.plant, Plant::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
+    let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
     let mut pieces = Vec::new();
     for (name, time, signals) in experiments(path, time, signals)? {

@@ -57,7 +57,7 @@ impl Wanted<'_> {
             return Err(self.no_column(path, None, name, &known));
         }
         let columns = softdock_results::foreign::number_columns(path, &names).map_err(|error| match error {
-            softdock_results::Error::Contract { what, .. } => Error::log(path, None, what, self.numbers()),
+            softdock_results::ResultsError::Contract { what, .. } => Error::log(path, None, what, self.numbers()),
             other => other.into(),
         })?;
         for (name, values) in names.iter().zip(&columns) {

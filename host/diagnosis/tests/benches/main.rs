@@ -8,7 +8,7 @@ mod sensor;
 mod toss;
 
 use softdock_campaign::Rig;
-use softdock_campaign::rig::Plant;
+use softdock_campaign::rig::RigModel;
 use softdock_diagnosis::block::MeasuredBlock;
 use softdock_diagnosis::block::body::body_block;
 use softdock_diagnosis::block::command::command_block;
@@ -44,21 +44,21 @@ impl Recorded {
     fn block(&self) -> MeasuredBlock {
         let is_held = |experiment: &str| self.held_out.iter().any(|held| held == experiment);
         match &self.rig.plant {
-            Plant::Sensor(rig) => sensor_block(rig, &self.all, &is_held, 1),
-            Plant::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
-            Plant::Command(rig) => command_block(rig, &self.all, &is_held, 1),
-            Plant::Body(rig) => body_block(rig, &self.all, &is_held, 1),
-            Plant::Drive(_) | Plant::Robot(_) | Plant::Toss(_) => unreachable!("another bench"),
+            RigModel::Sensor(rig) => sensor_block(rig, &self.all, &is_held, 1),
+            RigModel::Contact(rig) => contact_block(rig, &self.all, &is_held, 1),
+            RigModel::Command(rig) => command_block(rig, &self.all, &is_held, 1),
+            RigModel::Body(rig) => body_block(rig, &self.all, &is_held, 1),
+            RigModel::Drive(_) | RigModel::Robot(_) | RigModel::Toss(_) => unreachable!("another bench"),
         }
     }
 
     fn library(&self, block: &MeasuredBlock) -> Vec<library::Hypothesis> {
         match &self.rig.plant {
-            Plant::Sensor(_) => library::sensor::effects(block),
-            Plant::Contact(_) => library::contact::effects(block),
-            Plant::Command(_) => library::command::effects(block, None),
-            Plant::Body(_) => library::body::effects(block),
-            Plant::Drive(_) | Plant::Robot(_) | Plant::Toss(_) => unreachable!("another bench"),
+            RigModel::Sensor(_) => library::sensor::effects(block),
+            RigModel::Contact(_) => library::contact::effects(block),
+            RigModel::Command(_) => library::command::effects(block, None),
+            RigModel::Body(_) => library::body::effects(block),
+            RigModel::Drive(_) | RigModel::Robot(_) | RigModel::Toss(_) => unreachable!("another bench"),
         }
     }
 }

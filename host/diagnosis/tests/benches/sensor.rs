@@ -2,7 +2,7 @@
 
 use super::{Recorded, assert_nothing_found, files};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::Plant;
+use softdock_campaign::rig::RigModel;
 use softdock_diagnosis::answer::Verdict;
 use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
 use softdock_diagnosis::variance::excess_noise;
@@ -19,7 +19,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
     let odds = |hidden: &[Hidden]| {
         let recorded = Recorded::of(Bench::Sensor, hidden, 4);
-        let Plant::Sensor(rig) = &recorded.rig.plant else { unreachable!("a sensor bench") };
+        let RigModel::Sensor(rig) = &recorded.rig.plant else { unreachable!("a sensor bench") };
         excess_noise(rig, &recorded.block()).expect("healthy noise is known")
     };
     assert!(odds(&[]).log_odds < 0.0, "{:?}", odds(&[]));

@@ -4,7 +4,7 @@ use crate::kr300;
 use softdock_campaign::Robot;
 use softdock_diagnosis::identify::log::Recording;
 use softdock_diagnosis::identify::{Options, identify};
-use softdock_results::{Column, Kind, Table, Values, write_table};
+use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::PathBuf;
 
 const JOINTS: usize = 6;
@@ -57,7 +57,7 @@ fn csv_and_parquet_give_the_same_recording() {
         unit: "1".to_owned(),
         description: "a column".to_owned(),
         source: String::new(),
-        kind: Kind::Signal,
+        kind: ColumnKind::Signal,
         name,
     });
     let path = folder.path().join("log.parquet");
@@ -81,7 +81,7 @@ fn parquet_of_the_wrong_kind_is_refused() {
             unit: "1".to_owned(),
             description: String::new(),
             source: String::new(),
-            kind: Kind::Signal,
+            kind: ColumnKind::Signal,
             values,
         }
     };

@@ -47,11 +47,11 @@ fn thread_peak<L: Lane>(seconds: f64) -> f64 {
 pub fn cpu_peak(instructions: InstructionSet, seconds: f64) -> f64 {
     let one = move || match instructions {
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => thread_peak::<softdock_kernels::lanes::avx512::Lanes>(seconds),
+        InstructionSet::Avx512 => thread_peak::<softdock_kernels::lanes::avx512::Avx512Lanes>(seconds),
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => thread_peak::<softdock_kernels::lanes::avx2::Lanes>(seconds),
+        InstructionSet::Avx2 => thread_peak::<softdock_kernels::lanes::avx2::Avx2Lanes>(seconds),
         #[cfg(not(target_arch = "x86_64"))]
-        InstructionSet::Plain => thread_peak::<softdock_kernels::lanes::plain::Lanes>(seconds),
+        InstructionSet::Plain => thread_peak::<softdock_kernels::lanes::plain::PlainLanes>(seconds),
         _ => thread_peak::<f64>(seconds),
     };
     rayon::broadcast(|_| one()).into_iter().sum()

@@ -2,7 +2,7 @@
 
 use super::{GpuEngine, WORKGROUP};
 use crate::EngineError;
-use crate::blocks::{Kind, Outputs};
+use crate::blocks::{BlockKind, Outputs};
 use softdock_kernels::block::Recorded;
 
 /// Outputs of all lanes of one dispatch: well within WebGPU's binding of 128 MiB.
@@ -11,7 +11,7 @@ const MOST_OUTPUTS: usize = 24 << 20;
 /// What the kernel of a block depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Replay {
-    kind: Kind,
+    kind: BlockKind,
     /// Bits of the step \[s\].
     step: u64,
 }
@@ -21,11 +21,21 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Those of the device, see [`EngineError`].
-    pub fn simulate(&self, kind: Kind, recordings: &[&Recorded], sets: &[Vec<f64>]) -> Result<Outputs, EngineError> {
+    pub fn simulate(
+        &self,
+        kind: BlockKind,
+        recordings: &[&Recorded],
+        sets: &[Vec<f64>],
+    ) -> Result<Outputs, EngineError> {
         recordings.iter().map(|recorded| self.simulate_one(kind, recorded, sets)).collect()
     }
 
-    fn simulate_one(&self, kind: Kind, recorded: &Recorded, sets: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, EngineError> {
+    fn simulate_one(
+        &self,
+        kind: BlockKind,
+        recorded: &Recorded,
+        sets: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, EngineError> {
         let pipeline = self.replay(kind, recorded.step)?;
         let (inputs, late) = (words(recorded.inputs.iter().copied()), words(recorded.late.iter().copied()));
         let numbers = recorded.samples() * kind.outputs().len();
@@ -52,7 +62,7 @@ impl GpuEngine {
     }
 
     /// The pipeline of a block with a step, compiled once.
-    fn replay(&self, kind: Kind, step: f64) -> Result<wgpu::ComputePipeline, EngineError> {
+    fn replay(&self, kind: BlockKind, step: f64) -> Result<wgpu::ComputePipeline, EngineError> {
         let key = Replay { kind, step: step.to_bits() };
         let mut known = self.replays.lock().expect("no holder panics");
         if let Some((_, pipeline)) = known.iter().find(|(own, _)| *own == key) {

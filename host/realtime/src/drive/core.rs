@@ -23,7 +23,7 @@ use crate::time::Nanos;
 use retracting::Retreat;
 use softdock_campaign::Station;
 use softdock_campaign::station::AxisLimits;
-use softdock_kernels::frame::single::{Measured, Progress, Reading, SimulationComputer, simulation_computer};
+use softdock_kernels::frame::single::{Measured, Progress, SimulationComputer, TouchThreshold, simulation_computer};
 use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::outcome::Stop;
@@ -254,7 +254,7 @@ impl Core {
         if ticks < 1.0 || (cycle - ticks * tick).abs() > 1e-9 {
             return Err(Unprepared::Cycle(cycle * 1e3, tick * 1e3));
         }
-        let reading = Reading { touch_force: task.station.sensor.touch_force, hold_back: ticks as usize };
+        let reading = TouchThreshold { touch_force: task.station.sensor.touch_force, hold_back: ticks as usize };
         let computer = simulation_computer(&task.plant, task.run, &task.params, reading);
         if task.plant.facility.rules != task.station.rules {
             return Err(Unprepared::Rules);

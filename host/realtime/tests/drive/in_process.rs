@@ -2,7 +2,7 @@
 
 use crate::fixture::{Setting, bias, campaign, farm_run, station};
 use softdock_campaign::criteria::succeeds;
-use softdock_kernels::frame::single::{Reading, emulated_facility, simulation_computer};
+use softdock_kernels::frame::single::{TouchThreshold, emulated_facility, simulation_computer};
 use softdock_kernels::model::SessionRules;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
@@ -32,7 +32,8 @@ fn the_two_halves_of_a_run_give_the_farms_bits() {
         for run in runs {
             let params = campaign.draw(run).params;
             let farm = farm_run(&plant, campaign.seed, run, params);
-            let mut computer = simulation_computer(&plant, run, &params, Reading { touch_force: 1e-9, hold_back: 0 });
+            let mut computer =
+                simulation_computer(&plant, run, &params, TouchThreshold { touch_force: 1e-9, hold_back: 0 });
             let mut facility = emulated_facility(&plant, philox::key(campaign.seed), run, &params);
             let first = computer.told();
             let mut past = [1.0, 2.0].map(|ago| carry_on(&plant, &first, -ago));

@@ -8,7 +8,7 @@ use super::{
     AGREEMENT_WORDS, Agreement, Cause, LoopRow, OUTCOME_WORDS, Outcome, PHASE_WORDS, Phase, RequirementResult, RunRow,
     STATUS_WORDS, Status,
 };
-use crate::table::{Column, Kind, Table, Values};
+use crate::table::{Column, ColumnKind, Table, Values};
 
 /// What the runs table must know of a requirement.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -149,11 +149,11 @@ impl RunsSchema {
         columns.extend(input_fields().into_iter().enumerate().map(|(at, field)| {
             let values = Values::F64(rows.iter().map(|row| Some(row.inputs[at])).collect());
             let name = format!("in_{}", field.column());
-            column(name, field.unit, field.meaning, "campaign, as applied", Kind::Input, values)
+            column(name, field.unit, field.meaning, "campaign, as applied", ColumnKind::Input, values)
         }));
         let effective = Values::F64(rows.iter().map(|row| row.effective_mass).collect());
         let meaning = "effective mass along the contact normal at first touch";
-        columns.push(column("effective_mass_kg", "kg", meaning, "monitor", Kind::Metric, effective));
+        columns.push(column("effective_mass_kg", "kg", meaning, "monitor", ColumnKind::Metric, effective));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| outcome_columns(rows, side)));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| metric_columns(rows, side)));
         columns.extend(Loop::BOTH.into_iter().flat_map(|side| self.custom_columns(rows, side)));
@@ -219,7 +219,7 @@ impl RunsSchema {
         let own = self.custom_metrics.iter().enumerate().map(|(at, own)| {
             let values = Values::F64(rows.iter().map(|row| side.of(row).custom_metrics[at]).collect());
             let meaning = format!("{}, {}", own.meaning, side.place());
-            column(side.column(&own.column), &own.unit, &meaning, CUSTOM_SOURCE, Kind::Metric, values)
+            column(side.column(&own.column), &own.unit, &meaning, CUSTOM_SOURCE, ColumnKind::Metric, values)
         });
         own.collect()
     }
@@ -238,7 +238,14 @@ impl RunsSchema {
     }
 }
 
-fn column(name: impl Into<String>, unit: &str, description: &str, source: &str, kind: Kind, values: Values) -> Column {
+fn column(
+    name: impl Into<String>,
+    unit: &str,
+    description: &str,
+    source: &str,
+    kind: ColumnKind,
+    values: Values,
+) -> Column {
     let (unit, description, source) = (unit.to_owned(), description.to_owned(), source.to_owned());
     Column { name: name.into(), unit, description, source, kind, values }
 }
@@ -253,11 +260,11 @@ fn head(rows: &[RunRow]) -> Vec<Column> {
     let agreement_meaning =
         "the facility's verdict against the verdict of space: the task's criteria and every requirement on space";
     vec![
-        column("run", "1", "run number", "campaign", Kind::Key, run),
-        column("outer", "1", "number of the outer draw of the epistemic inputs", "campaign", Kind::Key, outer),
-        column("status", "1", status_meaning, "monitor", Kind::Status, status),
-        column("agreement", "1", agreement_meaning, "monitor", Kind::Status, agreement),
-        column("flags", "bits", "findings of the run, one bit each", "monitor", Kind::Status, flags),
+        column("run", "1", "run number", "campaign", ColumnKind::Key, run),
+        column("outer", "1", "number of the outer draw of the epistemic inputs", "campaign", ColumnKind::Key, outer),
+        column("status", "1", status_meaning, "monitor", ColumnKind::Status, status),
+        column("agreement", "1", agreement_meaning, "monitor", ColumnKind::Status, agreement),
+        column("flags", "bits", "findings of the run, one bit each", "monitor", ColumnKind::Status, flags),
     ]
 }
 
@@ -291,7 +298,7 @@ fn outcome_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
         ),
     ];
     let described = all.into_iter().map(|(name, unit, meaning, values)| {
-        column(side.column(name), unit, &format!("{meaning}, {place}"), "monitor", Kind::Status, values)
+        column(side.column(name), unit, &format!("{meaning}, {place}"), "monitor", ColumnKind::Status, values)
     });
     described.collect()
 }
@@ -324,7 +331,7 @@ fn metric_columns(rows: &[RunRow], side: Loop) -> Vec<Column> {
         let values = Values::F64(all.map(|(row, scalars)| metric.value(&side.of(row).metrics, scalars)).collect());
         let name = side.column(&metric.field.column());
         let meaning = format!("{}, {}", metric.field.meaning, side.place());
-        column(name, metric.field.unit, &meaning, "monitor", Kind::Metric, values)
+        column(name, metric.field.unit, &meaning, "monitor", ColumnKind::Metric, values)
     };
     MetricColumn::all(side).into_iter().map(metric).collect()
 }
@@ -350,12 +357,12 @@ fn margin_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, si
     let values = Values::F64(rows.iter().map(|row| side.of(row).requirements[at].margin).collect());
     let meaning = format!("distance to the requirement's limit, positive inside, {}", side.place());
     let [name, _] = requirement_columns(side.prefix(), &requirement.id);
-    column(name, &requirement.unit, &meaning, "requirement", Kind::Margin, values)
+    column(name, &requirement.unit, &meaning, "requirement", ColumnKind::Margin, values)
 }
 
 fn pass_column(rows: &[RunRow], at: usize, requirement: &RequirementColumn, side: Loop) -> Column {
     let values = Values::Bool(rows.iter().map(|row| side.of(row).requirements[at].pass).collect());
     let meaning = format!("whether the requirement holds, {}", side.place());
     let [_, name] = requirement_columns(side.prefix(), &requirement.id);
-    column(name, "1", &meaning, "requirement", Kind::Verdict, values)
+    column(name, "1", &meaning, "requirement", ColumnKind::Verdict, values)
 }

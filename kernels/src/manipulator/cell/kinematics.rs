@@ -54,7 +54,7 @@ impl Cell {
     }
 
     /// Limits of an axis in the robot's own angles; the rail's if there is one.
-    pub fn limits(&self, index: usize) -> Option<crate::manipulator::Limits> {
+    pub fn limits(&self, index: usize) -> Option<crate::manipulator::JointLimits> {
         (index < self.axes()).then(|| self.axis(index).joint.limits)
     }
 
