@@ -10,7 +10,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use softdock_campaign::requirement::Requirement;
-use softdock_results::runs::requirement_columns;
+use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, Loop, RUN, STATUS};
+use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, ColumnKind, Table, Values};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -22,7 +23,6 @@ use crate::number::{digits_of, interval, with_unit};
 use crate::proportions::{PairedFailures, independent_difference};
 use crate::share::Share;
 use crate::summary::PerLoop;
-use crate::tally::LOOPS;
 use crate::terminal::table;
 use crate::{AnalysisError, Result};
 
@@ -246,7 +246,7 @@ fn described(input: &ResultsInput) -> Result<ComparedResults> {
 /// The columns that both folders have.
 struct Layout {
     /// Per requirement: pass columns in space and on the facility.
-    passes: Vec<[String; 2]>,
+    passes: Vec<[ColumnHandle<bool>; 2]>,
     metrics: Vec<Column>,
     inputs: Vec<String>,
     /// All that is read.
@@ -261,18 +261,14 @@ impl Layout {
         };
         let of =
             |kind: ColumnKind| first.columns.iter().filter(move |column| column.kind == kind).filter(both).cloned();
-        let pass = |requirement: &Requirement| {
-            LOOPS.map(|side| {
-                let [_, pass] = requirement_columns(side, &requirement.column_id());
-                pass
-            })
-        };
-        let passes: Vec<[String; 2]> = shared.iter().map(|(requirement, _)| pass(requirement)).collect();
+        let pass = |requirement: &Requirement| Loop::BOTH.map(|side| side.pass(&requirement.column_id()));
+        let passes: Vec<[ColumnHandle<bool>; 2]> = shared.iter().map(|(requirement, _)| pass(requirement)).collect();
         let metrics: Vec<Column> = of(ColumnKind::Metric).collect();
         let inputs: Vec<String> = of(ColumnKind::Input).map(|column| column.name).collect();
-        let fixed = ["run", "status", "agreement"].map(str::to_owned).into_iter();
-        let columns = metrics.iter().map(|column| &column.name).chain(&inputs);
-        let names = fixed.chain(passes.iter().flatten().chain(columns).cloned()).collect();
+        let fixed = [RUN.name(), STATUS.name(), AGREEMENT.name()].into_iter();
+        let columns = metrics.iter().map(|column| &column.name).chain(&inputs).map(String::as_str);
+        let names = fixed.chain(passes.iter().flatten().map(ColumnHandle::name)).chain(columns);
+        let names = names.map(str::to_owned).collect();
         Self { passes, metrics, inputs, names }
     }
 }
@@ -280,8 +276,8 @@ impl Layout {
 /// One run as the comparison looks at it.
 struct Row {
     run: u64,
-    status: String,
-    agreement: String,
+    status: Status,
+    agreement: Agreement,
     /// Per requirement: fails in space, on the facility.
     fails: Vec<[bool; 2]>,
     metrics: Vec<Option<f64>>,
@@ -289,8 +285,22 @@ struct Row {
 }
 
 impl Row {
+    fn of(batch: &Table, row: usize, layout: &Layout) -> std::result::Result<Self, ColumnError> {
+        let fails = |pass: &ColumnHandle<bool>| Ok(batch.get(pass)?[row] != Some(true));
+        let number = |name: &String| Ok(batch.get(&ColumnHandle::<f64>::named(name.clone()))?[row]);
+        let passes = layout.passes.iter().map(|[space, facility]| Ok([fails(space)?, fails(facility)?]));
+        Ok(Self {
+            run: batch.get(&RUN)?[row],
+            status: batch.get(&STATUS)?.at(row),
+            agreement: batch.get(&AGREEMENT)?.at(row),
+            fails: passes.collect::<std::result::Result<_, ColumnError>>()?,
+            metrics: layout.metrics.iter().map(|column| number(&column.name)).collect::<std::result::Result<_, _>>()?,
+            inputs: layout.inputs.iter().map(number).collect::<std::result::Result<_, _>>()?,
+        })
+    }
+
     fn is_invalid(&self) -> bool {
-        self.status == "invalid"
+        self.status == Status::Invalid
     }
 }
 
@@ -318,30 +328,9 @@ impl<'a> Cursor<'a> {
         }
         let (batch, row) = (&self.batch, self.row);
         self.row += 1;
-        let lacking = |name: &str| AnalysisError::Results {
-            path: self.results.to_owned(),
-            what: format!("no column `{name}` of the expected type"),
-        };
-        let word = |name: &str| {
-            let word = batch.column(name).and_then(|column| column.values.word(row));
-            word.map(str::to_owned).ok_or_else(|| lacking(name))
-        };
-        let fails =
-            |name: &String| -> Result<bool> { Ok(batch.bools(name).ok_or_else(|| lacking(name))?[row] != Some(true)) };
-        let number = |name: &str| -> Result<Option<f64>> { Ok(batch.f64s(name).ok_or_else(|| lacking(name))?[row]) };
-        Ok(Some(Row {
-            run: batch.u64s("run").ok_or_else(|| lacking("run"))?[row],
-            status: word("status")?,
-            agreement: word("agreement")?,
-            fails: self
-                .layout
-                .passes
-                .iter()
-                .map(|[space, facility]| Ok([fails(space)?, fails(facility)?]))
-                .collect::<Result<_>>()?,
-            metrics: self.layout.metrics.iter().map(|column| number(&column.name)).collect::<Result<_>>()?,
-            inputs: self.layout.inputs.iter().map(|name| number(name)).collect::<Result<_>>()?,
-        }))
+        let misfit =
+            |error: ColumnError| AnalysisError::Results { path: self.results.to_owned(), what: error.to_string() };
+        Ok(Some(Row::of(batch, row, self.layout).map_err(misfit)?))
     }
 }
 
@@ -369,7 +358,9 @@ struct Sums {
 }
 
 /// Columns whose changes are listed.
-const CHANGING: [&str; 2] = ["status", "agreement"];
+fn changing() -> [&'static str; 2] {
+    [STATUS.name(), AGREEMENT.name()]
+}
 
 impl Sums {
     fn new(layout: &Layout) -> Self {
@@ -413,9 +404,9 @@ impl Sums {
             other |= !same;
         }
         self.other_inputs += u64::from(other);
-        let words = [(&one.status, &two.status), (&one.agreement, &two.agreement)];
-        for (column, (before, after)) in words.into_iter().enumerate().filter(|(_, (before, after))| before != after) {
-            let (runs, examples) = self.changes.entry((column, before.clone(), after.clone())).or_default();
+        let words = [[one.status.word(), two.status.word()], [one.agreement.word(), two.agreement.word()]];
+        for (column, [before, after]) in words.into_iter().enumerate().filter(|(_, [before, after])| before != after) {
+            let (runs, examples) = self.changes.entry((column, before.to_owned(), after.to_owned())).or_default();
             *runs += 1;
             if examples.len() < LISTED {
                 examples.push(one.run);
@@ -456,7 +447,7 @@ impl Sums {
     fn status_changes(&self) -> Vec<StatusChange> {
         let change = |((column, first, second), (runs, examples)): (&(usize, String, String), &(u64, Vec<u64>))| {
             let (first, second, examples) = (first.clone(), second.clone(), examples.clone());
-            (*column, StatusChange { column: CHANGING[*column], first, second, runs: *runs, examples })
+            (*column, StatusChange { column: changing()[*column], first, second, runs: *runs, examples })
         };
         let mut all: Vec<(usize, StatusChange)> = self.changes.iter().map(change).collect();
         all.sort_by_key(|(column, change)| (*column, std::cmp::Reverse(change.runs)));

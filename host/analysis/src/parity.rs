@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use softdock_kernels::metrics::flags::HIL_UNSTABLE;
+use softdock_results::columns::{FLAGS, Loop, RUN};
 use softdock_results::parity::Repetition;
-use softdock_results::{Column, ColumnKind, Table, Values};
+use softdock_results::{Column, Table, Values};
 use std::collections::BTreeSet;
 
 use crate::share::Share;
@@ -67,7 +68,7 @@ const LISTED_FLIPS: usize = 100;
 impl Parity {
     /// The comparison, from a table of repeated runs.
     pub fn of(kind: &Repetition, table: &Table) -> Self {
-        let runs = table.u64s("run").unwrap_or_default();
+        let runs = table.get(&RUN).unwrap_or_default();
         let metrics: Vec<MetricParity> =
             pairs(kind, table).filter_map(|(backend, truth)| metric_parity(runs, backend, truth)).collect();
         let mut flips: Vec<Flip> = Vec::new();
@@ -127,13 +128,11 @@ fn differs(one: &Values, two: &Values, row: usize) -> bool {
 }
 
 fn flip(kind: &Repetition, table: &Table, metrics: &[MetricParity], backend: &Column, run: u64, row: usize) -> Flip {
-    let margin_name = (backend.kind == ColumnKind::Verdict).then(|| backend.name.replacen("_pass_", "_margin_", 1));
-    let margin = margin_name.as_ref().and_then(|name| table.f64s(&format!("{}{name}", kind.prefix))?[row]);
-    let rms = metrics.iter().find(|metric| Some(&metric.column) == margin_name.as_ref());
+    let column = Loop::of_pass(&backend.name).map(|(side, id)| side.margin(id));
+    let margin = column.as_ref().and_then(|column| table.get(&kind.second(column)).ok()?[row]);
+    let rms = metrics.iter().find(|metric| column.as_ref().is_some_and(|column| column.name() == metric.column));
     let within_three_rms = margin.zip(rms).map(|(margin, metric)| margin.abs() <= EXPLAINED * metric.rms_difference);
-    let [one, two] = ["", kind.prefix].map(|prefix| {
-        let flags = table.u32s(&format!("{prefix}flags"));
-        flags.is_some_and(|flags| flags[row] & HIL_UNSTABLE != 0)
-    });
+    let [one, two] = [FLAGS.clone(), kind.second(&FLAGS)]
+        .map(|column| table.get(&column).is_ok_and(|flags| flags[row] & HIL_UNSTABLE != 0));
     Flip { run, column: backend.name.clone(), margin, within_three_rms, diverged: one != two }
 }

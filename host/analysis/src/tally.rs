@@ -6,10 +6,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use softdock_campaign::requirement::{Requirement, SUCCESS, Subject};
 use softdock_kernels::metrics::flags;
-use softdock_results::runs::{
-    AGREEMENT_WORDS, Agreement, Outcome, PHASE_WORDS, STATUS_WORDS, Status, has_metric, requirement_columns,
-};
-use softdock_results::{Table, Values};
+use softdock_results::Table;
+use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, FLAGS, Loop, OUTER, RUN, STATUS, Texts, Words};
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Outcome, Phase, STATUS_WORDS, Status};
 
 use crate::causes::{LIMIT, NO_VALUE};
 use crate::exact::tolerance_rank;
@@ -19,8 +18,8 @@ use crate::summary::{CauseCount, RunMargin};
 /// Margins kept for a tolerance limit; a requirement that needs more gets none.
 const LONGEST_TAIL: u64 = 1_000_000;
 
-/// Prefixes of the two loops' columns.
-pub(crate) const LOOPS: [&str; 2] = ["space", "hil"];
+/// Phase of a cause that is in none.
+const NO_PHASE: &str = "none";
 
 /// Runs by their agreement.
 pub(crate) type AgreementCounts = [u64; AGREEMENT_WORDS.len()];
@@ -187,7 +186,8 @@ struct Batch<'a> {
     run: &'a [u64],
     outer: &'a [u32],
     flags: &'a [u32],
-    table: &'a Table,
+    status: Words<'a, Status>,
+    agreement: Words<'a, Agreement>,
     /// Space, facility.
     causes: [CauseColumns<'a>; 2],
     /// Per requirement: space, facility.
@@ -196,38 +196,40 @@ struct Batch<'a> {
 
 /// How one loop ended, and why.
 struct CauseColumns<'a> {
-    outcome: &'a Values,
-    id: &'a Values,
-    phase: &'a Values,
+    outcome: Words<'a, Outcome>,
+    id: Texts<'a>,
+    phase: Words<'a, Option<Phase>>,
     value: &'a [Option<f64>],
     limit: &'a [Option<f64>],
 }
 
 impl<'a> CauseColumns<'a> {
-    const NAMES: [&'static str; 5] = ["outcome", "cause", "cause_phase", "cause_value", "cause_limit"];
+    fn names(side: Loop) -> [String; 5] {
+        [
+            side.outcome().into_name(),
+            side.cause().into_name(),
+            side.cause_phase().into_name(),
+            side.cause_value().into_name(),
+            side.cause_limit().into_name(),
+        ]
+    }
 
-    fn of(table: &'a Table, side: &str) -> Result<Self, String> {
-        let lacking = |name: &str| format!("no column `{side}_{name}` of the expected type");
-        let words =
-            |name: &str| table.column(&format!("{side}_{name}")).map(|c| &c.values).ok_or_else(|| lacking(name));
-        let numbers = |name: &str| table.f64s(&format!("{side}_{name}")).ok_or_else(|| lacking(name));
+    fn of(table: &'a Table, side: Loop) -> Result<Self, ColumnError> {
         Ok(Self {
-            outcome: words("outcome")?,
-            id: words("cause")?,
-            phase: words("cause_phase")?,
-            value: numbers("cause_value")?,
-            limit: numbers("cause_limit")?,
+            outcome: table.get(&side.outcome())?,
+            id: table.get(&side.cause())?,
+            phase: table.get(&side.cause_phase())?,
+            value: table.get(&side.cause_value())?,
+            limit: table.get(&side.cause_limit())?,
         })
     }
 
     /// Why a row did not pass; none if it did.
-    fn at(&self, row: usize) -> Result<Option<RowCause<'a>>, String> {
-        let word = self.outcome.word(row).and_then(Outcome::from_word);
-        let outcome = word.ok_or("an outcome column holds an unknown word")?;
-        let phase = self.phase.word(row).and_then(|word| PHASE_WORDS.into_iter().find(|own| *own == word));
-        let (id, phase) = (self.id.word(row).unwrap_or_default(), phase.unwrap_or("none"));
-        let cause = RowCause { outcome, id, phase, value: self.value[row], limit: self.limit[row] };
-        Ok((outcome != Outcome::Pass).then_some(cause))
+    fn at(&self, row: usize) -> Option<RowCause<'a>> {
+        let outcome = self.outcome.at(row);
+        let phase = self.phase.at(row).map_or(NO_PHASE, Phase::word);
+        let cause = RowCause { outcome, id: self.id.at(row), phase, value: self.value[row], limit: self.limit[row] };
+        (outcome != Outcome::Pass).then_some(cause)
     }
 }
 
@@ -241,7 +243,7 @@ struct Outcomes<'a> {
 
 impl Tally {
     pub(crate) fn new(facts: &CampaignFacts) -> Self {
-        let tally = |requirement: &Requirement| LOOPS.map(|_| LoopTally::new(requirement, facts.plan.runs));
+        let tally = |requirement: &Requirement| Loop::BOTH.map(|_| LoopTally::new(requirement, facts.plan.runs));
         Self {
             invalid: facts.invalid,
             status: [0; STATUS_WORDS.len()],
@@ -258,33 +260,31 @@ impl Tally {
 
     /// Names of the columns that are read.
     pub(crate) fn columns(facts: &CampaignFacts) -> Vec<String> {
-        let fixed = ["run", "outer", "status", "agreement", "flags"].map(str::to_owned);
+        let fixed = [RUN.name(), OUTER.name(), STATUS.name(), AGREEMENT.name(), FLAGS.name()].map(str::to_owned);
         let outcomes = facts.requirements.iter().flat_map(|requirement| {
-            LOOPS.into_iter().flat_map(|side| requirement_columns(side, &requirement.column_id()))
+            let id = requirement.column_id();
+            Loop::BOTH.into_iter().flat_map(move |side| [side.margin(&id).into_name(), side.pass(&id).into_name()])
         });
         let metrics = facts.requirements.iter();
         let mut metrics: Vec<String> = metrics
-            .flat_map(|requirement| LOOPS.into_iter().filter_map(|side| metric_column(side, requirement)))
+            .flat_map(|requirement| Loop::BOTH.into_iter().filter_map(|side| metric_column(side, requirement)))
+            .map(ColumnHandle::into_name)
             .collect();
         metrics.sort();
         metrics.dedup();
-        let causes = LOOPS
-            .into_iter()
-            .flat_map(|side| CauseColumns::NAMES.into_iter().map(move |name| format!("{side}_{name}")));
+        let causes = Loop::BOTH.into_iter().flat_map(CauseColumns::names);
         fixed.into_iter().chain(causes).chain(outcomes).chain(metrics).collect()
     }
 
     /// Counts a batch; an error names the column that is not what it should be.
     pub(crate) fn add(&mut self, table: &Table, facts: &CampaignFacts) -> Result<(), String> {
         let batch = Batch::of(table, facts)?;
-        (0..table.rows()).try_for_each(|row| self.add_row(&batch, row, facts))
+        (0..table.rows()).for_each(|row| self.add_row(&batch, row, facts));
+        Ok(())
     }
 
-    fn add_row(&mut self, batch: &Batch, row: usize, facts: &CampaignFacts) -> Result<(), String> {
-        let word = |name: &str| batch.table.column(name).and_then(|column| column.values.word(row));
-        let status = word("status").and_then(Status::from_word).ok_or("column `status` holds an unknown word")?;
-        let agreement =
-            word("agreement").and_then(Agreement::from_word).ok_or("column `agreement` holds an unknown word")?;
+    fn add_row(&mut self, batch: &Batch, row: usize, facts: &CampaignFacts) {
+        let (status, agreement) = (batch.status.at(row), batch.agreement.at(row));
         let invalid = status == Status::Invalid;
         self.status[status as usize] += 1;
         self.agreement[agreement as usize] += 1;
@@ -294,12 +294,12 @@ impl Tally {
             count.0 += set;
             count.1 += set * u64::from(invalid);
         }
-        let ended = [batch.causes[0].at(row)?, batch.causes[1].at(row)?];
+        let ended = [batch.causes[0].at(row), batch.causes[1].at(row)];
         for (causes, cause) in self.causes.iter_mut().zip(&ended) {
             cause.iter().for_each(|cause| causes.add(batch.run[row], cause));
         }
         if invalid && self.invalid == InvalidRuns::ReportOnly {
-            return Ok(());
+            return;
         }
         self.counted += 1;
         let mut all = [!invalid; 2];
@@ -325,7 +325,6 @@ impl Tally {
         for (joint, all) in self.joint.iter_mut().zip(all) {
             *joint += u64::from(all);
         }
-        Ok(())
     }
 }
 
@@ -337,34 +336,33 @@ fn shortfall<'a>(requirement: &Requirement, value: Option<f64>, ended: Option<Ro
     }
     let id = if value.is_some() { LIMIT } else { NO_VALUE };
     let limit = value.and_then(|value| requirement.limits.nearer(value));
-    RowCause { outcome: Outcome::Fail, id, phase: "none", value, limit }
+    RowCause { outcome: Outcome::Fail, id, phase: NO_PHASE, value, limit }
 }
 
 /// Column of the metric of a requirement in one loop; none where the loop has no such column.
-pub(crate) fn metric_column(side: &str, requirement: &Requirement) -> Option<String> {
+pub(crate) fn metric_column(side: Loop, requirement: &Requirement) -> Option<ColumnHandle<f64>> {
     let column = requirement.metric.column.as_ref()?;
-    has_metric(side, &requirement.metric.name).then(|| format!("{side}_{column}"))
+    side.has_metric(&requirement.metric.name).then(|| side.metric_column(column))
 }
 
 impl<'a> Batch<'a> {
-    fn of(table: &'a Table, facts: &CampaignFacts) -> Result<Self, String> {
-        let lacking = |name: &str| format!("no column `{name}` of the expected type");
-        let outcome = |side: &str, requirement: &Requirement| {
-            let [margin, pass] = requirement_columns(side, &requirement.column_id());
-            let margins = table.f64s(&margin).ok_or_else(|| lacking(&margin))?;
-            let passes = table.bools(&pass).ok_or_else(|| lacking(&pass))?;
-            let column = metric_column(side, requirement);
-            let values = column.map(|name| table.f64s(&name).ok_or_else(|| lacking(&name))).transpose()?;
-            Ok::<_, String>(Outcomes { margins, passes, values })
+    fn of(table: &'a Table, facts: &CampaignFacts) -> Result<Self, ColumnError> {
+        let outcome = |side: Loop, requirement: &Requirement| {
+            let id = requirement.column_id();
+            let (margins, passes) = (table.get(&side.margin(&id))?, table.get(&side.pass(&id))?);
+            let values = metric_column(side, requirement).map(|column| table.get(&column)).transpose()?;
+            Ok::<_, ColumnError>(Outcomes { margins, passes, values })
         };
-        let both = |requirement: &Requirement| Ok([outcome("space", requirement)?, outcome("hil", requirement)?]);
+        let both =
+            |requirement: &Requirement| Ok([outcome(Loop::Space, requirement)?, outcome(Loop::Hil, requirement)?]);
         Ok(Self {
-            run: table.u64s("run").ok_or_else(|| lacking("run"))?,
-            outer: table.u32s("outer").ok_or_else(|| lacking("outer"))?,
-            flags: table.u32s("flags").ok_or_else(|| lacking("flags"))?,
-            table,
-            causes: [CauseColumns::of(table, "space")?, CauseColumns::of(table, "hil")?],
-            outcomes: facts.requirements.iter().map(both).collect::<Result<_, String>>()?,
+            run: table.get(&RUN)?,
+            outer: table.get(&OUTER)?,
+            flags: table.get(&FLAGS)?,
+            status: table.get(&STATUS)?,
+            agreement: table.get(&AGREEMENT)?,
+            causes: [CauseColumns::of(table, Loop::Space)?, CauseColumns::of(table, Loop::Hil)?],
+            outcomes: facts.requirements.iter().map(both).collect::<Result<_, ColumnError>>()?,
         })
     }
 }

@@ -7,7 +7,8 @@ use crate::observer::{Context, Note};
 use crate::paths::normal;
 use softdock_campaign::Campaign;
 use softdock_campaign::requirement::{Requirement, Subject};
-use softdock_results::runs::requirement_columns;
+use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, Loop, RUN, STATUS};
+use softdock_results::runs::Status;
 use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
@@ -55,34 +56,32 @@ pub fn failed_results(results: &Path, out: Option<&Path>) -> Result<PathBuf> {
 /// Numbers and inputs of the runs that did not pass, and how many failed in space, on the facility, or are invalid.
 fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Table, [u64; 3])> {
     let all = index.columns()?;
-    let named = |is: &dyn Fn(&Column) -> bool| -> Vec<String> {
-        all.columns.iter().filter(|column| is(column)).map(|column| column.name.clone()).collect()
-    };
     let on_space = requirements.iter().filter(|requirement| requirement.subject == Subject::Space);
-    let passes = [
-        on_space
-            .map(|requirement| {
-                let [_, pass] = requirement_columns("space", &requirement.column_id());
-                pass
-            })
-            .collect::<Vec<_>>(),
-        named(&|c| c.kind == ColumnKind::Verdict && c.name.starts_with("hil_")),
-    ];
-    let inputs = named(&|column| column.kind == ColumnKind::Input);
-    let fixed = ["run", "status", "agreement"].map(str::to_owned);
-    let names: Vec<String> = fixed.iter().chain(passes.iter().flatten()).chain(&inputs).cloned().collect();
+    let on_facility = all.columns.iter().filter_map(|column| match Loop::of_pass(&column.name) {
+        Some((Loop::Hil, id)) => Some(Loop::Hil.pass(id)),
+        Some((Loop::Space, _)) | None => None,
+    });
+    let passes: [Vec<ColumnHandle<bool>>; 2] =
+        [on_space.map(|requirement| Loop::Space.pass(&requirement.column_id())).collect(), on_facility.collect()];
+    let inputs = all.columns.iter().filter(|column| column.kind == ColumnKind::Input);
+    let inputs: Vec<ColumnHandle<f64>> = inputs.map(|column| ColumnHandle::named(column.name.clone())).collect();
+    let fixed = [RUN.name(), STATUS.name(), AGREEMENT.name()].into_iter();
+    let names =
+        fixed.chain(passes.iter().flatten().map(ColumnHandle::name)).chain(inputs.iter().map(ColumnHandle::name));
+    let names: Vec<String> = names.map(str::to_owned).collect();
     let (mut runs, mut values, mut counts) = (Vec::new(), vec![Vec::new(); inputs.len()], [0; 3]);
     for batch in index.read_columns(&names) {
         let batch = batch?;
-        let word = |name: &str, row| batch.column(name).and_then(|column| column.values.word(row)).unwrap_or_default();
-        for (row, run) in batch.u64s("run").unwrap_or_default().iter().enumerate() {
-            let invalid = word("status", row) == "invalid";
-            let holds = |name: &String| batch.bools(name).is_some_and(|passes| passes[row] == Some(true));
-            let agreement = word("agreement", row);
+        let misfit = |error: ColumnError| FarmError::refused(error.to_string(), "make the folder again");
+        let (run, status) = (batch.get(&RUN).map_err(misfit)?, batch.get(&STATUS).map_err(misfit)?);
+        let agreement = batch.get(&AGREEMENT).map_err(misfit)?;
+        for (row, run) in run.iter().enumerate() {
+            let invalid = status.at(row) == Status::Invalid;
+            let holds = |pass: &ColumnHandle<bool>| batch.get(pass).is_ok_and(|passes| passes[row] == Some(true));
             // With requirements they decide; the task itself does where there are none.
-            let task = [&["true_pass", "false_fail", "aborted_pass"][..], &["true_pass", "false_pass"][..]];
+            let task = [agreement.at(row).space_passes(), agreement.at(row).facility_passes()];
             let [space, facility] = [0, 1].map(|side: usize| match passes[side].as_slice() {
-                [] => task[side].contains(&agreement),
+                [] => task[side] == Some(true),
                 passes => passes.iter().all(holds),
             });
             if space && facility && !invalid {
@@ -92,8 +91,8 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
             counts[1] += u64::from(!facility && !invalid);
             counts[2] += u64::from(invalid);
             runs.push(*run);
-            for (values, name) in values.iter_mut().zip(&inputs) {
-                values.push(batch.f64s(name).and_then(|column| column[row]));
+            for (values, column) in values.iter_mut().zip(&inputs) {
+                values.push(batch.get(column).map_err(misfit)?[row]);
             }
         }
     }
@@ -101,7 +100,7 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
         let column = all.column(name).expect("a column of the table");
         Column { values, ..column.clone() }
     };
-    let columns = std::iter::once(described("run", Values::U64(runs)));
-    let inputs = inputs.iter().zip(values).map(|(name, values)| described(name, Values::F64(values)));
+    let columns = std::iter::once(described(RUN.name(), Values::U64(runs)));
+    let inputs = inputs.iter().zip(values).map(|(name, values)| described(name.name(), Values::F64(values)));
     Ok((Table { columns: columns.chain(inputs).collect() }, counts))
 }

@@ -9,6 +9,7 @@ use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
 use softdock_campaign::distribution::Distribution;
 use softdock_campaign::rules;
+use softdock_results::columns;
 use softdock_results::runs::input_fields;
 
 /// Writes `report.html`.
@@ -39,7 +40,7 @@ fn dispersions(campaign: &Campaign) -> Vec<ReportedDispersion> {
     let given = campaign.cases().is_some();
     let row = |field: usize, distribution: String, class: &str, source: Option<&String>| ReportedDispersion {
         target: fields[field].name.clone(),
-        column: format!("in_{}", fields[field].column()),
+        column: columns::input(&fields[field]).into_name(),
         distribution,
         class: class.to_owned(),
         source: source.cloned().unwrap_or_default(),

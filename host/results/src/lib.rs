@@ -4,6 +4,7 @@
 //! so that two writers of one shard and a killed writer are normal cases.
 
 mod atomic;
+pub mod columns;
 pub mod drive_log;
 mod error;
 pub mod foreign;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Result;
+use crate::columns::ColumnHandle;
 use crate::read::TableReader;
 use crate::runs::{RunRow, RunsSchema};
 use crate::shards::{Provenance, ShardIndex};
@@ -29,6 +30,13 @@ pub const PARITY: Repetition =
 /// Runs in f64 at half the substep; the command period stays.
 pub const HALF_STEP: Repetition =
     Repetition { file: "half_step.parquet", schema: "half_step/1", prefix: "half_step_", words: "at half the substep" };
+
+impl Repetition {
+    /// The column with the second value.
+    pub fn second<T>(&self, first: &ColumnHandle<T>) -> ColumnHandle<T> {
+        ColumnHandle::named(format!("{}{}", self.prefix, first.name()))
+    }
+}
 
 /// One run, made twice.
 #[derive(Clone, Debug, PartialEq)]

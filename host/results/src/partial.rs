@@ -83,7 +83,7 @@ pub fn read_partial(
         if RunsSchema::of_table(&table) != *schema {
             return Err("the columns are those of other requirements".to_owned());
         }
-        schema.rows(&table)
+        Ok(schema.rows(&table)?)
     };
     match read() {
         Ok(rows) => PartialShard::Usable(rows.into_iter().filter(|row| wanted(row.run)).collect()),

@@ -4,9 +4,7 @@ use softdock_kernels::metrics::Metrics;
 
 mod schema;
 
-pub use schema::{
-    CustomMetricColumn, RequirementColumn, RunsSchema, has_metric, input_fields, metric_fields, requirement_columns,
-};
+pub use schema::{CustomMetricColumn, RequirementColumn, RunsSchema, input_fields, metric_fields};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -94,6 +92,12 @@ impl Phase {
     /// The word in the file.
     pub fn word(self) -> &'static str {
         PHASE_WORDS[self as usize]
+    }
+
+    /// The phase in a column, where the last word stands for none; the outer `None` is an unknown word.
+    pub(crate) fn of_column(word: &str) -> Option<Option<Self>> {
+        let phase = Self::from_word(word);
+        (phase.is_some() || word == PHASE_WORDS[3]).then_some(phase)
     }
 
     /// The phase of a word.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::columns::RUN;
 use crate::read::{Batches, TableReader};
 use crate::runs::{RunRow, RunsSchema};
 use crate::table::Table;
@@ -326,9 +327,9 @@ fn belongs(path: &Path, plan: ShardPlan, origin: &Origin) -> std::result::Result
 fn check_numbers(reader: TableReader, range: Option<Range<u64>>) -> Result<()> {
     let (mut expected, mut last) = (range, None);
     let path = reader.path().to_owned();
-    for batch in reader.select(&["run"])?.batches()? {
+    for batch in reader.select(&[RUN.name()])?.batches()? {
         let batch = batch?;
-        for run in batch.u64s("run").ok_or_else(|| ResultsError::contract(&path, "no column `run` of whole numbers"))? {
+        for run in batch.get(&RUN).map_err(|error| ResultsError::contract(&path, error.to_string()))? {
             if last.is_some_and(|last| *run <= last) {
                 return Err(ResultsError::contract(&path, format!("run {run} stands twice, or out of order")));
             }

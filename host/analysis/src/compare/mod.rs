@@ -342,7 +342,7 @@ fn bands_of(
     rows: &[&Row],
     reference: Option<&[Row]>,
 ) -> Vec<Band> {
-    let column = columns.input(&bands.field.column());
+    let column = columns.input(&bands.field);
     let band = |index: usize| {
         let inside: Vec<&Row> =
             rows.iter().copied().filter(|row| holds(&bands.edges, index, row.values[column])).collect();
@@ -362,9 +362,9 @@ fn bands_of(
 }
 
 fn map_of(plan: &Comparison, columns: &Columns, map: &CellMap, rows: &[&Row]) -> Map {
-    let [x, y] = [&map.x, &map.y].map(|axis| columns.input(&axis.field.column()));
+    let [x, y] = [&map.x, &map.y].map(|axis| columns.input(&axis.field));
     let metric = map.metric.as_ref().map(|(name, _)| columns.metric(name));
-    let slice = map.slice.as_ref().map(|slice| (&slice.edges, columns.input(&slice.field.column())));
+    let slice = map.slice.as_ref().map(|slice| (&slice.edges, columns.input(&slice.field)));
     let inside = |row: &&&Row| slice.is_none_or(|(edges, column)| holds(edges, 0, row.values[column]));
     let rows: Vec<&Row> = rows.iter().filter(inside).copied().collect();
     let cell = |column: usize, row: usize| {

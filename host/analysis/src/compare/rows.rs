@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use softdock_campaign::compare::Comparison;
-use softdock_kernels::fields::fields;
-use softdock_kernels::metrics::Metrics;
+use softdock_kernels::fields::Field;
 use softdock_results::Table;
+use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, Loop, RUN, input};
 use softdock_results::runs::Agreement;
 use softdock_results::shards::ShardIndex;
 
@@ -49,77 +49,61 @@ impl Row {
 
 /// The columns of a comparison: where each input and metric stands among a row's values.
 pub(super) struct Columns {
-    names: Vec<String>,
+    columns: Vec<ColumnHandle<f64>>,
 }
 
 impl Columns {
     pub(super) fn of(plan: &Comparison) -> Self {
-        let along = plan.along.iter().map(|bands| bands.field.column());
-        let axes = plan
-            .maps
-            .iter()
-            .flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice))
-            .map(|axis| axis.field.column());
-        let inputs = along.chain(axes).map(|column| format!("in_{column}"));
+        let along = plan.along.iter();
+        let axes = plan.maps.iter().flat_map(|map| [&map.x, &map.y].into_iter().chain(&map.slice));
+        let inputs = along.chain(axes).map(|axis| input(&axis.field));
         let mapped = plan.maps.iter().filter_map(|map| map.metric.as_ref());
-        let metrics = plan.metrics.iter().chain(mapped).map(|(name, _)| metric_column(name));
-        let mut names: Vec<String> = Vec::new();
-        for name in inputs.chain(metrics) {
-            if !names.contains(&name) {
-                names.push(name);
+        let metrics = plan.metrics.iter().chain(mapped).map(|(name, _)| Loop::Hil.metric_named(name));
+        let mut columns: Vec<ColumnHandle<f64>> = Vec::new();
+        for column in inputs.chain(metrics) {
+            if !columns.contains(&column) {
+                columns.push(column);
             }
         }
-        Self { names }
+        Self { columns }
     }
 
     /// Place of an input.
-    pub(super) fn input(&self, column: &str) -> usize {
-        self.place(&format!("in_{column}"))
+    pub(super) fn input(&self, field: &Field) -> usize {
+        self.place(&input(field))
     }
 
     /// Place of a metric of the facility's loop.
     pub(super) fn metric(&self, name: &str) -> usize {
-        self.place(&metric_column(name))
+        self.place(&Loop::Hil.metric_named(name))
     }
 
-    fn place(&self, name: &str) -> usize {
-        self.names.iter().position(|own| own == name).expect("a column of the plan")
+    fn place(&self, column: &ColumnHandle<f64>) -> usize {
+        self.columns.iter().position(|own| own == column).expect("a column of the plan")
     }
 
     /// All runs of a results folder, by run number.
     pub(super) fn read(&self, results: &Path, index: &ShardIndex) -> Result<Vec<Row>> {
-        let names: Vec<String> =
-            ["run", "agreement"].map(str::to_owned).into_iter().chain(self.names.iter().cloned()).collect();
+        let fixed = [RUN.name(), AGREEMENT.name()].into_iter();
+        let names: Vec<String> = fixed.chain(self.columns.iter().map(ColumnHandle::name)).map(str::to_owned).collect();
         let mut rows = Vec::new();
         for batch in index.read_columns(&names) {
-            self.add(&batch?, &mut rows).map_err(|name| AnalysisError::Results {
-                path: results.to_owned(),
-                what: format!("no column `{name}` of the expected type"),
-            })?;
+            self.add(&batch?, &mut rows)
+                .map_err(|error| AnalysisError::Results { path: results.to_owned(), what: error.to_string() })?;
         }
         rows.sort_by_key(|row: &Row| row.run);
         Ok(rows)
     }
 
-    /// Adds a batch; an error is the name of a column that is not what it should be.
-    fn add(&self, table: &Table, rows: &mut Vec<Row>) -> std::result::Result<(), String> {
-        let run = table.u64s("run").ok_or("run")?;
-        let agreement = table.column("agreement").ok_or("agreement")?;
-        let columns: Vec<&[Option<f64>]> = self
-            .names
-            .iter()
-            .map(|name| table.f64s(name).ok_or_else(|| name.clone()))
-            .collect::<std::result::Result<_, _>>()?;
-        for (row, run) in run.iter().enumerate() {
-            let word = agreement.values.word(row).and_then(Agreement::from_word);
-            let values = columns.iter().map(|column| column[row].unwrap_or(f64::NAN)).collect();
-            rows.push(Row { run: *run, agreement: word.ok_or("agreement")?, values });
-        }
+    fn add(&self, table: &Table, rows: &mut Vec<Row>) -> std::result::Result<(), ColumnError> {
+        let (run, agreement) = (table.get(&RUN)?, table.get(&AGREEMENT)?);
+        let columns = self.columns.iter().map(|column| table.get(column));
+        let columns = columns.collect::<std::result::Result<Vec<_>, _>>()?;
+        rows.extend(run.iter().enumerate().map(|(row, run)| Row {
+            run: *run,
+            agreement: agreement.at(row),
+            values: columns.iter().map(|column| column[row].unwrap_or(f64::NAN)).collect(),
+        }));
         Ok(())
     }
-}
-
-fn metric_column(name: &str) -> String {
-    let metric = fields::<f64, Metrics<f64>>().into_iter().find(|metric| metric.name == name);
-    format!("hil_{}", metric.map_or(name.to_owned(), |metric| metric.column()))
 }

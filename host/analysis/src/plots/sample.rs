@@ -3,29 +3,28 @@
 use std::path::Path;
 
 use softdock_results::Table;
-use softdock_results::runs::{Agreement, Outcome, input_fields, requirement_columns};
+use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, Loop, RUN, input_named, parameter_of};
+use softdock_results::runs::{Agreement, Outcome};
 
 use crate::content::Content;
 use crate::facts::CampaignFacts;
 use crate::moments::Moments;
-use crate::tally::LOOPS;
 use crate::{AnalysisError, Result};
 
 /// Runs whose values are kept; of a larger campaign every second, third ... run is kept, which is a random sample
 /// as long as runs are independent. 100,000 runs of 40 columns are 64 MB.
 const MOST_RUNS: u64 = 100_000;
 
-/// Columns whose largest size over all runs is reported.
-pub(crate) const CONSERVED: [&str; 4] = [
-    "space_linear_momentum_error_kg_m_per_s",
-    "space_angular_momentum_error_kg_m2_per_s",
-    "hil_linear_momentum_error_kg_m_per_s",
-    "hil_angular_momentum_error_kg_m2_per_s",
+/// Metrics whose largest size over all runs is reported.
+pub(crate) const CONSERVED: [(Loop, &str); 4] = [
+    (Loop::Space, "linear_momentum_error"),
+    (Loop::Space, "angular_momentum_error"),
+    (Loop::Hil, "linear_momentum_error"),
+    (Loop::Hil, "angular_momentum_error"),
 ];
 
-/// What a test motion says of the robots; null in campaigns without one.
-pub(crate) const TRACKING: [&str; 4] =
-    ["hil_tracking_gain", "hil_tracking_lag_rad", "hil_tracking_error_m", "hil_tracking_overshoot"];
+/// Metrics of the robots' response to a test motion; null in campaigns without one.
+pub(crate) const TRACKING: [&str; 4] = ["tracking_gain", "tracking_lag", "tracking_error", "tracking_overshoot"];
 
 /// A dispersed input.
 #[derive(Clone, Debug)]
@@ -54,9 +53,9 @@ pub(crate) struct Sample {
     pub(crate) inputs: Vec<Input>,
     pub(crate) delay: Vec<f64>,
     pub(crate) injected_energy: Vec<Option<f64>>,
-    /// The [`TRACKING`] columns.
+    /// The [`TRACKING`] metrics.
     pub(crate) tracking: [Vec<Option<f64>>; TRACKING.len()],
-    /// Largest size of the [`CONSERVED`] columns over all runs.
+    /// Largest size of the [`CONSERVED`] metrics over all runs.
     pub(crate) conserved: [f64; CONSERVED.len()],
 }
 
@@ -66,7 +65,7 @@ impl Sample {
         let (index, results) = (&content.shards, content.results.as_path());
         let described = index.columns()?;
         let input = |name: &String| {
-            let column = described.column(name).ok_or_else(|| lacking(results, name))?;
+            let column = described.column(name).ok_or_else(|| misfit(results, ColumnError::Missing(name.clone())))?;
             Ok(Input {
                 column: name.clone(),
                 name: in_words(name),
@@ -83,7 +82,7 @@ impl Sample {
             ..Self::default()
         };
         for batch in index.read_columns(&columns(facts, inputs)) {
-            sample.add(&batch?, facts).map_err(|name| lacking(results, &name))?;
+            sample.add(&batch?, facts).map_err(|error| misfit(results, error))?;
         }
         Ok(sample)
     }
@@ -93,53 +92,65 @@ impl Sample {
         self.agreement.len()
     }
 
-    /// Adds a batch; an error is the name of a column that is not what it should be.
-    fn add(&mut self, table: &Table, facts: &CampaignFacts) -> std::result::Result<(), String> {
-        let numbers = |name: &str| table.f64s(name).ok_or_else(|| name.to_owned());
-        let run = table.u64s("run").ok_or("run")?;
+    /// Adds a batch.
+    fn add(&mut self, table: &Table, facts: &CampaignFacts) -> std::result::Result<(), ColumnError> {
+        let run = table.get(&RUN)?;
         let kept: Vec<usize> = (0..table.rows()).filter(|row| run[*row].is_multiple_of(self.stride)).collect();
-        let agreement = table.column("agreement").ok_or("agreement")?;
-        for row in &kept {
-            let word = agreement.values.word(*row).and_then(Agreement::from_word);
-            self.agreement.push(word.ok_or("agreement")?);
-        }
-        for (side, success) in LOOPS.into_iter().zip(&mut self.success) {
-            let name = format!("{side}_outcome");
-            let outcomes = table.column(&name).ok_or(name)?;
-            let passes = |row: &usize| outcomes.values.word(*row) == Some(Outcome::Pass.word());
-            success.extend(kept.iter().map(passes));
+        let agreement = table.get(&AGREEMENT)?;
+        self.agreement.extend(kept.iter().map(|row| agreement.at(*row)));
+        for (side, success) in Loop::BOTH.into_iter().zip(&mut self.success) {
+            let outcomes = table.get(&side.outcome())?;
+            success.extend(kept.iter().map(|row| outcomes.at(*row) == Outcome::Pass));
         }
         for (requirement, margins) in facts.requirements.iter().zip(&mut self.margins) {
-            for (side, margins) in LOOPS.into_iter().zip(margins) {
-                let [name, _] = requirement_columns(side, &requirement.column_id());
-                let values = numbers(&name)?;
+            for (side, margins) in Loop::BOTH.into_iter().zip(margins) {
+                let values = table.get(&side.margin(&requirement.column_id()))?;
                 margins.extend(kept.iter().map(|row| values[*row]));
             }
         }
         for input in &mut self.inputs {
-            let values = numbers(&input.column)?;
+            let values = table.get(&ColumnHandle::<f64>::named(input.column.clone()))?;
             values.iter().flatten().for_each(|value| input.moments.add(*value));
             input.values.extend(kept.iter().map(|row| values[*row].unwrap_or(f64::NAN)));
         }
-        let (delay, energy) = (numbers("in_loop_delay_s")?, numbers("hil_injected_energy_j")?);
+        let (delay, energy) = (table.get(&delay())?, table.get(&injected_energy())?);
         self.delay.extend(kept.iter().map(|row| delay[*row].unwrap_or(f64::NAN)));
         self.injected_energy.extend(kept.iter().map(|row| energy[*row]));
-        for (name, kept_values) in TRACKING.into_iter().zip(&mut self.tracking) {
-            let values = numbers(name)?;
+        for (column, kept_values) in tracking().zip(&mut self.tracking) {
+            let values = table.get(&column)?;
             kept_values.extend(kept.iter().map(|row| values[*row]));
         }
-        for (name, largest) in CONSERVED.into_iter().zip(&mut self.conserved) {
-            *largest = numbers(name)?.iter().flatten().fold(*largest, |most, value| most.max(value.abs()));
+        for (column, largest) in conserved().zip(&mut self.conserved) {
+            *largest = table.get(&column)?.iter().flatten().fold(*largest, |most, value| most.max(value.abs()));
         }
         Ok(())
     }
 }
 
+fn delay() -> ColumnHandle<f64> {
+    input_named("loop_delay")
+}
+
+fn injected_energy() -> ColumnHandle<f64> {
+    Loop::Hil.metric_named("injected_energy")
+}
+
+fn tracking() -> impl Iterator<Item = ColumnHandle<f64>> {
+    TRACKING.into_iter().map(|metric| Loop::Hil.metric_named(metric))
+}
+
+fn conserved() -> impl Iterator<Item = ColumnHandle<f64>> {
+    CONSERVED.into_iter().map(|(side, metric)| side.metric_named(metric))
+}
+
+/// Names of all columns that are read.
 fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
-    let fixed = ["run", "agreement", "space_outcome", "hil_outcome", "in_loop_delay_s", "hil_injected_energy_j"];
-    let mut names: Vec<String> = fixed.into_iter().chain(CONSERVED).chain(TRACKING).map(str::to_owned).collect();
+    let mut names = vec![RUN.name().to_owned(), AGREEMENT.name().to_owned()];
+    names.extend(Loop::BOTH.map(|side| side.outcome().into_name()));
+    let numbers = [delay(), injected_energy()].into_iter().chain(conserved()).chain(tracking());
+    names.extend(numbers.map(ColumnHandle::into_name));
     for requirement in facts.requirements {
-        names.extend(LOOPS.map(|side| requirement_columns(side, &requirement.column_id())[0].clone()));
+        names.extend(Loop::BOTH.map(|side| side.margin(&requirement.column_id()).into_name()));
     }
     names.extend(inputs.iter().cloned());
     names
@@ -147,10 +158,9 @@ fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
 
 /// The name of an input column in words, without prefix and unit.
 fn in_words(column: &str) -> String {
-    let known = input_fields().into_iter().find(|field| column.strip_prefix("in_") == Some(&field.column()));
-    known.map_or(column.to_owned(), |field| field.name).replace('_', " ")
+    parameter_of(column).map_or(column.to_owned(), |field| field.name).replace('_', " ")
 }
 
-fn lacking(results: &Path, name: &str) -> AnalysisError {
-    AnalysisError::Results { path: results.to_owned(), what: format!("no column `{name}` of the expected type") }
+fn misfit(results: &Path, error: ColumnError) -> AnalysisError {
+    AnalysisError::Results { path: results.to_owned(), what: error.to_string() }
 }

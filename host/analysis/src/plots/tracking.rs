@@ -9,6 +9,7 @@ use crate::plots::Drawing;
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, Size, colour};
 use crate::plots::sample::{Sample, TRACKING};
+use softdock_results::columns::input_named;
 
 /// The [`TRACKING`] columns in words, with the unit and its factor.
 const WORDS: [(&str, &str, f64); TRACKING.len()] = [
@@ -45,7 +46,8 @@ pub(crate) fn tracking_rows(sample: &Sample) -> Vec<TrackingRow> {
 
 /// Gain and lag of each run against the frequency of its test motion, where that varies.
 pub(crate) fn tracking_figures(sample: &Sample) -> Result<Vec<Drawing>> {
-    let Some(frequency) = sample.inputs.iter().find(|input| input.column == "in_test_frequency_hz") else {
+    let Some(frequency) = sample.inputs.iter().find(|input| input.column == input_named("test_frequency").name())
+    else {
         return Ok(Vec::new());
     };
     let mut figures = Vec::new();
