@@ -168,6 +168,11 @@ if [ -n "$slurm" ]; then
     tail -n 3 "$scratch/slurm.log"
 fi
 
+if [ "$full" = yes ]; then
+    step "results in an object store"
+    bash tests/store.sh "$target/s3" cargo test --release --features s3 --test store -- --ignored
+fi
+
 swiftshader_seen=no
 if [ "$full" = yes ]; then
     step "parity, a second time, on SwiftShader"
@@ -197,7 +202,7 @@ step "the same results, read by others"
 "$python" tests/read_results.py "$scratch/smoke"
 
 if [ "$full" = no ]; then
-    printf '\n!! NOT RUN: full sizes of slow tests, parity on SwiftShader: bash tests/run.sh --full\n' >&2
+    printf '\n!! NOT RUN: full sizes of slow tests, an object store, parity on SwiftShader: bash tests/run.sh --full\n' >&2
 elif [ "$swiftshader_seen" = no ]; then
     printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
 fi

@@ -69,6 +69,9 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// List what runs can be made on.
     Devices,
+    /// Copy the runs of a results folder to an S3-compatible object store, or from it.
+    #[cfg(feature = "s3")]
+    Store(StoreArgs),
     /// Drive one run of a campaign on real or emulated robots, and set it beside what the model expects.
     Drive(DriveArgs),
     /// Be the other side: emulated robots and sensor behind their real protocols.
@@ -77,6 +80,42 @@ pub(crate) enum Command {
     Identify(IdentifyArgs),
     /// Say from recordings what a model gets wrong, why, and what knowing it gains.
     Diagnose(DiagnoseArgs),
+}
+
+/// Arguments of `store`.
+#[cfg(feature = "s3")]
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Address and credentials: AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY; AWS_ALLOW_HTTP=true
+for a store without TLS. An object is written once; one that exists with other bytes is an error.
+
+Examples:
+  softdock store push results/dock s3://runs/dock
+  softdock store pull s3://runs/dock dock && softdock finish dock")]
+pub(crate) struct StoreArgs {
+    /// Direction.
+    #[command(subcommand)]
+    pub(crate) what: StoreCommand,
+}
+
+/// Directions of `store`.
+#[cfg(feature = "s3")]
+#[derive(Debug, Subcommand)]
+pub(crate) enum StoreCommand {
+    /// Write the campaign and its whole shards to the store.
+    Push {
+        /// Results folder.
+        results: PathBuf,
+        /// `s3://BUCKET/PREFIX`.
+        url: String,
+    },
+    /// Read them into a results folder; `finish` judges it.
+    Pull {
+        /// `s3://BUCKET/PREFIX`.
+        url: String,
+        /// Results folder.
+        results: PathBuf,
+    },
 }
 
 /// Arguments of `identify`.
@@ -192,8 +231,42 @@ pub(crate) struct BenchArgs {
 /// What is measured besides speed.
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchCommand {
+    /// Measure one graphics card: speed over lanes, loss of the device, a campaign by phases with its parity.
+    Device(BenchDeviceArgs),
     /// Judge the diagnosis by recordings whose cause is known: right names, false alarms, intervals, cost.
     Diagnosis(BenchDiagnosisArgs),
+}
+
+/// Arguments of `bench device`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Writes DIR/card.json, and the campaign's results to DIR/campaign. At most 9 minutes on a card of 2020 or later.
+
+Exit codes: 0 the card may be used, 1 a fault is reported, 2 bad input or no card, 3 stopped.
+
+Example:
+  softdock bench device campaigns/probe_drogue.toml --out results/card")]
+pub(crate) struct BenchDeviceArgs {
+    /// Campaign file.
+    pub(crate) campaign: PathBuf,
+    /// Folder of the report, which must not exist.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Number of runs of the campaign.
+    #[arg(long, value_name = "N", default_value = "65536", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) runs: u64,
+    /// Numbers of lanes, by commas; 1024 to 65536 in powers of two if not given.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(64..=1 << 20))]
+    pub(crate) lanes: Vec<u32>,
+    /// Windows of 0.1 s instead of three of 1 s.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Accept a software driver, to try the command.
+    #[arg(long)]
+    pub(crate) software: bool,
+    /// Answer in JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Arguments of `bench diagnosis`.

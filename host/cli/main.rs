@@ -25,6 +25,8 @@ mod run;
 mod scene;
 mod schema;
 mod status;
+#[cfg(feature = "s3")]
+mod store;
 mod submit;
 mod verify;
 mod words;
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
         Command::Map(args) => map::map(&args),
         Command::Bench(args) => match &args.what {
             None => bench::bench(&args),
+            Some(BenchCommand::Device(args)) => bench::bench_device(args),
             Some(BenchCommand::Diagnosis(args)) => bench_diagnosis::bench_diagnosis(args),
         },
         Command::Identify(args) => identify::identify(&args),
@@ -61,6 +64,8 @@ fn main() -> ExitCode {
         Command::Drive(args) => drive::drive(&args),
         Command::Emulate(args) => emulate::emulate(&args),
         Command::Devices => devices::devices(),
+        #[cfg(feature = "s3")]
+        Command::Store(args) => store::store(&args),
     };
     words::leave(answer)
 }

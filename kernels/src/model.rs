@@ -140,7 +140,8 @@ impl Timing {
     /// [`loop_delay`](Self::loop_delay).
     #[inline(always)]
     pub fn transport_delay<R: Real>(&self, loop_delay: R, sensor: R) -> R {
-        loop_delay - sensor - R::lit(self.own_delay())
+        let own = R::lit(self.own_delay());
+        loop_delay - sensor - own
     }
 }
 

@@ -17,6 +17,7 @@
 //! # Ok::<(), softdock_farm::FarmError>(())
 //! ```
 
+pub mod card;
 mod cases;
 pub mod changes;
 pub mod check;
@@ -48,6 +49,8 @@ mod signals;
 mod slurm;
 mod status;
 pub mod step;
+#[cfg(feature = "s3")]
+pub mod store;
 #[cfg(test)]
 mod tests;
 mod traces;
@@ -55,6 +58,7 @@ mod variants;
 mod verify;
 mod worker;
 
+pub use card::{CardOptions, CardReport, card_report};
 pub use cases::read_cases;
 pub use compare::{FolderComparison, compare_folders};
 pub use compare_models::ModelComparison;

@@ -39,6 +39,8 @@ pub struct GpuEngine {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
+    /// Most runs that are stepped side by side.
+    lanes: usize,
     trouble: Arc<Mutex<Option<EngineError>>>,
     /// Of the last batch: the next shard of a campaign has the same kernel.
     compiled: Mutex<Option<Arc<Compiled>>>,
@@ -88,12 +90,18 @@ impl GpuEngine {
             record(&note, if out_of_memory { EngineError::OutOfMemory(text) } else { EngineError::DeviceLost(text) });
         }));
         let info = adapter.get_info();
-        Ok(Self { device, queue, info, trouble, compiled: Mutex::default(), replays: Mutex::default() })
+        let lanes = if info.device_type == wgpu::DeviceType::Cpu { MOST_SOFTWARE_LANES } else { MOST_LANES };
+        Ok(Self { device, queue, info, lanes, trouble, compiled: Mutex::default(), replays: Mutex::default() })
     }
 
     /// Whether the adapter is a software driver on this machine's own cores.
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Sets the number of runs that are stepped side by side; bindings may hold fewer. No result depends on it.
+    pub fn set_lanes(&mut self, lanes: usize) {
+        self.lanes = lanes.max(WORKGROUP);
     }
 
     /// What has gone wrong, if anything: a device that failed once is not trusted again.
@@ -146,7 +154,7 @@ impl Engine for GpuEngine {
     }
 
     fn lanes(&self) -> usize {
-        if self.is_software() { MOST_SOFTWARE_LANES } else { MOST_LANES }
+        self.lanes
     }
 
     fn run(
