@@ -168,7 +168,18 @@ if [ -n "$slurm" ]; then
     tail -n 3 "$scratch/slurm.log"
 fi
 
+advisories_seen=no
 if [ "$full" = yes ]; then
+    step "licences, sources and duplicate versions of dependencies"
+    [ -x "$target/tools/bin/cargo-deny" ] ||
+        CARGO_PROFILE_RELEASE_OPT_LEVEL=0 cargo install --quiet cargo-deny --locked --root "$target/tools"
+    # Advisories too where their database can be fetched.
+    "$target/tools/bin/cargo-deny" check licenses bans sources
+    if "$target/tools/bin/cargo-deny" fetch db 2>"$scratch/advisories.log"; then
+        "$target/tools/bin/cargo-deny" check --disable-fetch advisories
+        advisories_seen=yes
+    fi
+
     step "results in an object store"
     bash tests/store.sh "$target/s3" cargo test --release --features s3 --test store -- --ignored
 fi
@@ -203,7 +214,10 @@ step "the same results, read by others"
 
 if [ "$full" = no ]; then
     printf '\n!! NOT RUN: full sizes of slow tests, an object store, parity on SwiftShader: bash tests/run.sh --full\n' >&2
-elif [ "$swiftshader_seen" = no ]; then
+elif [ "$advisories_seen" = no ]; then
+    printf '\n!! NOT RUN: advisories: their database could not be fetched\n' >&2
+fi
+if [ "$full" = yes ] && [ "$swiftshader_seen" = no ]; then
     printf '\n!! NOT RUN: parity on SwiftShader: Debian package chromium-common could not be fetched\n' >&2
 fi
 grep -F 'NOT RUN' "$scratch/docs.log" >&2 || true

@@ -48,17 +48,17 @@ pub fn yield_to<R: Real>(m: &Plant, s: &Yielding<R>, a: Motion<R>, measured: Wre
 
 /// A command with what has given way added to part A's.
 #[inline(always)]
-pub fn displaced<R: Real>(m: &Plant, told: &Parts<R>, s: &Yielding<R>) -> Parts<R> {
+pub fn displaced<R: Real>(m: &Plant, reference: &Parts<R>, s: &Yielding<R>) -> Parts<R> {
     if m.facility.impedance.is_none() {
-        return *told;
+        return *reference;
     }
     let a = Motion {
-        position: told.a.position + s.shift,
-        attitude: Quat::from_rotation_vector(s.turn).compose(told.a.attitude),
-        velocity: told.a.velocity + s.velocity,
-        omega: told.a.omega + s.omega,
+        position: reference.a.position + s.shift,
+        attitude: Quat::from_rotation_vector(s.turn).compose(reference.a.attitude),
+        velocity: reference.a.velocity + s.velocity,
+        omega: reference.a.omega + s.omega,
     };
-    Parts { a, ..*told }
+    Parts { a, ..*reference }
 }
 
 #[inline(always)]

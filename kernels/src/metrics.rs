@@ -89,7 +89,7 @@ pub mod flags {
 pub enum Presence {
     /// In every run.
     Always,
-    /// Where that happened of which it tells; it is negative where it did not.
+    /// Where its event happened; it is negative elsewhere.
     Happened,
     /// Where the robots followed a test motion; the gain is negative where they did not.
     Tested,
@@ -109,8 +109,8 @@ impl Metrics<f64> {
         }
     }
 
-    /// The value of one of these metrics, or `None` if it has none.
-    pub fn told(&self, presence: Presence, value: f64) -> Option<f64> {
+    /// The value of one of these metrics; `None` where it is not available.
+    pub fn if_present(&self, presence: Presence, value: f64) -> Option<f64> {
         let is_there = match presence {
             Presence::Always => true,
             Presence::Happened => value >= 0.0,
@@ -122,6 +122,6 @@ impl Metrics<f64> {
     /// The value of a metric by its field name, or `None` if it is not available (or unknown).
     pub fn available(&self, name: &str) -> Option<f64> {
         let position = crate::fields::fields::<f64, Self>().iter().position(|field| field.name == name)?;
-        self.told(Self::presence(name), crate::fields::to_vec(self)[position])
+        self.if_present(Self::presence(name), crate::fields::to_vec(self)[position])
     }
 }

@@ -350,7 +350,7 @@ pub struct Facility {
     pub tared: bool,
     /// How robot 1 gives way to the measured wrench; none follows its command alone.
     pub impedance: Option<ImpedanceLaw>,
-    /// A motion that the robots are told besides that of the simulation.
+    /// A motion that is added to the robots' reference.
     pub test_motion: Option<TestMotion>,
     /// Both robots joint by joint; without it they follow their commands with the lag of `Params`.
     pub joint_level: Option<JointLevel>,

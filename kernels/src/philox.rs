@@ -38,7 +38,7 @@ pub const fn stream(name: &str) -> u32 {
 
 /// A uniform number in the open interval (0, 1) with 53 bits, for run `run` of the stream named `name`.
 ///
-/// `index` tells several numbers of one stream apart (components of a vector, outer draws).
+/// `index` distinguishes several numbers of one stream (components of a vector, outer draws).
 pub fn uniform(seed: u64, name: &str, run: u64, index: u32) -> f64 {
     let word = philox4x32([run as u32, (run >> 32) as u32, stream(name), index], key(seed));
     let bits = (u64::from(word[0]) << 21) ^ u64::from(word[1] >> 11);

@@ -125,7 +125,7 @@ fn move_on<R: Real>(motion: Motion<R>, time: R) -> Motion<R> {
 /// Where the robots are before the first tick of a run: on the commanded course since long, behind it by the delay of
 /// the commands and by what their responses lag at constant speed, 2 z lag - T_z.
 #[inline(always)]
-pub fn on_course<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Parts<R> {
+pub fn on_course<R: Real>(m: &Plant, p: &Params<R>, reference: &Parts<R>) -> Parts<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let behind = (transport(m, p, zero) + one) * R::lit(m.timing.tick());
     let lag = |lag: R, damping: R, lead: R| R::select(zero.lt(lag), (lag * damping).mul_add(R::lit(2.0), -lead), zero);
@@ -136,7 +136,7 @@ pub fn on_course<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>) -> Parts<R>
             lag(p.robot2_lag, p.robot2_lag_damping, p.robot2_lag_zero),
         ),
     };
-    Parts { a: move_on(told.a, -(behind + lag1)), b: move_on(told.b, -(behind + lag2)) }
+    Parts { a: move_on(reference.a, -(behind + lag1)), b: move_on(reference.b, -(behind + lag2)) }
 }
 
 /// What replaces a lost command: the last one, carried on along its twist for some ticks, then standing.
@@ -190,14 +190,14 @@ fn between<R: Real>(period: R, p: Motion<R>, q: Motion<R>, u: R) -> Motion<R> {
     }
 }
 
-/// One substep of both robots towards the interpolated commands; an axis without lag is where it is told to be.
+/// Moves both robots one substep towards the interpolated commands; an axis without lag is at its reference.
 #[inline(always)]
-pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>) -> Robots<R> {
-    let (place, rate, told_a) = rail_share(m.facility.rail.as_ref(), told.a);
+pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, reference: &Parts<R>) -> Robots<R> {
+    let (place, rate, reference_a) = rail_share(m.facility.rail.as_ref(), reference.a);
     let response1 = Response { lag: p.robot1_lag, damping: p.robot1_lag_damping, zero: p.robot1_lag_zero };
     let response2 = Response { lag: p.robot2_lag, damping: p.robot2_lag_damping, zero: p.robot2_lag_zero };
-    let (motion1, limited1) = follow(m, p, response1, s.robot1.motion, told_a);
-    let (motion2, limited2) = follow(m, p, response2, s.robot2.motion, told.b);
+    let (motion1, limited1) = follow(m, p, response1, s.robot1.motion, reference_a);
+    let (motion2, limited2) = follow(m, p, response2, s.robot2.motion, reference.b);
     let (rail, rail_rate) = slide(m, p, &s.robot1, place, rate);
     Robots {
         robot1: Axes { motion: motion1, rail, rail_rate },
@@ -207,7 +207,7 @@ pub fn robots<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, told: &Parts<R>)
     }
 }
 
-/// Place and speed of the rail after a substep towards the place and speed that it is told.
+/// Position and speed of the rail after a substep towards its reference.
 #[inline(always)]
 fn slide<R: Real>(m: &Plant, p: &Params<R>, at: &Axes<R>, place: R, rate: R) -> (R, R) {
     if m.facility.rail.is_none() {
@@ -222,16 +222,16 @@ fn slide<R: Real>(m: &Plant, p: &Params<R>, at: &Axes<R>, place: R, rate: R) -> 
 
 /// Splits part A's command into the rail's place and speed and what is left for robot 1.
 #[inline(always)]
-pub(crate) fn rail_share<R: Real>(rail: Option<&Rail>, told: Motion<R>) -> (R, R, Motion<R>) {
+pub(crate) fn rail_share<R: Real>(rail: Option<&Rail>, reference: Motion<R>) -> (R, R, Motion<R>) {
     let Some(rail) = rail else {
-        return (R::lit(0.0), R::lit(0.0), told);
+        return (R::lit(0.0), R::lit(0.0), reference);
     };
     let (axis, share) = (Vec3::lit(rail.axis), R::lit(rail.share));
-    let (position, rate) = (axis.dot(told.position) * share, axis.dot(told.velocity) * share);
+    let (position, rate) = (axis.dot(reference.position) * share, axis.dot(reference.velocity) * share);
     let left = Motion {
-        position: axis.scale_add(-position, told.position),
-        velocity: axis.scale_add(-rate, told.velocity),
-        ..told
+        position: axis.scale_add(-position, reference.position),
+        velocity: axis.scale_add(-rate, reference.velocity),
+        ..reference
     };
     (position, rate, left)
 }
@@ -247,15 +247,21 @@ struct Response<R> {
     zero: R,
 }
 
-/// A robot after a substep: with a response late, without one where it is told to be. Gives 1 where a limit was met.
+/// A robot after a substep: behind its reference with a lag, at its reference without one; and 1 where a limit was met.
 #[inline(always)]
-fn follow<R: Real>(m: &Plant, p: &Params<R>, response: Response<R>, at: Motion<R>, told: Motion<R>) -> (Motion<R>, R) {
+fn follow<R: Real>(
+    m: &Plant,
+    p: &Params<R>,
+    response: Response<R>,
+    at: Motion<R>,
+    reference: Motion<R>,
+) -> (Motion<R>, R) {
     let zero = R::lit(0.0);
     let ideal = response.lag.le(zero);
-    let turn = turn_between(at.attitude, told.attitude);
+    let turn = turn_between(at.attitude, reference.attitude);
     // Most often all lanes are of one kind, and one of the two is enough.
-    let (late, cut) = if R::any(!ideal) { lagging(m, p, response, at, told, turn) } else { (told, zero) };
-    let (prompt, held_back) = if R::any(ideal) { at_once(m, p, at, told, turn) } else { (late, cut) };
+    let (late, cut) = if R::any(!ideal) { lagging(m, p, response, at, reference, turn) } else { (reference, zero) };
+    let (prompt, held_back) = if R::any(ideal) { at_once(m, p, at, reference, turn) } else { (late, cut) };
     let motion = Motion {
         position: Vec3::select(ideal, prompt.position, late.position),
         attitude: Quat::select(ideal, prompt.attitude, late.attitude),
@@ -272,17 +278,17 @@ fn lagging<R: Real>(
     p: &Params<R>,
     response: Response<R>,
     at: Motion<R>,
-    told: Motion<R>,
+    reference: Motion<R>,
     turn: Vec3<R>,
 ) -> (Motion<R>, R) {
     let (one, two, dt) = (R::lit(1.0), R::lit(2.0), R::lit(m.timing.substep));
     let w = one / response.lag.max(R::lit(1e-9));
     let (pull, brake, lead) = (w * w, -(two * response.damping * w), w * w * response.zero);
-    let velocity = told
+    let velocity = reference
         .velocity
-        .scale_add(lead, at.velocity.scale_add(brake, (told.position - at.position) * pull))
+        .scale_add(lead, at.velocity.scale_add(brake, (reference.position - at.position) * pull))
         .scale_add(dt, at.velocity);
-    let omega = told.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
+    let omega = reference.omega.scale_add(lead, at.omega.scale_add(brake, turn * pull)).scale_add(dt, at.omega);
     let (velocity, omega, cut) = within_limits(m, p, velocity, omega);
     (moved(m, at, velocity, omega), cut)
 }
@@ -317,23 +323,23 @@ fn within_limits<R: Real>(m: &Plant, p: &Params<R>, velocity: Vec3<R>, omega: Ve
     (slower, calmer, R::select(zero.lt(over.dot(over) + beyond.dot(beyond)), one, zero))
 }
 
-/// A robot without lag: where it is told to be, or as near as the limits let it come in a substep; and 1 in that case.
+/// A robot without lag: at its reference, or as near as its limits allow in a substep; and 1 in that case.
 #[inline(always)]
-fn at_once<R: Real>(m: &Plant, p: &Params<R>, at: Motion<R>, told: Motion<R>, turn: Vec3<R>) -> (Motion<R>, R) {
+fn at_once<R: Real>(m: &Plant, p: &Params<R>, at: Motion<R>, reference: Motion<R>, turn: Vec3<R>) -> (Motion<R>, R) {
     let zero = R::lit(0.0);
     if !m.effects.has(RATE_LIMIT) {
-        return (told, zero);
+        return (reference, zero);
     }
     let per_second = R::lit(1.0 / m.timing.substep);
-    let way = told.position - at.position;
+    let way = reference.position - at.position;
     let (velocity, omega, cut) = within_limits(m, p, way * per_second, turn * per_second);
     let late = moved(m, at, velocity, omega);
     let held_back = zero.lt(cut);
     let motion = Motion {
-        position: Vec3::select(held_back, late.position, told.position),
-        attitude: Quat::select(held_back, late.attitude, told.attitude),
-        velocity: Vec3::select(held_back, late.velocity, told.velocity),
-        omega: Vec3::select(held_back, late.omega, told.omega),
+        position: Vec3::select(held_back, late.position, reference.position),
+        attitude: Quat::select(held_back, late.attitude, reference.attitude),
+        velocity: Vec3::select(held_back, late.velocity, reference.velocity),
+        omega: Vec3::select(held_back, late.omega, reference.omega),
     };
     (motion, cut)
 }
@@ -353,12 +359,12 @@ pub fn mounted_parts<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>) -> Parts<
 
 /// Robots at rest on their first command.
 #[inline(always)]
-pub fn robots_at<R: Real>(m: &Plant, told: &Parts<R>) -> Robots<R> {
+pub fn robots_at<R: Real>(m: &Plant, reference: &Parts<R>) -> Robots<R> {
     let zero = R::lit(0.0);
-    let (rail, rail_rate, a) = rail_share(m.facility.rail.as_ref(), told.a);
+    let (rail, rail_rate, a) = rail_share(m.facility.rail.as_ref(), reference.a);
     Robots {
         robot1: Axes { motion: a, rail, rail_rate },
-        robot2: Axes { motion: told.b, rail: zero, rail_rate: zero },
+        robot2: Axes { motion: reference.b, rail: zero, rail_rate: zero },
         fixture: at_rest(),
         limited: zero,
     }

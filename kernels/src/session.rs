@@ -315,13 +315,13 @@ pub fn supervise<R: Real>(m: &Plant, s: &Session<R>, seen: &Observed<R>, cycle: 
     let work = s.work + R::select(begun, way * half, zero);
     let change = R::select(begun, square(wrench.force - s.wrench.force), zero);
 
-    let (told, start) = (&seen.commanded, &m.start);
-    let following = square(told.a.position - a.position).max(square(told.b.position - b.position));
-    let following_turn = half_turn(told.a.attitude, a.attitude).max(half_turn(told.b.attitude, b.attitude));
-    let reach = distance(told.a, start.a).max(distance(told.b, start.b));
-    let reach_turn = half_turn(Quat::lit(start.a.attitude), told.a.attitude)
-        .max(half_turn(Quat::lit(start.b.attitude), told.b.attitude));
-    let speed = square(told.a.velocity).max(square(told.b.velocity));
+    let (reference, start) = (&seen.commanded, &m.start);
+    let following = square(reference.a.position - a.position).max(square(reference.b.position - b.position));
+    let following_turn = half_turn(reference.a.attitude, a.attitude).max(half_turn(reference.b.attitude, b.attitude));
+    let reach = distance(reference.a, start.a).max(distance(reference.b, start.b));
+    let reach_turn = half_turn(Quat::lit(start.a.attitude), reference.a.attitude)
+        .max(half_turn(Quat::lit(start.b.attitude), reference.b.attitude));
+    let speed = square(reference.a.velocity).max(square(reference.b.velocity));
     let mut fast = zero.lt(seen.cut);
     if let Some([robot1, robot2]) = &m.session_robots {
         let (a, b) = (&seen.asked.rates_a, &seen.asked.rates_b);

@@ -74,31 +74,31 @@ staged! {
     /// [`crate::robot::by_differences`]
     robot::by_differences(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>) -> Parts<L>;
     /// [`crate::impedance::displaced`]
-    impedance::displaced(m; told: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
+    impedance::displaced(m; reference: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
     /// [`crate::test_motion::with_test`]
-    test_motion::with_test(m; p: &'a Params<L>, told: &'a Parts<L>, time: L) -> Parts<L>;
+    test_motion::with_test(m; p: &'a Params<L>, reference: &'a Parts<L>, time: L) -> Parts<L>;
     /// [`crate::test_motion::followed`]
     test_motion::followed(m; p: &'a Params<L>, s: &'a Tracking<L>) -> Followed<L>;
     /// [`crate::robot::carry_on`]
     robot::carry_on(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
     /// [`crate::robot::on_course`]
-    robot::on_course(m; p: &'a Params<L>, told: &'a Parts<L>) -> Parts<L>;
+    robot::on_course(m; p: &'a Params<L>, reference: &'a Parts<L>) -> Parts<L>;
     /// [`crate::robot::substitute`]
     robot::substitute(m; last: &'a Parts<L>, lost_before: L) -> Parts<L>;
     /// [`crate::robot::interpolate`]
     robot::interpolate(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>, place: L) -> Parts<L>;
     /// [`crate::manipulator::cell::drives_at`]
-    manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, told: &'a Motion<L>) -> Drives<L>;
+    manipulator::drives_at(; cell: &'a Cell, p: &'a DriveParams<L>, reference: &'a Motion<L>) -> Drives<L>;
     /// [`crate::joint_level::reaction`]
     joint_level::reaction(; parts: &'a Parts<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::sensor::feed_back`]
     sensor::feed_back(; a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::session::axes_asked`]
-    session::axes_asked(m; told: &'a Parts<L>) -> Asked<L>;
+    session::axes_asked(m; reference: &'a Parts<L>) -> Asked<L>;
     /// [`crate::session::range_used`]
-    session::range_used(m; asked: &'a Asked<L>, told: &'a Parts<L>) -> L;
+    session::range_used(m; asked: &'a Asked<L>, reference: &'a Parts<L>) -> L;
     /// [`crate::session::clearance`]
-    session::clearance(m; asked: &'a Asked<L>, told: &'a Parts<L>) -> Clearance<L>;
+    session::clearance(m; asked: &'a Asked<L>, reference: &'a Parts<L>) -> Clearance<L>;
     /// [`crate::load::felt`]
     load::felt(m; s: &'a Load<L>, a: Motion<L>, w: Wrench<L>) -> Wrench<L>;
     /// [`crate::compensator::compensate`]
@@ -176,13 +176,13 @@ pub mod in_place {
         /// [`crate::session::supervise`]
         session::supervise(m; | s: Session<L> | seen: &'a Observed<L>, cycle: L);
         /// [`crate::robot::robots`]
-        robot::robots(m; p: &'a Params<L> | s: Robots<L> | told: &'a Parts<L>);
+        robot::robots(m; p: &'a Params<L> | s: Robots<L> | reference: &'a Parts<L>);
         /// [`crate::fixture::push_fixture`]
         fixture::push_fixture(m; p: &'a Params<L> | s: Robots<L> | w: Wrench<L>);
         /// [`crate::manipulator::cell::set_point`]
-        manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L> | last: SetPoint<L> | told: &'a Motion<L>);
+        manipulator::set_point(; cell: &'a Cell, p: &'a DriveParams<L>, s: &'a Drives<L> | last: SetPoint<L> | reference: &'a Motion<L>);
         /// [`crate::manipulator::cell::drive`]
-        manipulator::drive(; cell: &'a Cell, p: &'a DriveParams<L> | s: Drives<L> | told: &'a SetPoint<L>, load: Wrench<L>);
+        manipulator::drive(; cell: &'a Cell, p: &'a DriveParams<L> | s: Drives<L> | reference: &'a SetPoint<L>, load: Wrench<L>);
         /// [`crate::joint_level::held_parts`]
         joint_level::held_parts(m; | s: Robots<L> | drives1: &'a Drives<L>, drives2: &'a Drives<L>);
         /// [`crate::impedance::yield_to`]

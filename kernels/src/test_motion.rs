@@ -92,15 +92,18 @@ fn top_speed<R: Real>(waveform: Waveform, p: &Params<R>) -> R {
 
 /// A command with the test motion added to part A's.
 #[inline(always)]
-pub fn with_test<R: Real>(m: &Plant, p: &Params<R>, told: &Parts<R>, time: R) -> Parts<R> {
+pub fn with_test<R: Real>(m: &Plant, p: &Params<R>, reference: &Parts<R>, time: R) -> Parts<R> {
     let Some(test) = &m.facility.test_motion else {
-        return *told;
+        return *reference;
     };
     let (x, v) = displacement(test, p, time - R::lit(test.begin));
     let axis = Vec3::lit(test.axis);
-    let a =
-        Motion { position: axis.scale_add(x, told.a.position), velocity: axis.scale_add(v, told.a.velocity), ..told.a };
-    Parts { a, ..*told }
+    let a = Motion {
+        position: axis.scale_add(x, reference.a.position),
+        velocity: axis.scale_add(v, reference.a.velocity),
+        ..reference.a
+    };
+    Parts { a, ..*reference }
 }
 
 /// One tick of watching the mounted parts; `time` is that of the parts.
@@ -113,7 +116,7 @@ pub fn track<R: Real>(m: &Plant, p: &Params<R>, s: &Tracking<R>, parts: &Parts<R
     let place = axis.dot(parts.a.position - parts.b.position);
     let since = time - R::lit(test.begin);
     let start = R::select(since.le(zero), place, s.start);
-    let (told, _) = displacement(test, p, since);
+    let (reference, _) = displacement(test, p, since);
     let (sine, cosine) = sin_cos(since * p.test_frequency * R::lit(TAU));
     let at = place - start;
     // Whole periods after the settling time, as many as there are before the run's end.
@@ -127,7 +130,7 @@ pub fn track<R: Real>(m: &Plant, p: &Params<R>, s: &Tracking<R>, parts: &Parts<R
         start,
         sine: (at * sine).mul_add(weight, s.sine),
         cosine: (at * cosine).mul_add(weight, s.cosine),
-        square: ((at - told) * (at - told)).mul_add(weight, s.square),
+        square: ((at - reference) * (at - reference)).mul_add(weight, s.square),
         time: s.time + weight,
         top_speed: R::select(zero.lt(since), s.top_speed.max(speed), s.top_speed),
     }

@@ -84,11 +84,11 @@ fn tick_hil(now: f32, last: f32) {
     let masses = hil_masses(p);
     let k = kinematics(masses, hil);
     let parts = parts_of(k);
-    let told = with_test(p, command(parts), now);
-    let jitter = send_command(told);
+    let reference = with_test(p, command(parts), now);
+    let jitter = send_command(reference);
     tick_facility(parts, now, jitter);
     let measured = arriving_wrench();
-    watch_session(told, measured, now);
+    watch_session(reference, measured, now);
     // A session that a rule has stopped just now goes no further.
     if (hil_watch.done > 0.0) {
         return;
@@ -99,8 +99,8 @@ fn tick_hil(now: f32, last: f32) {
 }
 
 // Sends the command of this tick, or loses it; gives the jitter of its packet [s].
-fn send_command(told: Parts) -> f32 {
-    var sent = told;
+fn send_command(reference: Parts) -> f32 {
+    var sent = reference;
     if (POSES) {
         let first = get_command((tick + SLOTS - 2u) % SLOTS);
         let second = get_command((tick + SLOTS - 1u) % SLOTS);
@@ -178,12 +178,12 @@ fn arriving_wrench() -> Wrench {
     return blend(newer, older, age - whole);
 }
 
-// One cycle of the session's rules, for the motion that was told at its beginning.
-fn watch_session(told: Parts, measured: Wrench, now: f32) {
+// Applies the session's rules for one cycle to the reference at its beginning.
+fn watch_session(reference: Parts, measured: Wrench, now: f32) {
     if (!SUPERVISED) {
         return;
     }
-    let commanded = displaced(told, yielding);
+    let commanded = displaced(reference, yielding);
     let asked = axes_asked(commanded);
     var used = 0.0;
     if (asked.near_limit > 0.0) {
@@ -270,14 +270,14 @@ fn reset() {
     hil_watch = new_watch();
     hil_watch.done = select(1.0, 0.0, FACILITY);
     reset_bristles();
-    let told = command(parts_of(kinematics(hil_masses(p), hil)));
+    let reference = command(parts_of(kinematics(hil_masses(p), hil)));
     if (FACILITY) {
         for (var age = 1u; age < SLOTS; age++) {
-            put_command(SLOTS - age, carry_on(told, -f32(age)));
+            put_command(SLOTS - age, carry_on(reference, -f32(age)));
             put_wrench(SLOTS - age, zero_wrench());
         }
     }
-    place_robots(on_course(p, told));
+    place_robots(on_course(p, reference));
     let mounted = mounted_parts(p, robot);
     load = load_at(p, mounted);
     sensed = sensor_at(load, mounted);

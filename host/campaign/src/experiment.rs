@@ -1,4 +1,4 @@
-//! Experiment files: which run of a campaign to drive next, to tell rivals of a diagnosis apart.
+//! Experiment files: which run of a campaign to drive next, to discriminate between rival hypotheses of a diagnosis.
 
 use crate::campaign::Campaign;
 use crate::problem::{Problem, Problems};

@@ -98,7 +98,7 @@ impl MetricRef {
     pub fn value(&self, succeeds: bool, metrics: &Metrics<f64>, own: &[Option<f64>]) -> Option<f64> {
         match self.source {
             MetricSource::Success => Some(f64::from(u8::from(succeeds))),
-            MetricSource::Monitor(at, presence) => metrics.told(presence, to_vec(metrics)[at]),
+            MetricSource::Monitor(at, presence) => metrics.if_present(presence, to_vec(metrics)[at]),
             MetricSource::Custom(at) => own[at],
         }
     }
@@ -121,7 +121,7 @@ pub fn custom_values(
     if own.is_empty() {
         return Vec::new();
     }
-    let monitor = PRESENCE.iter().zip(to_vec(metrics)).map(|(presence, value)| metrics.told(*presence, value));
+    let monitor = PRESENCE.iter().zip(to_vec(metrics)).map(|(presence, value)| metrics.if_present(*presence, value));
     let parameters = inputs.iter().map(|value| Some(*value).filter(|value| value.is_finite()));
     let mut known: Vec<Option<f64>> = monitor.chain([effective_mass]).chain(parameters).collect();
     let first = known.len();

@@ -15,7 +15,7 @@ pub struct Problem {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Dotted key (`contact.stiffness`, `dispersion[2].dist.min`; entries count from 1); empty if none can be told.
+    /// Dotted key (`contact.stiffness`, `dispersion[2].dist.min`; entries count from 1); empty if there is none.
     pub key: String,
     /// The value as written, shortened if long; empty if there is none.
     pub value: String,

@@ -112,7 +112,7 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
             .into());
     }
     check_depth(source)?;
-    // Syntax first: the parser's own words; a table that stops short is told from a wrong key.
+    // Syntax first: the parser's own words; this distinguishes an incomplete table from a wrong key.
     let mut table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
     Problems::check(check_lengths(source, table.get_ref()))?;
     if let Some(problem) = check_age(source, table.get_ref(), format) {

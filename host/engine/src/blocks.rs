@@ -141,7 +141,7 @@ pub struct Reading<'a> {
     pub outputs: Vec<f64>,
 }
 
-/// How far readings may be from the truth and tell nothing, output by output.
+/// Dead zone of readings: distances from the truth that carry no information, output by output.
 pub struct Tolerance {
     /// The distance, in the output's unit.
     pub half: Vec<f64>,

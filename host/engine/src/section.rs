@@ -19,7 +19,7 @@ pub enum Section {
     Block(BlockKind),
     /// Robots, contact and sensor of a scenario.
     Facility(Arc<Plant>),
-    /// Contact and sensor of a scenario whose robots are where they are told.
+    /// Contact and sensor of a scenario whose robots are at their references.
     Touch(Arc<Plant>),
 }
 
@@ -79,8 +79,8 @@ impl Section {
     }
 }
 
-/// A reading that is late is that of motions which are told later by as much: these are interpolated smoothly, samples of
-/// a wrench are mixed, and what is fitted to mixed samples gets caught where nothing is mixed.
+/// A late reading is the reading of motions that are commanded later by the same time. Motions are interpolated
+/// smoothly; interpolated wrench samples would give a fit local optima at whole samples.
 fn later_motion(p: Params<f64>) -> Params<f64> {
     Params { loop_delay: p.loop_delay + p.sensor_delay_error, sensor_delay_error: 0.0, ..p }
 }

@@ -23,23 +23,23 @@ pub enum Simulator {
 #[derive(Debug)]
 pub struct Device {
     engine: GpuEngine,
-    tell: fn(&EngineError),
-    told: Once,
+    report: fn(&EngineError),
+    reported: Once,
 }
 
 impl Simulator {
-    /// Opens what was chosen; `tell` hears why the CPU takes over, should a GPU fail.
+    /// Opens what was chosen; `report` receives the reason why the CPU takes over, should a GPU fail.
     ///
     /// # Errors
     /// [`EngineError::NoAdapter`] if a GPU was asked for and there is none.
-    pub fn open(choice: Choice, tell: fn(&EngineError)) -> Result<Self, EngineError> {
+    pub fn open(choice: Choice, report: fn(&EngineError)) -> Result<Self, EngineError> {
         let adapters = match choice {
             Choice::Cpu => return Ok(Self::Lanes),
             Choice::Gpu => Adapters::Any,
             Choice::Auto => Adapters::Hardware,
         };
         match GpuEngine::new(adapters) {
-            Ok(engine) => Ok(Self::Gpu(Arc::new(Device { engine, tell, told: Once::new() }))),
+            Ok(engine) => Ok(Self::Gpu(Arc::new(Device { engine, report, reported: Once::new() }))),
             Err(EngineError::NoAdapter(_)) if choice == Choice::Auto => Ok(Self::Lanes),
             Err(error) => Err(error),
         }
@@ -67,7 +67,7 @@ impl Simulator {
         match device.engine.simulate(*kind, recordings, sets) {
             Ok(outputs) => outputs.into_iter().map(passed).collect(),
             Err(error) => {
-                device.told.call_once(|| (device.tell)(&error));
+                device.reported.call_once(|| (device.report)(&error));
                 section.simulate(recordings, sets, decimator)
             }
         }

@@ -33,7 +33,7 @@ pub struct SlurmOptions {
     pub backend: &'static str,
     /// Tasks of the array; one for each shard, 64 at most, if none is given.
     pub tasks: Option<u32>,
-    /// Seconds before the time limit at which a task is told to end and keeps what is finished.
+    /// Seconds before the time limit at which a task receives TERM and keeps finished runs.
     pub grace_s: u32,
     /// More options of `sbatch` for the array, such as `--time=02:00:00`.
     pub sbatch: Vec<String>,

@@ -125,7 +125,7 @@ fn emulated_robots_of_all_kinds() {
         let mut computer = simulation_computer(&plant, 0, &params, TouchThreshold { touch_force: 5.0, hold_back: 1 });
         for _ in 0..2_000 {
             assert_no_alloc(|| {
-                let measured = facility.tick(&computer.told());
+                let measured = facility.tick(&computer.reference());
                 computer.tick(&measured);
             });
         }

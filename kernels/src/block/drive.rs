@@ -1,4 +1,4 @@
-//! A joint's drive between the torque that it was told and the motion that it made.
+//! A joint's drive, from commanded torque to motion.
 //!
 //! The drive is simulated under the measured torque and held to the measured motion by a weak observer, a spring and a
 //! damper on the motor that stand far below every effect: what is left between measured and simulated angle is what the
@@ -82,7 +82,7 @@ bundle! {
 }
 
 bundle! {
-    /// The torque that a drive was told, as its log has it.
+    /// Commanded torque as the drive's log has it.
     Torque {
         torque: R, "N m", "torque at the joint's side";
     }
@@ -97,7 +97,7 @@ bundle! {
         windup: R, "rad", "motor angle less link angle, transmission error included";
         windup_rate: R, "rad/s", "its rate";
         pull: R, "N m", "torque that the gear would transmit if it were rigid";
-        told: R, "N m", "torque that was told, within the motor's limit";
+        commanded: R, "N m", "commanded torque, within the motor's limit";
         given: R, "N m", "torque behind the current loop";
         bristles: R, "N m", "torque of the friction's bristles";
         cable: R, "1", "state of the cables' hysteresis, -1 to 1";
@@ -160,7 +160,7 @@ impl Block for DriveBlock {
             windup,
             windup_rate: zero,
             pull,
-            told: given,
+            commanded: given,
             given,
             bristles: resting(p, u, given, pull, resting_load, inertia),
             cable: zero,
@@ -184,8 +184,8 @@ impl Block for DriveBlock {
         let motor_rate = s.windup_rate.mul_add(inertia.share(), centre_rate);
         let moved = s.windup_rate.mul_add(inertia.share(), s.centre_rate) * dt;
         let cable = cables(p, s, moved);
-        let told = limited(p, late.torque);
-        let given = lagged_along(step, p.current_lag, s.given, s.told, told);
+        let commanded = limited(p, late.torque);
+        let given = lagged_along(step, p.current_lag, s.given, s.commanded, commanded);
 
         let wave = Wave::of(p, u);
         let gear = gear_torque(p, s, inertia.reduced());
@@ -211,7 +211,7 @@ impl Block for DriveBlock {
             windup,
             windup_rate,
             pull,
-            told,
+            commanded,
             given,
             bristles,
             cable,

@@ -14,7 +14,7 @@ bundle! {
         spring_cube: R, "N m/rad^3", "torque against positive angles over q^3";
         friction_slope: R, "N m/rad", "dry friction over q";
         friction_square: R, "N m/rad^2", "dry friction over q^2";
-        torque_square: R, "1/(N m)", "torque that is missing over T |T|, T the torque that was told";
+        torque_square: R, "1/(N m)", "missing torque over T |T|, T the commanded torque";
     }
 }
 
@@ -34,7 +34,7 @@ impl<R: Real> Forms<R> {
         self.friction_square.mul_add(angle, self.friction_slope) * angle
     }
 
-    /// The torque that is there where this much was told.
+    /// Actual torque for a commanded one.
     #[inline(always)]
     pub(super) fn given(&self, torque: R) -> R {
         torque - self.torque_square * torque * torque.abs()

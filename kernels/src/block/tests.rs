@@ -116,11 +116,11 @@ fn every_form_of_the_dictionary_is_the_torque_that_it_says() {
     assert!(departure(p, |_, m| rigid(m) + dry(m)) < 0.02 * ONE);
     let form = Forms { torque_square: 2e-4, ..none };
     // T - c T |T| = rigid, solved for T.
-    let told = |m: [f64; 3]| {
+    let commanded = |m: [f64; 3]| {
         let whole = rigid(m);
         (1.0 - (1.0 - 4.0 * 2e-4 * whole.abs()).sqrt()) / 4e-4 * whole.signum()
     };
-    assert!(departure(DriveValues { form, ..drive() }, |_, m| told(m)) < 0.02 * ONE);
+    assert!(departure(DriveValues { form, ..drive() }, |_, m| commanded(m)) < 0.02 * ONE);
 }
 
 #[test]

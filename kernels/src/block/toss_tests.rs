@@ -151,7 +151,7 @@ fn a_body_comes_to_rest_on_a_slope_that_its_friction_holds_and_slides_down_a_ste
 }
 
 #[test]
-fn a_segment_begins_anew_and_what_ended_is_told() {
+fn a_segment_starts_from_its_first_sample_and_outputs_the_end_of_the_last() {
     let p = TossValues { gravity: Vec3::zero(), centre: vec3(0.01, 0.0, 0.0), ..cube() };
     let mut inputs = vec![0.0; 16 * 5];
     let row = |velocity: f64| [1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, velocity, 0.0, 0.0, 0.0, 0.0, 2.0, 3.0, 2.0];

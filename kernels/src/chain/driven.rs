@@ -1,4 +1,4 @@
-//! The chain on a base that moves as it is told: inverse dynamics, and forward dynamics of joints driven through gears.
+//! The chain on a base with prescribed motion: inverse dynamics, and forward dynamics of joints driven through gears.
 //!
 //! As in [`super::dynamics`]; a rotor behind its gear resists its own joint's acceleration alone, so that the joint
 //! gives way less than freely. No closures here, see [`super::inertia`].

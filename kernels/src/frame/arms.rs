@@ -37,19 +37,19 @@ impl<L: Lane> Arms<L> {
 impl<L: Lane> FacilityLanes<L> {
     /// The controllers take a tick's command.
     #[inline(always)]
-    pub(super) fn take_command(&mut self, m: &Plant, told: &Parts<L>) {
+    pub(super) fn take_command(&mut self, m: &Plant, reference: &Parts<L>) {
         if let Some(arms) = &mut self.arms {
             let ([cell1, cell2], p) = (m.robots(), &self.params);
-            in_place::set_point(cell1, &p.robot1, &arms.drives[0], &mut arms.set[0], &told.a);
-            in_place::set_point(cell2, &p.robot2, &arms.drives[1], &mut arms.set[1], &told.b);
+            in_place::set_point(cell1, &p.robot1, &arms.drives[0], &mut arms.set[0], &reference.a);
+            in_place::set_point(cell2, &p.robot2, &arms.drives[1], &mut arms.set[1], &reference.b);
         }
     }
 
     /// One substep of both robots and the rail.
     #[inline(always)]
-    pub(super) fn move_robots(&mut self, m: &Plant, told: &Parts<L>) {
+    pub(super) fn move_robots(&mut self, m: &Plant, reference: &Parts<L>) {
         let Some(arms) = &mut self.arms else {
-            in_place::robots(m, &self.params, &mut self.robots, told);
+            in_place::robots(m, &self.params, &mut self.robots, reference);
             return;
         };
         let ([cell1, cell2], p) = (m.robots(), &self.params);
@@ -69,11 +69,11 @@ impl<L: Lane> FacilityLanes<L> {
 
     /// Puts the robots of the lanes in the mask on their first command.
     #[inline(never)]
-    pub(super) fn place_robots(&mut self, m: &Plant, told: &Parts<L>, fresh: L::Mask) {
-        let mut placed = crate::robot::robots_at(m, told);
+    pub(super) fn place_robots(&mut self, m: &Plant, reference: &Parts<L>, fresh: L::Mask) {
+        let mut placed = crate::robot::robots_at(m, reference);
         if let Some(arms) = &mut self.arms {
             let ([cell1, cell2], p) = (m.robots(), &self.params);
-            let drives = [drives_at(cell1, &p.robot1, &told.a), drives_at(cell2, &p.robot2, &told.b)];
+            let drives = [drives_at(cell1, &p.robot1, &reference.a), drives_at(cell2, &p.robot2, &reference.b)];
             let set = [first_set_point(&drives[0]), first_set_point(&drives[1])];
             in_place::held_parts(m, &mut placed, &drives[0], &drives[1]);
             let before = std::mem::replace(&mut **arms, Arms { drives, set, push: zero_wrench() });

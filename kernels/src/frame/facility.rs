@@ -1,7 +1,7 @@
-//! The facility alone: robots, contact and sensor along the motions that the parts were told, one parameter set a lane.
+//! The facility alone: robots, contact and sensor along recorded references of the parts, one parameter set a lane.
 //!
-//! Fed with what was told it shows the errors of robots, contact and sensor together; fed with what the robots were
-//! measured to do, and told that they are ideal, those of contact and sensor alone.
+//! With recorded references it shows the errors of robots, contact and sensor together; with the robots' measured
+//! motions and ideal robots, those of contact and sensor alone.
 
 use super::{Batch, FacilityLanes, Interface, Loops, zero_wrench};
 use crate::block::{Recorded, Row, Samples};
@@ -51,19 +51,19 @@ fn turn<R: Real>(from: Quat<f64>, to: Quat<R>) -> Vec3<R> {
 /// Readings of the facility, tick by tick in the order of [`Readings`], each for all lanes.
 ///
 /// The rows of the recording are the laboratory motions of [`Parts`]: the first one where the robots are at the start,
-/// the others what they are told to reach at the end of each tick.
+/// the others the references at the end of each tick.
 #[inline(always)]
 pub fn follow<L: Lane>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> Vec<L> {
     let entering: Vec<_> = (0..L::WIDTH).map(|lane| (lane, 0, *sets.get(lane).unwrap_or(&sets[0]))).collect();
     let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
     let (mut facility, mut interface) = FacilityLanes::<L>::alone(m, batch, &entering);
     let start = m.start;
-    facility.begin(m, &told(recorded, 0), &told(recorded, 1));
+    facility.begin(m, &reference(recorded, 0), &reference(recorded, 1));
     let mut out = Vec::with_capacity(recorded.samples() * fields::<f64, Readings<f64>>().len());
     let mut wrench = zero_wrench();
     for row in 0..recorded.instants {
         if row > 0 {
-            wrench = facility.follow(m, &mut interface, &told(recorded, row));
+            wrench = facility.follow(m, &mut interface, &reference(recorded, row));
         }
         if row % recorded.stride == 0 {
             let parts = mounted_parts(m, &facility.params, &facility.robots);
@@ -73,15 +73,15 @@ pub fn follow<L: Lane>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> 
     out
 }
 
-/// The motions that the parts were told in a row of a recording.
+/// References of the parts in a row of a recording.
 #[inline(always)]
-fn told<R: Real>(recorded: &Recorded, row: usize) -> Parts<R> {
+fn reference<R: Real>(recorded: &Recorded, row: usize) -> Parts<R> {
     let width = recorded.inputs.len() / recorded.instants;
     Parts::read(&mut Row::new(&recorded.inputs[row * width..(row + 1) * width]))
 }
 
 impl<L: Lane> FacilityLanes<L> {
-    /// Robots where they are measured, on the way to what they are told first and have been told before.
+    /// Robots at their measured poses, between the first reference and the one before.
     fn begin(&mut self, m: &Plant, at: &Parts<L>, first: &Parts<L>) {
         let all = L::lit(0.0).lt(L::lit(1.0));
         for age in 1..self.slots {
@@ -93,11 +93,11 @@ impl<L: Lane> FacilityLanes<L> {
 
     /// One tick towards the motions that the parts shall have at its end; gives the wrench that is measured then.
     #[inline(always)]
-    pub(super) fn follow(&mut self, m: &Plant, interface: &mut Interface<L>, told: &Parts<L>) -> Wrench<L> {
+    pub(super) fn follow(&mut self, m: &Plant, interface: &mut Interface<L>, reference: &Parts<L>) -> Wrench<L> {
         let all = L::lit(0.0).lt(L::lit(1.0));
         let now = self.now(m);
-        let jitter = self.transmit(m, told, all);
-        self.tick_facility(m, interface, told, now, jitter, all);
+        let jitter = self.transmit(m, reference, all);
+        self.tick_facility(m, interface, reference, now, jitter, all);
         let wrench = self.arriving_wrench(m, all);
         self.end_tick();
         wrench

@@ -44,11 +44,11 @@ impl<L: Lane> Stage for TickFacility<'_, L> {
     #[inline(always)]
     fn run(self) {
         let Self { facility, m, interface, simulated, now, live } = self;
-        let told = facility.told(m, simulated, now);
-        let jitter = facility.send_command(m, &told, live);
+        let reference = facility.reference(m, simulated, now);
+        let jitter = facility.send_command(m, &reference, live);
         facility.tick_facility(m, interface, simulated, now, jitter, live);
         let measured = facility.arriving_wrench(m, live);
-        let live = facility.watch_session(m, &mut interface.watch, &told, measured, now, live);
+        let live = facility.watch_session(m, &mut interface.watch, &reference, measured, now, live);
         facility.receive_wrench(m, &mut interface.watch, simulated, measured, live);
     }
 }
@@ -179,13 +179,13 @@ impl<L: Lane> FacilityLanes<L> {
     #[inline(always)]
     fn reset(&mut self, m: &Plant, parts: &Parts<L>, fresh: L::Mask) {
         let zero = L::lit(0.0);
-        let told = command(m, parts);
+        let reference = command(m, parts);
         // The line is full of the start carried backwards; the newest entry is one tick old.
         for age in 1..self.slots {
-            let past = carry_on(m, &told, L::lit(-(age as f64)));
+            let past = carry_on(m, &reference, L::lit(-(age as f64)));
             self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
         }
-        self.place_robots(m, &on_course(m, &self.params, &told), fresh);
+        self.place_robots(m, &on_course(m, &self.params, &reference), fresh);
         self.begin_readings(m, fresh);
         self.held.set_where(fresh, &zero_wrench());
         self.compensation.set_where(fresh, &new_compensation());
@@ -211,16 +211,16 @@ impl<L: Lane> FacilityLanes<L> {
         self.dropped = L::select(fresh, zero, self.dropped);
     }
 
-    /// What the robots are told at a time, for a motion of the simulated parts.
+    /// References of the robots at a time, for a motion of the simulated parts.
     #[inline(always)]
-    pub(super) fn told(&self, m: &Plant, simulated: &Parts<L>, now: L) -> Parts<L> {
+    pub(super) fn reference(&self, m: &Plant, simulated: &Parts<L>, now: L) -> Parts<L> {
         with_test(m, &self.params, &command(m, simulated), now)
     }
 
     /// Sends the command of this tick, or loses it; gives the jitter of its packet \[s\].
     #[inline(always)]
-    pub(super) fn send_command(&mut self, m: &Plant, told: &Parts<L>, live: L::Mask) -> L {
-        let mut sent = *told;
+    pub(super) fn send_command(&mut self, m: &Plant, reference: &Parts<L>, live: L::Mask) -> L {
+        let mut sent = *reference;
         if commands_poses(m) {
             let (first, second) = (self.commands.at(self.step, 2), self.commands.at(self.step, 1));
             sent = by_differences(m, &first, &second, &sent);
@@ -325,13 +325,13 @@ impl<L: Lane> FacilityLanes<L> {
         crate::sensor::blend(newer, older, age - whole)
     }
 
-    /// One cycle of the session's rules, for the motion that was told at its beginning; gives the lanes whose session goes on.
+    /// Applies the session's rules for one cycle to the reference at its beginning; returns the lanes whose session continues.
     #[inline(always)]
     pub(super) fn watch_session(
         &mut self,
         m: &Plant,
         watch: &mut Watch<L>,
-        told: &Parts<L>,
+        reference: &Parts<L>,
         measured: Wrench<L>,
         now: L,
         live: L::Mask,
@@ -339,7 +339,7 @@ impl<L: Lane> FacilityLanes<L> {
         if !supervised(m) {
             return live;
         }
-        let commanded = displaced(m, told, &self.yielding);
+        let commanded = displaced(m, reference, &self.yielding);
         let asked = axes_asked(m, &commanded);
         let seen = Observed {
             parts: mounted_parts(m, &self.params, &self.robots),

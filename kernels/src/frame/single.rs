@@ -53,7 +53,7 @@ pub struct Progress {
 /// The simulation computer: space dynamics, compensator and commands of one run, tick by tick.
 pub trait SimulationComputer: Send {
     /// Laboratory motions that the parts shall have now.
-    fn told(&self) -> Parts<f64>;
+    fn reference(&self) -> Parts<f64>;
 
     /// One tick under what the facility has measured now.
     fn tick(&mut self, measured: &Measured);
@@ -67,15 +67,15 @@ pub trait SimulationComputer: Send {
 
 /// A facility that stands in for a real one: both robots, contact and sensor, tick by tick.
 pub trait EmulatedFacility: Send {
-    /// Puts both robots at rest where they are told.
-    fn stand(&mut self, told: &Parts<f64>);
+    /// Puts both robots at rest at their references.
+    fn stand(&mut self, reference: &Parts<f64>);
 
     /// The run begins with the next tick: clock, random numbers and readings of the sensor start as in the farm's run,
     /// and the robots where the farm's are: on the commanded course, without what is left of the run-in's transient.
     fn begin_run(&mut self);
 
     /// One tick towards the motions that the parts shall have at its end.
-    fn tick(&mut self, told: &Parts<f64>) -> Measured;
+    fn tick(&mut self, reference: &Parts<f64>) -> Measured;
 
     /// What the contact really did so far: peaks and events of the true parts.
     fn watch(&self) -> Watch<f64>;
@@ -165,7 +165,7 @@ impl<const N: usize> Computer<N> {
             let ago = f64::from(m.timing.substeps - substep) * m.timing.substep;
             let time = (t.tick - held_back) * m.timing.tick() - ago;
             let mut gate = latch(m, &t.params, &measured.parts, hil.interface.watch.closed);
-            // A sensor cannot tell contact from latch: what it measures is the one before capture, the other after.
+            // A sensor measures the sum of contact and latch: before capture it is the contact, afterwards the latch.
             let (pull, push) = if gate.closed > 0.0 { (felt, Wrench::zero()) } else { (Wrench::zero(), felt) };
             gate.wrench = pull;
             let touch = Touch { wrench: push, ..contact };
@@ -191,9 +191,9 @@ fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
 }
 
 impl<const N: usize> SimulationComputer for Computer<N> {
-    fn told(&self) -> Parts<f64> {
+    fn reference(&self) -> Parts<f64> {
         let m = &*self.plant;
-        let sent = self.tile.facility.told(m, &self.simulated(), self.now());
+        let sent = self.tile.facility.reference(m, &self.simulated(), self.now());
         displaced(m, &sent, &self.tile.facility.yielding)
     }
 
@@ -205,8 +205,8 @@ impl<const N: usize> SimulationComputer for Computer<N> {
         let Tile { hil, facility, .. } = &mut self.tile;
         let live = hil.interface.watch.done <= 0.0;
         crate::staged::update_kinematics(m, &hil.masses, &hil.bodies, &mut hil.kinematics);
-        let told = facility.told(m, &simulated, now);
-        facility.send_command(m, &told, live);
+        let reference = facility.reference(m, &simulated, now);
+        facility.send_command(m, &reference, live);
         facility.receive_wrench(m, &mut hil.interface.watch, &simulated, measured.wrench, live);
         self.tile.tick_simulation(m, live);
         let Tile { hil, facility, .. } = &mut self.tile;
@@ -245,15 +245,15 @@ struct Facility {
 }
 
 impl EmulatedFacility for Facility {
-    fn stand(&mut self, told: &Parts<f64>) {
+    fn stand(&mut self, reference: &Parts<f64>) {
         let (m, t) = (&self.plant, &mut self.lanes);
         let rest = |motion: Motion<f64>| Motion { velocity: Vec3::zero(), omega: Vec3::zero(), ..motion };
-        let told = Parts { a: rest(told.a), b: rest(told.b) };
+        let reference = Parts { a: rest(reference.a), b: rest(reference.b) };
         for slot in 0..t.slots {
-            t.commands.put(slot, &told, true);
+            t.commands.put(slot, &reference, true);
             t.wrenches.put(slot, &Wrench::zero(), true);
         }
-        t.place_robots(m, &told, true);
+        t.place_robots(m, &reference, true);
     }
 
     fn begin_run(&mut self) {
@@ -264,9 +264,9 @@ impl EmulatedFacility for Facility {
         t.tick = 0.0;
     }
 
-    fn tick(&mut self, told: &Parts<f64>) -> Measured {
+    fn tick(&mut self, reference: &Parts<f64>) -> Measured {
         let (m, t) = (&self.plant, &mut self.lanes);
-        let wrench = t.follow(m, &mut self.interface, told);
+        let wrench = t.follow(m, &mut self.interface, reference);
         Measured { parts: mounted_parts(m, &t.params, &t.robots), wrench, saturated: t.sensor.saturated > 0.0 }
     }
 

@@ -202,13 +202,13 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("take_command", |tile, m| {
-            let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.facility.take_command(m, &told);
+            let reference = command(m, &simulated(m, &tile.hil).parts);
+            tile.facility.take_command(m, &reference);
             Vec::new()
         }),
         ("move_robots", |tile, m| {
-            let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.facility.move_robots(m, &told);
+            let reference = command(m, &simulated(m, &tile.hil).parts);
+            tile.facility.move_robots(m, &reference);
             Vec::new()
         }),
         ("push_robots", |tile, _| {
@@ -216,14 +216,14 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("place_robots", |tile, m| {
-            let told = command(m, &simulated(m, &tile.hil).parts);
-            tile.facility.place_robots(m, &told, true);
+            let reference = command(m, &simulated(m, &tile.hil).parts);
+            tile.facility.place_robots(m, &reference, true);
             Vec::new()
         }),
         ("send_command", |tile, m| {
             let (parts, now) = (simulated(m, &tile.hil).parts, tile.facility.now(m));
-            let told = tile.facility.told(m, &parts, now);
-            vec![tile.facility.send_command(m, &told, true)]
+            let reference = tile.facility.reference(m, &parts, now);
+            vec![tile.facility.send_command(m, &reference, true)]
         }),
         ("tick_facility", |tile, m| {
             let parts = simulated(m, &tile.hil).parts;
@@ -242,8 +242,8 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("arriving_wrench", |tile, m| to_vec(&tile.facility.arriving_wrench(m, true))),
         ("watch_session", |tile, m| {
             let (parts, measured, now) = (simulated(m, &tile.hil).parts, tile.facility.held, tile.facility.now(m));
-            let told = tile.facility.told(m, &parts, now);
-            tile.facility.watch_session(m, &mut tile.hil.interface.watch, &told, measured, now, true);
+            let reference = tile.facility.reference(m, &parts, now);
+            tile.facility.watch_session(m, &mut tile.hil.interface.watch, &reference, measured, now, true);
             Vec::new()
         }),
         ("compensated_wrench", |tile, m| {

@@ -32,12 +32,12 @@ fn rest() -> Motion<f64> {
 const NOTHING: Wrench<f64> = Wrench { force: Vec3 { x: 0.0, y: 0.0, z: 0.0 }, moment: Vec3 { x: 0.0, y: 0.0, z: 0.0 } };
 
 /// Follows a motion for some ticks; gives the part's motion at the end of each.
-fn follow(cell: &Cell, p: &DriveParams<f64>, ticks: usize, told: impl Fn(f64) -> Motion<f64>) -> Vec<Motion<f64>> {
-    let mut s = drives_at(cell, p, &told(0.0));
+fn follow(cell: &Cell, p: &DriveParams<f64>, ticks: usize, reference: impl Fn(f64) -> Motion<f64>) -> Vec<Motion<f64>> {
+    let mut s = drives_at(cell, p, &reference(0.0));
     let mut set = first_set_point(&s);
     (0..ticks)
         .map(|tick| {
-            set = set_point(cell, p, &s, &set, &told(tick as f64 * TIMING.tick()));
+            set = set_point(cell, p, &s, &set, &reference(tick as f64 * TIMING.tick()));
             (0..TIMING.substeps).for_each(|_| s = drive(cell, p, &s, &set, NOTHING));
             let (part, [place, speed]) = held_part(cell, &s);
             let along = |v: Vec3<f64>, by: f64| vec3(v.x + by, v.y, v.z);
@@ -51,10 +51,10 @@ fn the_part_is_where_the_command_is_and_stands_still() {
     for feedforward in [Feedforward::Off, Feedforward::Gravity, Feedforward::Full] {
         let cell = cell(feedforward);
         let turned = Quat::from_rotation_vector(vec3(0.02, -0.03, 0.01));
-        let told = Motion { position: vec3(0.05, -0.02, 0.03), attitude: turned, ..rest() };
-        let at = follow(&cell, &params(), 1000, |_| told);
+        let reference = Motion { position: vec3(0.05, -0.02, 0.03), attitude: turned, ..rest() };
+        let at = follow(&cell, &params(), 1000, |_| reference);
         for motion in [at.first(), at.last()].into_iter().flatten() {
-            let gap = (motion.position - told.position).norm();
+            let gap = (motion.position - reference.position).norm();
             // The gears give way under the weight; the loops hold the motors.
             assert!(gap < 2e-3, "{feedforward:?}: {gap}");
         }
@@ -66,12 +66,12 @@ fn the_part_is_where_the_command_is_and_stands_still() {
 /// Gain and lag \[deg\] of the part's motion along x for 20 mm at 1 Hz.
 fn sine(cell: &Cell) -> (f64, f64) {
     let frequency = 1.0;
-    let told = |t: f64| {
+    let reference = |t: f64| {
         let phase = TAU * frequency * t;
         let position = vec3(0.02 * phase.sin(), 0.0, 0.0);
         Motion { position, velocity: vec3(0.02 * TAU * frequency * phase.cos(), 0.0, 0.0), ..rest() }
     };
-    let at = follow(cell, &params(), 5000, told);
+    let at = follow(cell, &params(), 5000, reference);
     let (mut sine, mut cosine) = (0.0, 0.0);
     for (tick, motion) in at.iter().enumerate().skip(2000) {
         let phase = TAU * frequency * (tick + 1) as f64 * TIMING.tick();
@@ -131,9 +131,9 @@ fn a_push_on_the_part_ends_in_the_drive_of_the_rail() {
 fn a_command_beyond_the_workspace_is_flagged() {
     let cell = cell(Feedforward::Off);
     let s = drives_at(&cell, &params(), &rest());
-    let told = |x: f64| Motion { position: vec3(x, 0.0, 0.0), ..rest() };
-    let limited = |x: f64| set_point(&cell, &params(), &s, &first_set_point(&s), &told(x)).limited;
+    let reference = |x: f64| Motion { position: vec3(x, 0.0, 0.0), ..rest() };
+    let limited = |x: f64| set_point(&cell, &params(), &s, &first_set_point(&s), &reference(x)).limited;
     // The tool is 2 m from axis 1 and may be 2.3 m away; speed and acceleration bite far below a jump of 0.1 mm.
-    assert_eq!((limited(1e-4), drives_at(&cell, &params(), &told(0.29)).limited), (0.0, 0.0));
-    assert_eq!(drives_at(&cell, &params(), &told(0.31)).limited, 1.0);
+    assert_eq!((limited(1e-4), drives_at(&cell, &params(), &reference(0.29)).limited), (0.0, 0.0));
+    assert_eq!(drives_at(&cell, &params(), &reference(0.31)).limited, 1.0);
 }

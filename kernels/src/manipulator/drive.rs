@@ -81,7 +81,7 @@ pub(crate) struct Geared<R> {
     inertia: R,
 }
 
-/// What the velocity loop is told for a tick.
+/// Set point of the velocity loop for a tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reference<R> {
     /// Motor speed \[rad/s\].
@@ -138,14 +138,14 @@ pub(crate) fn motor<R: Real>(
     axis: Axis,
     p: &DriveParams<R>,
     s: &JointState<R>,
-    told: Reference<R>,
+    reference: Reference<R>,
 ) -> (JointState<R>, Geared<R>, R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let (servo, dt, limit) = (axis.servo, axis.substep, axis.torque_limit(p));
-    let error = told.speed - s.motor_rate;
+    let error = reference.speed - s.motor_rate;
     let gain = p.velocity_gain * R::lit(servo.gain);
     let integral = (error * gain).mul_add(R::lit(dt / servo.integral_time), s.integral);
-    let wanted = error.mul_add(gain, integral + told.torque);
+    let wanted = error.mul_add(gain, integral + reference.torque);
     let cut = wanted.min(limit).max(-limit);
     let limited = R::select(wanted.lt(cut) | cut.lt(wanted), one, zero);
     // An integrator at the limit stands still.
@@ -161,7 +161,7 @@ pub(crate) fn motor<R: Real>(
     if axis.effects.has(OFFSET) {
         applied = p.torque_offset.mul_add(limit, applied);
     }
-    let (gear, slip) = gear(axis, p, s, told.cold, turned, applied);
+    let (gear, slip) = gear(axis, p, s, reference.cold, turned, applied);
     (JointState { torque, integral, slip, ..*s }, gear, limited)
 }
 

@@ -87,8 +87,8 @@ fn cables_pull_as_their_spring_over_the_angle_and_their_hysteresis_over_the_trav
 #[test]
 fn an_offset_adds_its_share_of_the_greatest_torque() {
     let bench = Bench::new();
-    let told = Reference { speed: 0.0, torque: 50.0, cold: 0.0 };
-    let impulse = |p: &DriveParams<f64>| motor(bench.axis(), p, &still(), told).1.impulse;
+    let reference = Reference { speed: 0.0, torque: 50.0, cold: 0.0 };
+    let impulse = |p: &DriveParams<f64>| motor(bench.axis(), p, &still(), reference).1.impulse;
     let p = DriveParams { torque_offset: 0.02, ..plain() };
     let added = (impulse(&p) - impulse(&plain())) / STEP;
     assert!((added - 0.02 * bench.joint.drive.torque_limit).abs() < 1e-6, "{added}");

@@ -38,7 +38,7 @@ fn rest() -> Motion<f64> {
     Motion { position: Vec3::zero(), attitude: Quat::identity(), velocity: Vec3::zero(), omega: Vec3::zero() }
 }
 
-/// Drives that were told to stand, after some ticks.
+/// Drives with a constant reference, after some ticks.
 fn standing(p: &DriveParams<f64>, ticks: usize) -> Drives<f64> {
     let cell = cell();
     let mut s = drives_at(&cell, p, &rest());
@@ -107,11 +107,11 @@ fn an_unknown_payload_is_felt_as_inertia_too() {
 fn a_cut_of_the_limits_saturates_torque_and_speed() {
     let joint = robot().joints[JOINT];
     let p = DriveParams { torque_limit_cut: 0.6, speed_limit_cut: 0.7, ..plain() };
-    let told = Motion { position: vec3(0.0, 0.0, 0.5), ..rest() };
+    let reference = Motion { position: vec3(0.0, 0.0, 0.5), ..rest() };
     let (cell, quick) = (cell(), DriveParams { position_gain: 100.0, ..p });
     let s = drives_at(&cell, &quick, &rest());
     let mut set = first_set_point(&s);
-    (0..500).for_each(|_| set = set_point(&cell, &quick, &s, &set, &told));
+    (0..500).for_each(|_| set = set_point(&cell, &quick, &s, &set, &reference));
     let started = drive(&cell, &quick, &s, &set, NOTHING);
     let most = started.axis.iter().fold(0.0_f64, |most, axis| most.max(axis.torque.abs()));
     assert_near("greatest torque", most, 0.4 * joint.drive.torque_limit, 1e-12);
@@ -121,14 +121,14 @@ fn a_cut_of_the_limits_saturates_torque_and_speed() {
 
 #[test]
 fn terms_that_are_left_out_change_no_bit() {
-    let told = Motion { velocity: vec3(0.1, 0.0, 0.05), omega: vec3(0.1, 0.2, 0.0), ..rest() };
+    let reference = Motion { velocity: vec3(0.1, 0.0, 0.05), omega: vec3(0.1, 0.2, 0.0), ..rest() };
     let after = |cell: &Cell| {
         let p = reference_drives();
-        let mut s = drives_at(cell, &p, &told);
+        let mut s = drives_at(cell, &p, &reference);
         let mut set = first_set_point(&s);
         for tick in 0..200 {
-            let position = told.velocity * (tick as f64 * TIMING.tick());
-            set = set_point(cell, &p, &s, &set, &Motion { position, ..told });
+            let position = reference.velocity * (tick as f64 * TIMING.tick());
+            set = set_point(cell, &p, &s, &set, &Motion { position, ..reference });
             (0..TIMING.substeps).for_each(|_| s = drive(cell, &p, &s, &set, NOTHING));
         }
         crate::fields::to_vec::<f64, _>(&s.axis.map(|axis| JointState { cable: 0.0, ..axis }))

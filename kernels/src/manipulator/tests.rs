@@ -108,10 +108,10 @@ fn inverse_and_forward_kinematics_round_trip_in_all_eight_branches() {
     let (mut seed, mut seen, mut poses) = (7, [0; 8], 0);
     while poses < 10_000 {
         let angle: [f64; 6] = std::array::from_fn(|_| std::f64::consts::PI * (2.0 * uniform(&mut seed) - 1.0));
-        let told = link_frames(&robot, angle)[5];
+        let reference = link_frames(&robot, angle)[5];
         let own: Vec<_> = Branch::all()
             .map(|branch| {
-                let posture = wrist.inverse(branch, told);
+                let posture = wrist.inverse(branch, reference);
                 (posture.singular, wrist.angles(&posture))
             })
             .collect();
@@ -123,8 +123,8 @@ fn inverse_and_forward_kinematics_round_trip_in_all_eight_branches() {
         let mut found = false;
         for (index, (_, posture)) in own.iter().enumerate() {
             let at = link_frames(&robot, *posture)[5];
-            assert!((at.position - told.position).norm() < 1e-9, "{angle:?} {posture:?}");
-            let turn = at.attitude.compose(told.attitude.conjugate()).v.norm();
+            assert!((at.position - reference.position).norm() < 1e-9, "{angle:?} {posture:?}");
+            let turn = at.attitude.compose(reference.attitude.conjugate()).v.norm();
             assert!(turn < 1e-9, "{angle:?} {posture:?}: {turn}");
             let same = (0..6).all(|i| (nearest_turn(posture[i], angle[i]) - angle[i]).abs() < 1e-9);
             (found, seen[index]) = (found || same, seen[index] + usize::from(same));

@@ -72,14 +72,14 @@ impl SessionRobot {
 
     /// What a commanded motion asks of the axes.
     #[inline(always)]
-    pub(super) fn commanded<R: Real>(&self, told: &Motion<R>) -> Commanded<R> {
-        commanded(&self.cell, told)
+    pub(super) fn commanded<R: Real>(&self, reference: &Motion<R>) -> Commanded<R> {
+        commanded(&self.cell, reference)
     }
 
     /// The same, and whether a joint may be at the end of its range.
     #[inline(always)]
-    fn ask<R: Real>(&self, told: &Motion<R>) -> (Commanded<R>, R::Mask) {
-        let (zero, asked) = (R::lit(0.0), self.commanded(told));
+    fn ask<R: Real>(&self, reference: &Motion<R>) -> (Commanded<R>, R::Mask) {
+        let (zero, asked) = (R::lit(0.0), self.commanded(reference));
         let mut near = zero.lt(asked.singular);
         for i in 0..RAIL {
             let (Turn { cos, sin }, window) = (asked.turns[i], &self.windows[i]);
@@ -95,9 +95,9 @@ impl SessionRobot {
 
     /// Greatest share of its range, or of its correction, that a joint needs; above 1 it cannot be commanded.
     #[inline(always)]
-    fn used<R: Real>(&self, told: &Motion<R>) -> R {
+    fn used<R: Real>(&self, reference: &Motion<R>) -> R {
         let zero = R::lit(0.0);
-        let (angle, limited) = commanded_axes(&self.cell, told);
+        let (angle, limited) = commanded_axes(&self.cell, reference);
         let mut used = R::select(zero.lt(limited), R::lit(OUT_OF_REACH), zero);
         for (i, angle) in angle.into_iter().enumerate().take(self.cell.axes()) {
             let start = if i < RAIL { self.cell.start[i] } else { 0.0 };
@@ -133,13 +133,13 @@ fn range_share<R: Real>(limit: &AxisRange, start: f64, place: R) -> R {
 
 /// What commanded motions ask of the axes of both robots.
 #[inline(always)]
-pub fn axes_asked<R: Real>(m: &Plant, told: &Parts<R>) -> Asked<R> {
+pub fn axes_asked<R: Real>(m: &Plant, reference: &Parts<R>) -> Asked<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some([robot1, robot2]) = &m.session_robots else {
         let rates = [zero; AXES];
         return Asked { rates_a: rates, rates_b: rates, near_limit: zero, least_sine: one, near_body: zero };
     };
-    let ((a, near_a), (b, near_b)) = (robot1.ask(&told.a), robot2.ask(&told.b));
+    let ((a, near_a), (b, near_b)) = (robot1.ask(&reference.a), robot2.ask(&reference.b));
     let at = [a, b];
     let mut near_body = zero;
     if let Some(workspace) = &m.workspace {
@@ -158,13 +158,13 @@ pub fn axes_asked<R: Real>(m: &Plant, told: &Parts<R>) -> Asked<R> {
 /// Greatest share of its range, or of its correction, that a joint of either robot needs for commanded motions; 0 where
 /// none is near the end of one.
 #[inline(always)]
-pub fn range_used<R: Real>(m: &Plant, asked: &Asked<R>, told: &Parts<R>) -> R {
+pub fn range_used<R: Real>(m: &Plant, asked: &Asked<R>, reference: &Parts<R>) -> R {
     let zero = R::lit(0.0);
     let near = zero.lt(asked.near_limit);
     let Some([robot1, robot2]) = m.session_robots.as_ref().filter(|_| R::any(near)) else {
         return zero;
     };
-    R::select(near, robot1.used(&told.a).max(robot2.used(&told.b)), zero)
+    R::select(near, robot1.used(&reference.a).max(robot2.used(&reference.b)), zero)
 }
 
 #[cfg(test)]
@@ -211,11 +211,11 @@ mod tests {
             let robot = robot(limit, 3.0, on_rail);
             let mut seen = 0;
             while seen < 2000 {
-                let told = motion(&mut draw);
+                let reference = motion(&mut draw);
                 let after = |time: f64| Motion {
-                    position: told.position + told.velocity * time,
-                    attitude: told.attitude.turned(told.omega * time),
-                    ..told
+                    position: reference.position + reference.velocity * time,
+                    attitude: reference.attitude.turned(reference.omega * time),
+                    ..reference
                 };
                 let step = 1e-5;
                 let [before, now, after] = [-step, 0.0, step].map(|time| commanded_axes(&robot.cell, &after(time)));
@@ -223,7 +223,7 @@ mod tests {
                     continue;
                 }
                 seen += 1;
-                let rates = robot.ask(&told).0.rate;
+                let rates = robot.ask(&reference).0.rate;
                 for (i, found) in rates.into_iter().enumerate().take(robot.cell.axes()) {
                     let rate = (after.0[i] - before.0[i]) / (2.0 * step);
                     assert!((rate - found).abs() < 1e-5 * (1.0 + rate.abs()), "axis {i}: {rate}, not {found}");
@@ -248,8 +248,8 @@ mod tests {
                 let robot = robot(limit, correction, on_rail);
                 let (mut far, mut beyond) = (0, 0);
                 for _ in 0..5000 {
-                    let told = motion(&mut draw);
-                    let (used, near) = (robot.used(&told), robot.ask(&told).1);
+                    let reference = motion(&mut draw);
+                    let (used, near) = (robot.used(&reference), robot.ask(&reference).1);
                     assert!(near || used < 1.0, "{limit:?}: {used} of a range, unseen");
                     // A wide range ends where the model's own does.
                     assert!(!near || used > 0.98 || correction > 1.0, "{limit:?}: {used} of a range is near");
@@ -264,15 +264,15 @@ mod tests {
     fn a_motion_that_is_no_number_is_near_a_limit_and_too_fast() {
         let robot = robot(AxisRange { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 4.0 }, 1.0, false);
         let still = Vec3::splat(0.0);
-        let told = Motion { position: still, attitude: Quat::identity(), velocity: still, omega: still };
-        let (asked, near) = robot.ask(&told);
+        let reference = Motion { position: still, attitude: Quat::identity(), velocity: still, omega: still };
+        let (asked, near) = robot.ask(&reference);
         let rates = asked.rate;
         assert!(!near && !robot.too_fast(&rates, &rates, 1e-3));
-        let (_, near) = robot.ask(&Motion { position: vec3(f64::NAN, 0.0, 0.0), ..told });
+        let (_, near) = robot.ask(&Motion { position: vec3(f64::NAN, 0.0, 0.0), ..reference });
         assert!(near);
-        let wrong = robot.ask(&Motion { velocity: vec3(0.0, f64::NAN, 0.0), ..told }).0.rate;
+        let wrong = robot.ask(&Motion { velocity: vec3(0.0, f64::NAN, 0.0), ..reference }).0.rate;
         assert!(robot.too_fast(&rates, &wrong, 1e-3));
-        let fast = robot.ask(&Motion { velocity: vec3(0.0, 0.01, 0.0), ..told }).0.rate;
+        let fast = robot.ask(&Motion { velocity: vec3(0.0, 0.01, 0.0), ..reference }).0.rate;
         assert!(robot.too_fast(&rates, &fast, 1e-3) && !robot.too_fast(&fast, &fast, 1e-3), "a step of the speed");
     }
 }

@@ -161,13 +161,13 @@ pub fn far_apart<R: Real>() -> Clearance<R> {
 
 /// Distance of the arms and depth in the keep-out boxes for commanded motions; far where the bounds show as much.
 #[inline(always)]
-pub fn clearance<R: Real>(m: &Plant, asked: &Asked<R>, told: &Parts<R>) -> Clearance<R> {
+pub fn clearance<R: Real>(m: &Plant, asked: &Asked<R>, reference: &Parts<R>) -> Clearance<R> {
     let far = far_apart();
     let near = R::lit(0.0).lt(asked.near_body);
     let (Some(robots), Some(workspace)) = (&m.session_robots, m.workspace.as_ref().filter(|_| R::any(near))) else {
         return far;
     };
-    let found = workspace.exact(robots, &[links(&robots[0].cell, &told.a), links(&robots[1].cell, &told.b)]);
+    let found = workspace.exact(robots, &[links(&robots[0].cell, &reference.a), links(&robots[1].cell, &reference.b)]);
     Clearance { arms: R::select(near, found.arms, far.arms), depth: R::select(near, found.depth, far.depth) }
 }
 
@@ -180,9 +180,9 @@ pub fn clearance_at(m: &Plant, axes: [&[f64; AXES]; 2]) -> Clearance<f64> {
 }
 
 /// The robot (1 or 2) and the keep-out box that one of its links or its tool is deepest in, with the depth \[m\].
-pub fn deepest_in_box<'a>(m: &'a Plant, told: &Parts<f64>) -> Option<(usize, &'a str, f64)> {
+pub fn deepest_in_box<'a>(m: &'a Plant, reference: &Parts<f64>) -> Option<(usize, &'a str, f64)> {
     let (robots, workspace) = (m.session_robots.as_ref()?, m.workspace.as_ref()?);
-    let at = [links(&robots[0].cell, &told.a), links(&robots[1].cell, &told.b)];
+    let at = [links(&robots[0].cell, &reference.a), links(&robots[1].cell, &reference.b)];
     let rows = workspace.boxes.iter().zip(&m.facility.rules.keep_out).flat_map(|(prepared, keep_out)| {
         let depth = |robot: usize| prepared.depth(&robots[robot], &at[robot]);
         [0, 1].map(|robot| (robot + 1, keep_out.name.as_str(), depth(robot)))

@@ -131,11 +131,11 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(transport(p: Params<Sym>, time: Sym) -> Sym => robot::transport(m, &p, time)),
         stage!(progress(p: Params<Sym>, share: Sym) -> Sym => robot::progress(m, &p, share)),
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
-        stage!(with_test(p: Params<Sym>, told: Parts<Sym>, time: Sym) -> Parts<Sym>
-            => test_motion::with_test(m, &p, &told, time)),
+        stage!(with_test(p: Params<Sym>, reference: Parts<Sym>, time: Sym) -> Parts<Sym>
+            => test_motion::with_test(m, &p, &reference, time)),
         stage!(yield_to(s: Yielding<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Yielding<Sym>
             => impedance::yield_to(m, &s, parts.a, w)),
-        stage!(displaced(told: Parts<Sym>, s: Yielding<Sym>) -> Parts<Sym> => impedance::displaced(m, &told, &s)),
+        stage!(displaced(reference: Parts<Sym>, s: Yielding<Sym>) -> Parts<Sym> => impedance::displaced(m, &reference, &s)),
         stage!(not_yielding() -> Yielding<Sym> => impedance::not_yielding()),
         stage!(track(p: Params<Sym>, s: Tracking<Sym>, parts: Parts<Sym>, time: Sym) -> Tracking<Sym>
             => test_motion::track(m, &p, &s, &parts, time)),
@@ -147,9 +147,9 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
             => robot::interpolate(m, &first, &second, &third, place)),
         stage!(by_differences(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>) -> Parts<Sym>
             => robot::by_differences(m, &first, &second, &third)),
-        stage!(on_course(p: Params<Sym>, told: Parts<Sym>) -> Parts<Sym> => robot::on_course(m, &p, &told)),
-        stage!(robots_at(told: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &told)),
-        stage!(robots(p: Params<Sym>, s: Robots<Sym>, told: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &told)),
+        stage!(on_course(p: Params<Sym>, reference: Parts<Sym>) -> Parts<Sym> => robot::on_course(m, &p, &reference)),
+        stage!(robots_at(reference: Parts<Sym>) -> Robots<Sym> => robot::robots_at(m, &reference)),
+        stage!(robots(p: Params<Sym>, s: Robots<Sym>, reference: Parts<Sym>) -> Robots<Sym> => robot::robots(m, &p, &s, &reference)),
         stage!(push_fixture(p: Params<Sym>, s: Robots<Sym>, w: Wrench<Sym>) -> Robots<Sym>
             => fixture::push_fixture(m, &p, &s, w)),
         stage!(mounted_parts(p: Params<Sym>, s: Robots<Sym>) -> Parts<Sym> => robot::mounted_parts(m, &p, &s)),
@@ -161,17 +161,17 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(felt(s: Load<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => load::felt(m, &s, parts.a, w)),
         stage!(relieved(p: Params<Sym>, s: Load<Sym>, parts: Parts<Sym>, sensor: Sensor<Sym>) -> Sensor<Sym>
             => load::relieved(m, &p, &s, parts.a, &sensor)),
-        stage!(load_at(p: Params<Sym>, told: Parts<Sym>) -> Load<Sym> => load::load_at(m, &p, told.a)),
-        stage!(sensor_at(s: Load<Sym>, told: Parts<Sym>) -> Sensor<Sym> => load::sensor_at(m, &s, told.a)),
+        stage!(load_at(p: Params<Sym>, reference: Parts<Sym>) -> Load<Sym> => load::load_at(m, &p, reference.a)),
+        stage!(sensor_at(s: Load<Sym>, reference: Parts<Sym>) -> Sensor<Sym> => load::sensor_at(m, &s, reference.a)),
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),
         stage!(wrench_age(p: Params<Sym>) -> Sym => sensor::wrench_age(m, &p)),
         stage!(blend(newer: Wrench<Sym>, older: Wrench<Sym>, age: Sym) -> Wrench<Sym> => sensor::blend(newer, older, age)),
         stage!(feed_back(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => sensor::feed_back(parts.a, w)),
         stage!(new_session() -> Session<Sym> => session::new_session()),
-        stage!(axes_asked(told: Parts<Sym>) -> Asked<Sym> => session::axes_asked(m, &told)),
-        stage!(range_used(asked: Asked<Sym>, told: Parts<Sym>) -> Sym => session::range_used(m, &asked, &told)),
+        stage!(axes_asked(reference: Parts<Sym>) -> Asked<Sym> => session::axes_asked(m, &reference)),
+        stage!(range_used(asked: Asked<Sym>, reference: Parts<Sym>) -> Sym => session::range_used(m, &asked, &reference)),
         stage!(far_apart() -> Clearance<Sym> => session::far_apart()),
-        stage!(clearance(asked: Asked<Sym>, told: Parts<Sym>) -> Clearance<Sym> => session::clearance(m, &asked, &told)),
+        stage!(clearance(asked: Asked<Sym>, reference: Parts<Sym>) -> Clearance<Sym> => session::clearance(m, &asked, &reference)),
         stage!(supervise(s: Session<Sym>, parts: Parts<Sym>, commanded: Parts<Sym>, asked: Asked<Sym>, range_used: Sym,
             apart: Clearance<Sym>, w: Wrench<Sym>, sensed: Sensor<Sym>, port_energy: Sym, cycle: Sym) -> Session<Sym> => {
             let (saturated, cut, clearance) = (sensed.saturated, Sym::lit(0.0), apart);
@@ -191,16 +191,16 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
 fn joint_stages(m: &Plant) -> Vec<Function> {
     let [robot1, robot2] = m.robots();
     vec![
-        stage!(set_point1(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
-            => cell::set_point(robot1, &p.robot1, &s, &last, &told.a)),
-        stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, told: Parts<Sym>) -> SetPoint<Sym>
-            => cell::set_point(robot2, &p.robot2, &s, &last, &told.b)),
+        stage!(set_point1(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, reference: Parts<Sym>) -> SetPoint<Sym>
+            => cell::set_point(robot1, &p.robot1, &s, &last, &reference.a)),
+        stage!(set_point2(p: Params<Sym>, s: Drives<Sym>, last: SetPoint<Sym>, reference: Parts<Sym>) -> SetPoint<Sym>
+            => cell::set_point(robot2, &p.robot2, &s, &last, &reference.b)),
         stage!(drive1(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
             => cell::drive(robot1, &p.robot1, &s, &aim, load)),
         stage!(drive2(p: Params<Sym>, s: Drives<Sym>, aim: SetPoint<Sym>, load: Wrench<Sym>) -> Drives<Sym>
             => cell::drive(robot2, &p.robot2, &s, &aim, load)),
-        stage!(drives_at1(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot1, &p.robot1, &told.a)),
-        stage!(drives_at2(p: Params<Sym>, told: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot2, &p.robot2, &told.b)),
+        stage!(drives_at1(p: Params<Sym>, reference: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot1, &p.robot1, &reference.a)),
+        stage!(drives_at2(p: Params<Sym>, reference: Parts<Sym>) -> Drives<Sym> => cell::drives_at(robot2, &p.robot2, &reference.b)),
         stage!(held_parts(s: Robots<Sym>, drives1: Drives<Sym>, drives2: Drives<Sym>) -> Robots<Sym>
             => joint_level::held_parts(m, &s, &drives1, &drives2)),
         stage!(reaction(parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => joint_level::reaction(&parts, w)),

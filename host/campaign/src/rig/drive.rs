@@ -54,10 +54,10 @@ pub struct FeedforwardModel {
 /// Signals of a rig of one drive: name, unit of a revolute and of a prismatic joint, meaning.
 pub const DRIVE_SIGNALS: [(&str, &str, &str, &str); 5] = [
     ("t", "s", "s", "time"),
-    ("ref", "rad", "m", "position that the controller was told"),
+    ("ref", "rad", "m", "reference position of the controller"),
     ("q", "rad", "m", "position by the motor's encoder, at the joint's side of the gear"),
     ("q_link", "rad", "m", "position by an encoder behind the gear"),
-    ("tau", "N m", "N", "torque or force that the drive was told, at the joint's side of the gear"),
+    ("tau", "N m", "N", "commanded torque or force, at the joint's side of the gear"),
 ];
 
 /// Units of a joint's quantities.

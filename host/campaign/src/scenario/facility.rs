@@ -148,7 +148,7 @@ fn unstable_speed(c: &mut Checker, table: &At<FacilityTable>) -> f64 {
     range.max
 }
 
-/// A motion that the robots are told besides that of the simulation.
+/// A motion that is added to the robots' reference.
 fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) -> TestMotion {
     p.test_amplitude = c.parameter(&table.amplitude, "test_amplitude");
     p.test_frequency = c.parameter(&table.frequency, "test_frequency");

@@ -108,10 +108,11 @@ fn the_shipped_guard_costs_no_distance_from_the_start_to_the_latch() {
     let plant = Plant::new(scenario.model);
     // Both parts as far towards each other as the seat is deep, and aside as far as the campaign's offsets go.
     for (way, aside) in [(0.0, 0.0), (0.13, 0.0), (0.13, 0.05), (0.05, -0.05)] {
-        let mut told = plant.start;
-        (told.a.position.x, told.b.position.x) = (told.a.position.x + way, told.b.position.x - way);
-        (told.a.position.y, told.b.position.z) = (told.a.position.y + aside, told.b.position.z + aside);
-        let asked = axes_asked(&plant, &told);
+        let mut reference = plant.start;
+        (reference.a.position.x, reference.b.position.x) = (reference.a.position.x + way, reference.b.position.x - way);
+        (reference.a.position.y, reference.b.position.z) =
+            (reference.a.position.y + aside, reference.b.position.z + aside);
+        let asked = axes_asked(&plant, &reference);
         assert_eq!((asked.near_limit, asked.near_body), (0.0, 0.0), "{way} m together, {aside} m aside");
     }
 }

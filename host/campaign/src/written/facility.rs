@@ -41,7 +41,7 @@ pub(crate) struct FacilityTable {
     pub(crate) robot2: ResponseTable,
     /// How robot 1 gives way to the measured wrench.
     pub(crate) impedance: Option<At<ImpedanceTable>>,
-    /// A known motion that the robots are told besides that of the simulation.
+    /// A known motion that is added to the robots' reference.
     pub(crate) test_motion: Option<TestMotionTable>,
     /// Both robots joint by joint, in place of their responses.
     pub(crate) joint_level: Option<At<JointLevelTable>>,

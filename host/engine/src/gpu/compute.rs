@@ -108,7 +108,7 @@ impl GpuEngine {
         let limits = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
         let over_limits = pollster::block_on(limits.pop());
-        // Without memory a buffer is invalid, and so is what binds it: the first cause is told.
+        // Without memory a buffer is invalid, and so is what binds it: the first cause is reported.
         match pollster::block_on(memory.pop()).or(over_limits) {
             Some(error) => Err(EngineError::OutOfMemory(one_line(&error))),
             None => self.check().map(|()| made),
@@ -165,12 +165,12 @@ impl GpuEngine {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, landing, 0, bytes);
         self.queue.submit([encoder.finish()]);
-        let (tell, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         // Who waits no more needs no answer.
-        landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| drop(tell.send(result)));
+        landing.map_async(wgpu::MapMode::Read, 0..bytes, move |result| drop(sender.send(result)));
         self.wait()?;
         // Another thread that waits for the device may have fetched the answer, and be about to hand it over.
-        match told.recv_timeout(HAND_OVER) {
+        match receiver.recv_timeout(HAND_OVER) {
             Ok(Ok(())) => {}
             Ok(Err(error)) => return Err(lost(&error)),
             Err(_) => return Err(EngineError::DeviceLost("the device did not answer".to_owned())),

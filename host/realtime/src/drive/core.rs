@@ -259,7 +259,7 @@ impl Core {
         if task.plant.facility.rules != task.station.rules {
             return Err(Unprepared::Rules);
         }
-        let run_in = RunIn::new(computer.told(), RUN_IN_TIME);
+        let run_in = RunIn::new(computer.reference(), RUN_IN_TIME);
         let commanded = run_in.at(&task.plant, 0.0);
         let mut record = CycleRecord::BLANK;
         record.flags = if task.armed { cycle_flags::ARMED } else { 0 };
@@ -598,7 +598,7 @@ impl Core {
             self.computer.tick(&measured);
         }
         self.record.tick += u64::from(self.ticks);
-        let told = self.computer.told();
+        let told = self.computer.reference();
         let progress = self.computer.progress();
         // A loop that has diverged is stopped by its rule in the next cycle's check.
         if progress.unstable {

@@ -35,10 +35,10 @@ fn the_two_halves_of_a_run_give_the_farms_bits() {
             let mut computer =
                 simulation_computer(&plant, run, &params, TouchThreshold { touch_force: 1e-9, hold_back: 0 });
             let mut facility = emulated_facility(&plant, philox::key(campaign.seed), run, &params);
-            let first = computer.told();
+            let first = computer.reference();
             let mut past = [1.0, 2.0].map(|ago| carry_on(&plant, &first, -ago));
             while !computer.progress().over && facility.watch().end_time == 0.0 {
-                let mut told = computer.told();
+                let mut told = computer.reference();
                 if commands_poses(&plant) {
                     told = by_differences(&plant, &past[1], &past[0], &told);
                 }

@@ -80,7 +80,7 @@ impl MetricColumn {
 
     /// Its value among those of a loop.
     pub(crate) fn value(&self, all: &Metrics<f64>, scalars: &[f64]) -> Option<f64> {
-        all.told(self.presence, scalars[self.at])
+        all.if_present(self.presence, scalars[self.at])
     }
 
     /// The number that stands for "not available" in memory.

@@ -21,8 +21,8 @@ pub(crate) struct Links<R> {
 /// The axes of a robot's capsules in the laboratory for a motion of its part; the tool's is the line from the last
 /// link's frame to the part's origin.
 #[inline(always)]
-pub(crate) fn links<R: Real>(cell: &Cell, told: &Motion<R>) -> Links<R> {
-    let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+pub(crate) fn links<R: Real>(cell: &Cell, reference: &Motion<R>) -> Links<R> {
+    let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *reference);
     let (found, part) = closed_form(cell, &left);
     placed(cell, &cell.wrist.frames(&found), part, place)
 }

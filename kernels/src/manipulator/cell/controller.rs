@@ -12,7 +12,7 @@ use crate::robot::rail_share;
 use crate::space::Motion;
 use crate::vector::Vec3;
 
-/// What the axes are told.
+/// References of the axes.
 pub(super) struct Course<R> {
     pub(super) angle: [R; AXES],
     pub(super) rate: [R; AXES],
@@ -22,8 +22,8 @@ pub(super) struct Course<R> {
 
 /// Angles and rates of the axes for a motion of the part; the rail takes its share.
 #[inline(always)]
-pub(super) fn course<R: Real>(cell: &Cell, told: &Motion<R>) -> Course<R> {
-    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+pub(super) fn course<R: Real>(cell: &Cell, reference: &Motion<R>) -> Course<R> {
+    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *reference);
     let found = closed_form(cell, &left);
     let (angle, limited) = axis_angles(cell, refined(cell, &left, &found), place, found.0.singular);
     Course { angle, rate: axis_rates(cell, &left, &found, speed), limited }
@@ -78,8 +78,8 @@ pub struct Commanded<R> {
 /// What a motion of the part commands the axes, exact to the scalar's rounding of metres: enough to compare it with
 /// limits, at a fraction of the cost of a set-point. No angle is computed, and no range is checked.
 #[inline(always)]
-pub fn commanded<R: Real>(cell: &Cell, told: &Motion<R>) -> Commanded<R> {
-    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+pub fn commanded<R: Real>(cell: &Cell, reference: &Motion<R>) -> Commanded<R> {
+    let (place, speed, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *reference);
     let found = closed_form(cell, &left);
     let rate = axis_rates(cell, &left, &found, speed);
     let points = [cell.wrist.elbow(&found.0), found.0.wrist, found.1];
@@ -90,8 +90,8 @@ pub fn commanded<R: Real>(cell: &Cell, told: &Motion<R>) -> Commanded<R> {
 /// Angles of the axes from the start posture for a motion of the part, as exact as [`commanded`], and 1 where it is out
 /// of reach, near a singular posture or beyond a range of the robot's model.
 #[inline(always)]
-pub fn commanded_axes<R: Real>(cell: &Cell, told: &Motion<R>) -> ([R; AXES], R) {
-    let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *told);
+pub fn commanded_axes<R: Real>(cell: &Cell, reference: &Motion<R>) -> ([R; AXES], R) {
+    let (place, _, left) = rail_share(cell.rail.as_ref().map(|(rail, _)| rail), *reference);
     let (found, _) = closed_form(cell, &left);
     axis_angles(cell, angles(cell, &found), place, found.singular)
 }
@@ -103,10 +103,10 @@ pub fn set_point<R: Real>(
     p: &DriveParams<R>,
     s: &Drives<R>,
     last: &SetPoint<R>,
-    told: &Motion<R>,
+    reference: &Motion<R>,
 ) -> SetPoint<R> {
     let (zero, one, tick) = (R::lit(0.0), R::lit(1.0), R::lit(cell.tick));
-    let Course { angle, rate, mut limited } = course(cell, told);
+    let Course { angle, rate, mut limited } = course(cell, reference);
     let (mut acceleration, mut speed) = ([zero; AXES], [zero; AXES]);
     for i in 0..cell.axes() {
         let axis = cell.axis(i);

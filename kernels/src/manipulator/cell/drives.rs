@@ -24,7 +24,7 @@ pub fn drive<R: Real>(
     cell: &Cell,
     p: &DriveParams<R>,
     s: &Drives<R>,
-    told: &SetPoint<R>,
+    set_point: &SetPoint<R>,
     load: Wrench<R>,
 ) -> Drives<R> {
     let zero = R::lit(0.0);
@@ -32,7 +32,7 @@ pub fn drive<R: Real>(
     let mut geared = [None; AXES];
     for i in 0..cell.axes() {
         let axis = cell.axis(i);
-        let reference = Reference { speed: told.speed[i], torque: told.torque[i], cold: told.cold };
+        let reference = Reference { speed: set_point.speed[i], torque: set_point.torque[i], cold: set_point.cold };
         // The errors of gears in angle are none of a rack's.
         let p = &if i == RAIL { DriveParams { transmission_error: zero, ..*p } } else { *p };
         let (state, gear, limited) = motor(axis, p, &s.axis[i], reference);
@@ -50,7 +50,7 @@ pub fn drive<R: Real>(
         let gear = geared[i].expect("one gear an axis");
         next.axis[i] = moved(cell.substep, &next.axis[i], gear, acceleration[i]);
     }
-    next.limited = next.limited.max(told.limited);
+    next.limited = next.limited.max(set_point.limited);
     next
 }
 
@@ -133,12 +133,12 @@ pub fn held_part<R: Real>(cell: &Cell, s: &Drives<R>) -> (Motion<R>, [R; 2]) {
     (motion, [s.axis[RAIL].angle, s.axis[RAIL].rate])
 }
 
-/// A robot on its first command: moving as told, as far behind as its position loops follow, its motors carrying its
+/// A robot on its first command: at the commanded velocity, as far behind as its position loops follow, its motors carrying its
 /// weight.
 #[inline(always)]
-pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, told: &Motion<R>) -> Drives<R> {
+pub fn drives_at<R: Real>(cell: &Cell, p: &DriveParams<R>, reference: &Motion<R>) -> Drives<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let Course { angle, rate, limited } = course(cell, told);
+    let Course { angle, rate, limited } = course(cell, reference);
     let mut torque = weight(cell, angle);
     let unknown = unknown_weight(cell, p, angle);
     for i in 0..JOINTS {

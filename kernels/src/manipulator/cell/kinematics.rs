@@ -18,8 +18,8 @@ pub struct Axes {
 
 impl Cell {
     /// The axes that hold the part in a motion (laboratory), and whether that is within reach and ranges.
-    pub fn axes_for(&self, told: &Motion<f64>) -> (Axes, bool) {
-        let course = course(self, told);
+    pub fn axes_for(&self, reference: &Motion<f64>) -> (Axes, bool) {
+        let course = course(self, reference);
         let mut position = course.angle;
         position.iter_mut().zip(self.start).for_each(|(angle, start)| *angle += start);
         (Axes { position, rate: course.rate }, course.limited <= 0.0)

@@ -41,7 +41,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a robot's controller is told for a tick; written by the set-point stage.
+    /// Set point of a robot's controller for a tick; written by the set-point stage.
     SetPoint {
         angle: [R; AXES], "rad", "commanded joint angles, from the start posture, and place on the rail (m)";
         rate: [R; AXES], "rad/s", "commanded rates";

@@ -56,9 +56,9 @@ impl<R: Real> Reach<R> {
 /// The posture that puts the part at a pose, to the scalar's rounding of metres, and the part's place in base axes; the
 /// posture's `singular` is 1 beyond the robot's reach too. Ranges are not checked.
 #[inline(always)]
-pub(super) fn closed_form<R: Real>(cell: &Cell, told: &Motion<R>) -> (Posture<R>, Vec3<R>) {
+pub(super) fn closed_form<R: Real>(cell: &Cell, reference: &Motion<R>) -> (Posture<R>, Vec3<R>) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let pose = Pose { position: told.position, attitude: told.attitude };
+    let pose = Pose { position: reference.position, attitude: reference.attitude };
     let part = Pose::lit(cell.base_inverse).compose(pose);
     let mut found = cell.wrist.inverse(cell.branch, part.compose(Pose::lit(cell.tool_inverse)));
     let away = part.position.x.mul_add(part.position.x, part.position.y * part.position.y);
@@ -94,11 +94,11 @@ pub(super) fn angles<R: Real>(cell: &Cell, at: &Posture<R>) -> [R; JOINTS] {
 /// Joint angles that put the part at a pose whose closed form is known, to the rounding of millimetres: one Newton step
 /// on the small differences from it.
 #[inline(always)]
-pub(super) fn refined<R: Real>(cell: &Cell, told: &Motion<R>, found: &(Posture<R>, Vec3<R>)) -> [R; JOINTS] {
+pub(super) fn refined<R: Real>(cell: &Cell, reference: &Motion<R>, found: &(Posture<R>, Vec3<R>)) -> [R; JOINTS] {
     let angle = angles(cell, &found.0);
     let at = tool_pose(cell, angle);
-    let turn = told.attitude.compose(at.attitude.conjugate()).small_rotation_vector();
-    let step = rates(cell, found, told.position - at.position, turn);
+    let turn = reference.attitude.compose(at.attitude.conjugate()).small_rotation_vector();
+    let step = rates(cell, found, reference.position - at.position, turn);
     let mut wanted = angle;
     for i in 0..JOINTS {
         wanted[i] = angle[i] + step[i];

@@ -70,8 +70,8 @@ fn motions(robots: &[SessionRobot; 2], draw: &mut impl FnMut() -> f64) -> Parts<
         };
         let around = Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) };
         let parts = Parts { a: motion(Quat::identity()), b: motion(around) };
-        let told = [parts.a, parts.b];
-        if (0..2).all(|r| commanded_axes(&robots[r].cell, &told[r]).1 == 0.0) {
+        let reference = [parts.a, parts.b];
+        if (0..2).all(|r| commanded_axes(&robots[r].cell, &reference[r]).1 == 0.0) {
             return parts;
         }
     }
@@ -90,15 +90,15 @@ fn links_are_where_the_forward_kinematics_puts_them() {
         let robots = robots(on_rail, &mut draw);
         for _ in 0..1000 {
             let parts = motions(&robots, &mut draw);
-            for (number, told) in [(0, parts.a), (1, parts.b)] {
+            for (number, reference) in [(0, parts.a), (1, parts.b)] {
                 let cell = &robots[number].cell;
-                let (axes, reachable) = cell.axes_for(&told);
+                let (axes, reachable) = cell.axes_for(&reference);
                 assert!(reachable);
                 let Axes { position, .. } = axes;
                 let angle = std::array::from_fn::<f64, 6, _>(|i| position[i]);
                 // The model as it was, whose angles are the robot's own.
                 let frames = link_frames(&sample::robot(), angle);
-                let found = links(cell, &told);
+                let found = links(cell, &reference);
                 for i in 0..found.count {
                     let capsule = cell.capsules()[i];
                     for (end, point) in [(capsule.axis.from, found.axes[i].from), (capsule.axis.to, found.axes[i].to)] {
@@ -122,7 +122,7 @@ fn links_are_where_the_forward_kinematics_puts_them() {
                 }
                 let tool = found.axes[found.count];
                 let hand = cell.in_laboratory(frames[5].position, position[6]);
-                assert!((tool.from - hand).norm() < 1e-9 && (tool.to - told.position).norm() < 1e-9);
+                assert!((tool.from - hand).norm() < 1e-9 && (tool.to - reference.position).norm() < 1e-9);
             }
         }
     }
@@ -141,9 +141,9 @@ fn no_link_and_no_tool_reaches_beyond_the_bound() {
                     break v * (1.0 / v.norm());
                 }
             };
-            for (number, told) in [(0, parts.a), (1, parts.b)] {
+            for (number, reference) in [(0, parts.a), (1, parts.b)] {
                 let robot = &robots[number];
-                let (at, found) = (robot.commanded(&told), links(&robot.cell, &told));
+                let (at, found) = (robot.commanded(&reference), links(&robot.cell, &reference));
                 for tool in [None, Some(TOOL)] {
                     let mut most = f64::NEG_INFINITY;
                     for i in 0..found.count {
@@ -182,9 +182,9 @@ fn whatever_meets_a_rule_of_the_workspace_is_near() {
         let workspace = Workspace::new(&rules, &robots, &start()).expect("two rules need it");
         for _ in 0..250 {
             let parts = motions(&robots, &mut draw);
-            let told = [parts.a, parts.b];
-            let is_near = workspace.is_near(&[robots[0].commanded(&told[0]), robots[1].commanded(&told[1])]);
-            let at = [links(&robots[0].cell, &told[0]), links(&robots[1].cell, &told[1])];
+            let reference = [parts.a, parts.b];
+            let is_near = workspace.is_near(&[robots[0].commanded(&reference[0]), robots[1].commanded(&reference[1])]);
+            let at = [links(&robots[0].cell, &reference[0]), links(&robots[1].cell, &reference[1])];
             let apart = arms_apart(&robots, &at);
             let depth = |r: usize| {
                 workspace.boxes[0].depth(&robots[r], &at[r]).max(workspace.boxes[1].depth(&robots[r], &at[r]))
@@ -210,13 +210,13 @@ fn a_command_that_is_no_number_meets_every_rule_of_the_workspace() {
     let rules = SessionRules { keep_out: vec![wall], arm_distance: 0.1, ..SessionRules::NONE };
     let workspace = Workspace::new(&rules, &robots, &start()).expect("two rules need it");
     for wrong in [0, 1] {
-        let mut told = [start().a, start().b];
-        let calm = [robots[0].commanded(&told[0]), robots[1].commanded(&told[1])];
+        let mut reference = [start().a, start().b];
+        let calm = [robots[0].commanded(&reference[0]), robots[1].commanded(&reference[1])];
         assert!(!workspace.is_near(&calm), "the start is far from all");
-        told[wrong].position.y = f64::NAN;
-        let at = [robots[0].commanded(&told[0]), robots[1].commanded(&told[1])];
+        reference[wrong].position.y = f64::NAN;
+        let at = [robots[0].commanded(&reference[0]), robots[1].commanded(&reference[1])];
         assert!(workspace.is_near(&at), "robot {}", wrong + 1);
-        let at = [links(&robots[0].cell, &told[0]), links(&robots[1].cell, &told[1])];
+        let at = [links(&robots[0].cell, &reference[0]), links(&robots[1].cell, &reference[1])];
         assert!(arms_apart(&robots, &at).is_nan(), "robot {}", wrong + 1);
         assert!(workspace.boxes[0].depth(&robots[wrong], &at[wrong]).is_nan());
     }
@@ -228,12 +228,12 @@ fn the_least_sine_is_that_of_wrist_elbow_or_shoulder() {
     let robot = robot(1, false, &mut draw);
     let mut seen = [0; 3];
     for _ in 0..3000 {
-        let told = Motion { position: vector(&mut draw, 0.9), attitude: attitude(&mut draw, 0.5), ..start().a };
-        let at = robot.commanded(&told);
+        let reference = Motion { position: vector(&mut draw, 0.9), attitude: attitude(&mut draw, 0.5), ..start().a };
+        let at = robot.commanded(&reference);
         if at.singular > 0.0 {
             continue;
         }
-        let (axes, _) = robot.cell.axes_for(&told);
+        let (axes, _) = robot.cell.axes_for(&reference);
         let frames = link_frames(&sample::robot(), std::array::from_fn::<f64, 6, _>(|i| axes.position[i]));
         let origin = |i: usize| frames[i].position;
         let sine = |a: Vec3<f64>, b: Vec3<f64>| a.cross(b).norm() / (a.norm() * b.norm());
