@@ -240,7 +240,7 @@ const MODELS: &[Case] = &[
     arm("<parent link=\"fore\"/>", "<parent link=\"tool\"/>", 36, "link[tool]", "not connected to the root", "join it to the chain"),
     arm("</robot>\n", "", 36, "robot", "not a URDF", "every element is closed"),
     table("run,delay_ms", "run,delay", 1, "no column `delay_ms`", "did you mean `delay`?"),
-    table("2,8.5", "2,slow", 3, "`slow` is no finite number", "write a finite number in every row"),
+    table("2,8.5", "2,slow", 3, "`slow` is not a finite number", "write a finite number in every row"),
     table("2,8.5", "2,850", 3, "0.85 s is out of range", "at most 0.128 s"),
 ];
 

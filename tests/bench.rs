@@ -1,7 +1,7 @@
 //! `softdock bench diagnosis` from outside: how it scores what is there, and how it refuses.
 
 use softdock_bench::plan::{Extent, Wanted, plan};
-use softdock_bench::record::{Answer, Cost, Ledger, Record, Said, SealLine};
+use softdock_bench::record::{CaseRecord, Cost, Ledger, RecordedAnswer, RecordedVerdict, SealLine};
 use softdock_bench::seal::{SealedTruth, seal};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -23,8 +23,8 @@ fn begun(folder: &Path) {
     let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("room");
     let ledger = Ledger::open(folder, 1, 1).expect("room");
     ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("room");
-    let answer = Answer {
-        said: Said::NoEffect,
+    let answer = RecordedAnswer {
+        said: RecordedVerdict::NoEffect,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -34,7 +34,7 @@ fn begun(folder: &Path) {
         refusal: None,
     };
     let cost = Cost { diagnosis: 4.0, rest: 2.0 };
-    let record = Record { answer: Some(answer), cost, ..Record::of(case.id(), sealed) };
+    let record = CaseRecord { answer: Some(answer), cost, ..CaseRecord::of(case.id(), sealed) };
     ledger.finish(&record).expect("room");
 }
 

@@ -149,7 +149,7 @@ fn a_facility_without_a_secret_lacks_nothing() {
     assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
     for finding in answer["findings"].as_array().expect("a list") {
         let what = finding["what"].as_str().expect("a finding");
-        assert!(what.starts_with("judged in the steps of the scenario"), "{what}");
+        assert!(what.starts_with("simulated with the step of the scenario"), "{what}");
     }
 }
 

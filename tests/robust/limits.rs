@@ -182,7 +182,7 @@ fn pipes_devices_and_folders_in_the_place_of_files_are_rejected_at_once() {
     let answers = [
         softdock_diagnosis::recording::grid::read(&pipe, &rig).err(),
         softdock_diagnosis::identify::log::Recording::read(&pipe, &robot).err(),
-        softdock_diagnosis::identify::marks::read_marks(&pipe, 6).err(),
+        softdock_diagnosis::identify::published_errors::read_published_errors(&pipe, 6).err(),
     ];
     for error in answers {
         let error = error.expect("a pipe");

@@ -5,7 +5,7 @@ use crate::watchdog::Watchdog;
 use crate::workshop::{Workshop, copy, root};
 use softdock_campaign::{Campaign, Cases, Rig, Robot, Scenario, Station, manifest};
 use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::marks::read_marks;
+use softdock_diagnosis::identify::published_errors::read_published_errors;
 use softdock_diagnosis::recording::grid;
 use softdock_realtime::log::mcap::Setup;
 use softdock_realtime::log::reader::read_log;
@@ -165,7 +165,7 @@ fn trajectory(path: &Path) -> bool {
 }
 
 fn marks(path: &Path) -> bool {
-    read_marks(path, 6).is_ok()
+    read_published_errors(path, 6).is_ok()
 }
 
 fn rsi(path: &Path) -> bool {

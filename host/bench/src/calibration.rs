@@ -17,7 +17,7 @@ pub struct Bin {
 
 /// How well stated probabilities agree with frequencies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Calibration {
+pub struct ProbabilityCalibration {
     /// Bins that hold names, by rising probability.
     pub bins: Vec<Bin>,
     /// Mean distance of stated probability and frequency, bins weighted by their names (Naeini, Cooper and Hauskrecht
@@ -28,7 +28,7 @@ pub struct Calibration {
 }
 
 /// Of names: stated probability, and whether the name was right.
-pub fn calibration(names: &[(f64, bool)]) -> Calibration {
+pub fn calibration(names: &[(f64, bool)]) -> ProbabilityCalibration {
     let mut bins: Vec<Vec<(f64, bool)>> = vec![Vec::new(); BINS];
     for (p, right) in names {
         bins[((p * BINS as f64) as usize).min(BINS - 1)].push((*p, *right));
@@ -43,7 +43,7 @@ pub fn calibration(names: &[(f64, bool)]) -> Calibration {
     let off = |bin: &Bin| (bin.stated * bin.right.cases as f64 - bin.right.count as f64).abs() / count;
     let brier = names.iter().map(|(p, right)| (p - f64::from(u8::from(*right))).powi(2)).sum::<f64>() / count;
     let some = !names.is_empty();
-    Calibration { error: some.then(|| bins.iter().map(off).sum()), brier: some.then_some(brier), bins }
+    ProbabilityCalibration { error: some.then(|| bins.iter().map(off).sum()), brier: some.then_some(brier), bins }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Cases of a plan at work: those that are asked for, those that are missing, one written for inspection.
 
 use crate::plan::Case;
-use crate::record::{Ledger, Record, done};
-use crate::score::Score;
-use crate::trial::{Bench, lay_out};
-use crate::{Error, Result, page};
+use crate::record::{CaseRecord, Ledger, done};
+use crate::score::GauntletScore;
+use crate::trial::{TrialRunner, lay_out};
+use crate::{GauntletError, Result, page};
 use serde_json::Value;
 use softdock_results::ResultFile;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub struct CaseDone<'a> {
     /// Cases that were missing at the start.
     pub missing: usize,
     /// The case's record.
-    pub record: &'a Record,
+    pub record: &'a CaseRecord,
     /// Estimate of the time to the end \[s\].
     pub seconds_left: f64,
 }
@@ -34,7 +34,7 @@ pub fn selected(all: &[Case], text: &str, multiples: &[f64]) -> Result<Vec<Case>
     if own.is_empty() {
         let sized = if multiples.is_empty() { "" } else { " and such a multiple" };
         let (all, one) = ("no case of this size and these plants", all[0].id());
-        return Err(Error::Unknown { what: format!("{all} has `{text}` in its name{sized}; one is `{one}`") });
+        return Err(GauntletError::Unknown { what: format!("{all} has `{text}` in its name{sized}; one is `{one}`") });
     }
     Ok(own)
 }
@@ -47,11 +47,11 @@ pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<()> {
     let Some(case) = all.iter().find(|case| case.id() == *id) else {
         let other = all[0].id();
         let what = format!("no case `{id}` of this size and these plants; another is `{other}`");
-        return Err(Error::Unknown { what });
+        return Err(GauntletError::Unknown { what });
     };
     if !lay_out(case, folder)? {
         let what = format!("no bench can show as much as `{id}` hides; the same of a smaller multiple can be shown");
-        return Err(Error::Unknown { what });
+        return Err(GauntletError::Unknown { what });
     }
     Ok(())
 }
@@ -68,7 +68,7 @@ pub fn run_missing(
 ) -> Result<()> {
     let known = done(ledger.folder())?;
     let missing: Vec<Case> = cases.into_iter().filter(|case| !known.contains(&case.id())).collect();
-    let (mut bench, begin) = (Bench::new(ledger)?, Instant::now());
+    let (mut bench, begin) = (TrialRunner::new(ledger)?, Instant::now());
     for (number, case) in missing.iter().enumerate() {
         if stopped() {
             return Ok(());
@@ -94,7 +94,7 @@ pub fn count_missing(all: &[Case], folder: &Path) -> Result<usize> {
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.
-pub fn score_files(score: &Score, command: &str) -> Result<(Value, Vec<ResultFile>)> {
+pub fn score_files(score: &GauntletScore, command: &str) -> Result<(Value, Vec<ResultFile>)> {
     let figures = serde_json::to_value(score).expect("a score has string keys");
     let text = serde_json::to_string_pretty(&figures).expect("a value has string keys") + "\n";
     let files = vec![ResultFile::new("score.html", page::page(score, command)?), ResultFile::new("score.json", text)];

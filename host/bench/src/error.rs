@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+pub(crate) type Result<T> = std::result::Result<T, GauntletError>;
 
 /// Why a case could not be run or scored.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum GauntletError {
     /// The generator refuses a case of the plan.
     #[error(transparent)]
     Recordings(#[from] softdock_gauntlet::Error),
@@ -16,7 +16,7 @@ pub enum Error {
     Model(String),
     /// The oracle's recordings cannot be used.
     #[error(transparent)]
-    Diagnosis(#[from] softdock_diagnosis::Error),
+    Diagnosis(#[from] softdock_diagnosis::DiagnosisError),
     /// A figure of the page cannot be drawn.
     #[error(transparent)]
     Page(#[from] softdock_analysis::Error),
@@ -50,7 +50,7 @@ pub enum Error {
     },
 }
 
-impl Error {
+impl GauntletError {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -1,11 +1,11 @@
 //! The score's page: marks, confusion matrix, reliability curve, other methods; one self-contained HTML file.
 
 use crate::Result;
-use crate::outcome::Outcome;
+use crate::outcome::AnswerGrade;
 use crate::plant::order;
-use crate::score::{Row, Score, median};
+use crate::score::{GauntletScore, Row, median};
 use crate::seal::Asks;
-use crate::words::{asks, found, met, shared};
+use crate::summary_text::{asks, found, met, shared};
 use serde::Serialize;
 use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
@@ -63,7 +63,7 @@ struct Cell {
 ///
 /// # Errors
 /// A figure that cannot be drawn.
-pub fn page(score: &Score, command: &str) -> Result<String> {
+pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
     let page = Page {
         style: STYLE,
         version: env!("CARGO_PKG_VERSION"),
@@ -72,7 +72,7 @@ pub fn page(score: &Score, command: &str) -> Result<String> {
         unasked: score.unasked.len(),
         hours: score.seconds.map(|seconds| significant(seconds / 3600.0, 3)),
         marks: score.marks.iter().map(|mark| [met(mark).to_owned(), mark.demand.clone(), found(mark)]).collect(),
-        outcomes: Outcome::ALL.map(Outcome::word).into(),
+        outcomes: AnswerGrade::ALL.map(AnswerGrade::word).into(),
         rows: score.rows.iter().map(line).collect(),
         confusion: confusions(&score.rows),
         curve: curve(score)?,
@@ -104,7 +104,7 @@ pub fn page(score: &Score, command: &str) -> Result<String> {
     Ok(render("score.html", include_str!("page/score.html"), &page)?)
 }
 
-fn headline(score: &Score) -> String {
+fn headline(score: &GauntletScore) -> String {
     let asked = score.marks.iter().filter(|mark| mark.met.is_some()).count();
     let kept = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
     format!("{kept} of {asked} demands are met.")
@@ -115,7 +115,7 @@ fn multiple(row: &Row) -> String {
 }
 
 fn line(row: &Row) -> Line {
-    let count = |outcome: &Outcome| match row.outcomes.get(outcome) {
+    let count = |outcome: &AnswerGrade| match row.outcomes.get(outcome) {
         None => String::new(),
         Some(count) => count.to_string(),
     };
@@ -124,7 +124,7 @@ fn line(row: &Row) -> Line {
         multiple: multiple(row),
         scale: row.scale.map_or(String::new(), |scale| significant(scale, 3)),
         right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "not shown".to_owned() },
-        outcomes: Outcome::ALL.iter().map(count).collect(),
+        outcomes: AnswerGrade::ALL.iter().map(count).collect(),
     }
 }
 
@@ -158,7 +158,7 @@ fn confusions(rows: &[Row]) -> Vec<Confusion> {
 }
 
 /// Frequency over stated probability, with exact intervals.
-fn curve(score: &Score) -> Result<Option<String>> {
+fn curve(score: &GauntletScore) -> Result<Option<String>> {
     let bins = &score.calibration.bins;
     if bins.is_empty() {
         return Ok(None);
@@ -177,13 +177,13 @@ fn curve(score: &Score) -> Result<Option<String>> {
 }
 
 /// Errors of each parameter by size: number, median error of the parameter, over its bound, intervals that hold.
-fn parameters(score: &Score) -> Vec<[String; 6]> {
-    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::Compared>> = BTreeMap::new();
+fn parameters(score: &GauntletScore) -> Vec<[String; 6]> {
+    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::ParameterError>> = BTreeMap::new();
     for own in &score.parameters {
         groups.entry((&own.name, own.multiple.to_bits())).or_default().push(own);
     }
     let number = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
-    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::Compared>)| {
+    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::ParameterError>)| {
         let held: Vec<bool> = own.iter().filter_map(|own| own.held).collect();
         let kept = held.iter().filter(|held| **held).count();
         [

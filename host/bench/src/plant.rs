@@ -7,7 +7,7 @@ use softdock_kernels::effects::{GROUPS, code};
 
 /// A plant.
 #[derive(Debug)]
-pub struct Plant {
+pub struct GauntletPlant {
     /// Its name on the command line and in the ids of cases.
     pub name: &'static str,
     /// The bench that makes its recordings.
@@ -84,8 +84,8 @@ const fn on_model(effect: &'static str, parameter: &'static str, fields: &'stati
 }
 
 /// All plants.
-pub const PLANTS: &[Plant] = &[
-    Plant {
+pub const PLANTS: &[GauntletPlant] = &[
+    GauntletPlant {
         name: "drive",
         rig: Rig::Drive { link_encoder: false },
         blocks: &[
@@ -125,7 +125,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: true,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "robot",
         rig: Rig::Robot,
         blocks: &[("", "R3 torque to motion, axis 2")],
@@ -146,7 +146,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: true,
     },
-    Plant {
+    GauntletPlant {
         name: "sensor",
         rig: Rig::Sensor,
         blocks: &[("", "R5 force to reading")],
@@ -180,7 +180,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "contact",
         rig: Rig::Contact,
         blocks: &[("", "R5 motion to force")],
@@ -203,7 +203,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "command",
         rig: Rig::Command,
         blocks: &[("", "R1 command sent to command received")],
@@ -221,7 +221,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "body",
         rig: Rig::Body,
         blocks: &[("", "R6 wrench to motion")],
@@ -248,7 +248,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "facility",
         rig: Rig::Facility,
         blocks: &[("C", "R2 command to motion"), ("robot_", "R2 command to motion"), ("", "R5 motion to wrench")],
@@ -273,7 +273,7 @@ pub const PLANTS: &[Plant] = &[
     },
 ];
 
-impl Plant {
+impl GauntletPlant {
     /// Effects that the library can name.
     pub fn effects(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
         effects(self.rig).iter().filter(|effect| !self.unknown.contains(&effect.id))
@@ -303,7 +303,7 @@ impl Plant {
 }
 
 /// The plant of a name.
-pub fn plant(name: &str) -> Option<&'static Plant> {
+pub fn plant(name: &str) -> Option<&'static GauntletPlant> {
     PLANTS.iter().find(|plant| plant.name == name)
 }
 
@@ -329,22 +329,22 @@ pub fn hides_others(id: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exhibit::{Exhibit, read};
+    use crate::recordings_folder::{RecordingsFolder, read};
     use softdock_diagnosis::block::MeasuredBlock;
-    use softdock_diagnosis::diagnosis::Options;
+    use softdock_diagnosis::diagnosis::DiagnosisOptions;
     use softdock_diagnosis::library::Hypothesis;
     use softdock_gauntlet::{NoiseColour, generate};
     use softdock_kernels::effects::share_group;
 
     /// The blocks of a plant with their libraries.
-    fn blocks(plant: &Plant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+    fn blocks(plant: &GauntletPlant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-        let exhibit = Exhibit::of(&healthy).expect("room");
-        read(exhibit.path(), &[], &Options::default()).expect("good recordings").blocks(1)
+        let exhibit = RecordingsFolder::of(&healthy).expect("room");
+        read(exhibit.path(), &[], &DiagnosisOptions::default()).expect("good recordings").blocks(1)
     }
 
     #[test]
-    fn the_table_says_what_the_libraries_have() {
+    fn plant_table_matches_the_libraries() {
         for plant in PLANTS {
             let blocks = blocks(plant);
             let library = |hidden: &str| {
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_compared_by_the_catalogues_number() {
+    fn right_names_are_compared_by_catalogue_number() {
         assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
         assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
         assert!(share_group("K4_friction", "S3_gain") && !share_group("K4_friction", "K1_stiffness"));

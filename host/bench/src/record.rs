@@ -1,10 +1,10 @@
 //! What a case leaves: one line of JSON, appended and flushed when the case is done.
 
-use crate::oracle::Scale;
-use crate::{Error, Result};
+use crate::oracle::DetectionLimit;
+use crate::{GauntletError, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use softdock_diagnosis::answer::Verdict;
+use softdock_diagnosis::answer::DiagnosisVerdict;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// What a diagnosis says at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Said {
+pub enum RecordedVerdict {
     /// The recordings cannot be judged.
     Refused,
     /// Nothing is wrong.
@@ -28,27 +28,27 @@ pub enum Said {
     NotInLibrary,
 }
 
-impl From<Verdict> for Said {
-    fn from(verdict: Verdict) -> Self {
+impl From<DiagnosisVerdict> for RecordedVerdict {
+    fn from(verdict: DiagnosisVerdict) -> Self {
         match verdict {
-            Verdict::NoEffect => Self::NoEffect,
-            Verdict::NoPracticalEffect => Self::NoPracticalEffect,
-            Verdict::Named => Self::Named,
-            Verdict::Ambiguous => Self::Ambiguous,
-            Verdict::NotInLibrary => Self::NotInLibrary,
+            DiagnosisVerdict::NoEffect => Self::NoEffect,
+            DiagnosisVerdict::NoPracticalEffect => Self::NoPracticalEffect,
+            DiagnosisVerdict::Named => Self::Named,
+            DiagnosisVerdict::Ambiguous => Self::Ambiguous,
+            DiagnosisVerdict::NotInLibrary => Self::NotInLibrary,
         }
     }
 }
 
 /// The answer to a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Answer {
+pub struct RecordedAnswer {
     /// The verdict.
-    pub said: Said,
+    pub said: RecordedVerdict,
     /// The causes that it names or lists, the most probable first.
-    pub effects: Vec<Effect>,
+    pub effects: Vec<NamedCause>,
     /// The blocks with their verdicts.
-    pub blocks: Vec<(String, Said)>,
+    pub blocks: Vec<(String, RecordedVerdict)>,
     /// Whether it says that a cause that looks alike was not in the library.
     pub partner_missing: bool,
     /// The experiment that it proposes, in words.
@@ -64,7 +64,7 @@ pub struct Answer {
 
 /// A cause of an answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Effect {
+pub struct NamedCause {
     /// The library's id.
     pub id: String,
     /// The block where it is found.
@@ -72,12 +72,12 @@ pub struct Effect {
     /// Stated probability.
     pub p: f64,
     /// Its numbers.
-    pub parameters: BTreeMap<String, Estimate>,
+    pub parameters: BTreeMap<String, RecordedEstimate>,
 }
 
 /// A number of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct RecordedEstimate {
     /// Best value, SI.
     pub value: f64,
     /// 95 % interval.
@@ -121,16 +121,16 @@ pub struct Cost {
 
 /// A finished case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct CaseRecord {
     /// The case.
     pub case: String,
     /// Hash of its sealed truth.
     pub sealed: String,
     /// The answer; none if the case cannot be asked, as no size that the bench can show is as large as the case wants.
-    pub answer: Option<Answer>,
+    pub answer: Option<RecordedAnswer>,
     /// The answers with the recordings of the experiments that ambiguous answers proposed, one experiment after the other.
     #[serde(default)]
-    pub after: Vec<Answer>,
+    pub after: Vec<RecordedAnswer>,
     /// True gain, where something was named that explains the data.
     pub gain: Option<TrueGain>,
     /// Other methods.
@@ -139,7 +139,7 @@ pub struct Record {
     pub cost: Cost,
 }
 
-impl Record {
+impl CaseRecord {
     /// A case that is not answered yet, with the hash of its sealed truth.
     pub fn of(case: String, sealed: String) -> Self {
         let (after, baselines) = (Vec::new(), Vec::new());
@@ -166,7 +166,7 @@ pub struct ScaleLine {
     /// The seed.
     pub seed: u64,
     /// That size; none where no size of the bench's range can be told.
-    pub scale: Option<Scale>,
+    pub scale: Option<DetectionLimit>,
 }
 
 /// Name of the files with seals, with finished cases and with scales, one of each a worker.
@@ -186,7 +186,7 @@ impl Ledger {
     /// # Errors
     /// A folder that cannot be made.
     pub fn open(folder: &Path, number: usize, of: usize) -> Result<Self> {
-        std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
+        std::fs::create_dir_all(folder).map_err(GauntletError::file(folder))?;
         Ok(Self { folder: folder.to_owned(), worker: format!("{number}-{of}") })
     }
 
@@ -207,7 +207,7 @@ impl Ledger {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(&self, record: &Record) -> Result<()> {
+    pub fn finish(&self, record: &CaseRecord) -> Result<()> {
         self.append(ANSWERS, record)
     }
 
@@ -224,7 +224,7 @@ impl Ledger {
         let text = serde_json::to_string(line).expect("names and numbers") + "\n";
         let open = || -> std::io::Result<File> { OpenOptions::new().create(true).append(true).open(&path) };
         // One call for the whole line: what a killed worker leaves is a line or its beginning.
-        open().and_then(|mut file| file.write_all(text.as_bytes())).map_err(Error::file(&path))
+        open().and_then(|mut file| file.write_all(text.as_bytes())).map_err(GauntletError::file(&path))
     }
 }
 
@@ -240,9 +240,9 @@ pub fn done(folder: &Path) -> Result<BTreeSet<String>> {
 ///
 /// # Errors
 /// As [`done`].
-pub fn records(folder: &Path) -> Result<Vec<Record>> {
-    let all: BTreeMap<String, Record> =
-        lines(folder, ANSWERS)?.into_iter().map(|record: Record| (record.case.clone(), record)).collect();
+pub fn records(folder: &Path) -> Result<Vec<CaseRecord>> {
+    let all: BTreeMap<String, CaseRecord> =
+        lines(folder, ANSWERS)?.into_iter().map(|record: CaseRecord| (record.case.clone(), record)).collect();
     Ok(all.into_values().collect())
 }
 
@@ -265,7 +265,7 @@ pub fn scales(folder: &Path) -> Result<Vec<ScaleLine>> {
 /// The lines of all workers' files. A last line without its end was being written when its worker was killed.
 fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
     let mut all = Vec::new();
-    for path in crate::exhibit::files(folder)? {
+    for path in crate::recordings_folder::files(folder)? {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !name.starts_with(what) || !name.ends_with(".jsonl") {
             continue;
@@ -274,7 +274,7 @@ fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         for (number, line) in whole.lines().enumerate() {
             let parsed = serde_json::from_str(line);
-            all.push(parsed.map_err(|error| Error::damaged(&path, format!("line {}: {error}", number + 1)))?);
+            all.push(parsed.map_err(|error| GauntletError::damaged(&path, format!("line {}: {error}", number + 1)))?);
         }
     }
     Ok(all)
@@ -284,12 +284,12 @@ fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
 mod tests {
     use super::*;
 
-    fn record(case: &str) -> Record {
-        Record::of(case.to_owned(), String::new())
+    fn record(case: &str) -> CaseRecord {
+        CaseRecord::of(case.to_owned(), String::new())
     }
 
     #[test]
-    fn what_is_done_is_known_after_a_crash() {
+    fn finished_cases_are_known_after_a_crash() {
         let folder = tempfile::tempdir().expect("a folder");
         let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("room"));
         one.finish(&record("a")).expect("room");

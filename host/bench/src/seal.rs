@@ -1,8 +1,8 @@
 //! The truth of a case under seal: written before the diagnosis begins, opened and checked when it is scored.
 
-use crate::oracle::Scale;
-use crate::plan::{Case, Task};
-use crate::{Error, Result};
+use crate::oracle::DetectionLimit;
+use crate::plan::{Case, CaseTask};
+use crate::{GauntletError, Result};
 use serde::{Deserialize, Serialize};
 use softdock_gauntlet::{Parameter, Set};
 use softdock_results::write_file;
@@ -49,7 +49,7 @@ pub struct Hidden {
     /// The generator's id.
     pub id: String,
     /// The smallest size that could be told; none where no size of the bench's range can.
-    pub scale: Option<Scale>,
+    pub scale: Option<DetectionLimit>,
     /// Its parameters; the first is the one that the size set.
     pub parameters: Vec<Number>,
 }
@@ -67,7 +67,7 @@ pub struct Number {
 
 impl SealedTruth {
     /// The truth of a case whose effects have their scales; of one that cannot be asked there is no data set.
-    pub fn of(case: &Case, scales: &[Option<Scale>], set: Option<&Set>) -> Self {
+    pub fn of(case: &Case, scales: &[Option<DetectionLimit>], set: Option<&Set>) -> Self {
         let numbers = |list: &[Parameter]| -> Vec<Number> {
             list.iter().map(|p| Number { name: p.name.into(), value: p.value, unit: p.unit.into() }).collect()
         };
@@ -80,11 +80,11 @@ impl SealedTruth {
             case: case.id(),
             plant: case.plant.name.to_owned(),
             asks: match case.task {
-                Task::Null => Asks::Null,
-                Task::Effect(_) => Asks::Effect,
-                Task::Pair(..) => Asks::Pair,
-                Task::Outside(_) => Asks::Outside,
-                Task::LeftOut(_) => Asks::LeftOut,
+                CaseTask::Null => Asks::Null,
+                CaseTask::Effect(_) => Asks::Effect,
+                CaseTask::Pair(..) => Asks::Pair,
+                CaseTask::Outside(_) => Asks::Outside,
+                CaseTask::LeftOut(_) => Asks::LeftOut,
             },
             multiple: case.multiple,
             seed: case.seed(),
@@ -134,9 +134,9 @@ pub fn open(folder: &Path, case: &str, hash: &str) -> Result<SealedTruth> {
     let path = place(folder, case);
     let bytes = softdock_input::read(&path, softdock_input::MAX_TEXT)?;
     if blake3::hash(&bytes).to_hex().as_str() != hash {
-        return Err(Error::damaged(&path, "this is not the answer that was sealed before the diagnosis"));
+        return Err(GauntletError::damaged(&path, "this is not the answer that was sealed before the diagnosis"));
     }
-    serde_json::from_slice(&bytes).map_err(|error| Error::damaged(&path, error))
+    serde_json::from_slice(&bytes).map_err(|error| GauntletError::damaged(&path, error))
 }
 
 #[cfg(test)]
@@ -145,7 +145,7 @@ mod tests {
     use crate::plan::{Extent, Wanted, plan};
 
     #[test]
-    fn a_truth_that_was_changed_is_not_opened() {
+    fn changed_truth_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
         let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
         let case = plan(&wanted).expect("the usual plants")[0];

@@ -1,17 +1,19 @@
 //! One case from its plan to its record: scale, recordings, seal, diagnosis; and only then what needs the truth.
 
 use crate::baseline::Baselines;
-use crate::exhibit::{Exhibit, read};
-use crate::measure::true_gain;
-use crate::oracle::{Oracle, Scale, multiplied};
-use crate::plan::{Case, Task};
+use crate::oracle::{DetectionLimit, Oracle, multiplied};
+use crate::plan::{Case, CaseTask};
 use crate::plant::{hides_others, is_random};
-use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, ScaleLine, SealLine, scales};
+use crate::record::{
+    CaseRecord, Ledger, NamedCause, RecordedAnswer, RecordedEstimate, RecordedVerdict, ScaleLine, SealLine, scales,
+};
+use crate::recordings_folder::{RecordingsFolder, read};
 use crate::seal::{SealedTruth, seal};
-use crate::{Error, Result};
+use crate::true_gain::true_gain;
+use crate::{GauntletError, Result};
 use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
-use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
-use softdock_diagnosis::experiment::Experiment;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
+use softdock_diagnosis::experiment::ProposedExperiment;
 use softdock_diagnosis::inference::evidence::evidence;
 use softdock_gauntlet::{EffectCase, Hidden, Stronger, Told, follow, further, generate};
 use softdock_kernels::effects::code;
@@ -25,7 +27,7 @@ const EXPERIMENTS: u64 = 2;
 const AGAIN: u64 = 4;
 
 /// Runs cases one after the other; those that share a seed share their oracles.
-pub struct Bench<'a> {
+pub struct TrialRunner<'a> {
     ledger: &'a Ledger,
     oracles: Oracles<'a>,
     baselines: Baselines,
@@ -41,7 +43,7 @@ struct Oracles<'a> {
 
 /// How large a case hides its effects.
 struct Hiding {
-    scales: Vec<Option<Scale>>,
+    scales: Vec<Option<DetectionLimit>>,
     /// None if the bench cannot show such sizes.
     hidden: Option<Vec<Hidden>>,
 }
@@ -53,7 +55,7 @@ struct Asked {
     /// What is hidden besides and is noise to this effect.
     beside: Vec<Hidden>,
     oracle: Oracle,
-    scale: Option<Scale>,
+    scale: Option<DetectionLimit>,
 }
 
 impl Asked {
@@ -70,7 +72,7 @@ impl Asked {
     }
 }
 
-impl<'a> Bench<'a> {
+impl<'a> TrialRunner<'a> {
     /// With a ledger to write to.
     ///
     /// # Errors
@@ -84,27 +86,29 @@ impl<'a> Bench<'a> {
     ///
     /// # Errors
     /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
-    pub fn run(&mut self, case: &Case) -> Result<Record> {
+    pub fn run(&mut self, case: &Case) -> Result<CaseRecord> {
         let begin = Instant::now();
         let Hiding { scales, hidden } = self.oracles.sized(case)?;
         let set =
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
         let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
         self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
-        let mut record = Record::of(case.id(), sealed);
+        let mut record = CaseRecord::of(case.id(), sealed);
         if let (Some(set), Some(hidden)) = (set, hidden) {
-            let exhibit = Exhibit::of(&set)?;
-            let options = Options { without: left_out(case, exhibit.path())?, ..Options::default() };
+            let exhibit = RecordingsFolder::of(&set)?;
+            let options = DiagnosisOptions { without: left_out(case, exhibit.path())?, ..DiagnosisOptions::default() };
             let start = Instant::now();
             let Found { answer, judged, proposed } = answer(exhibit.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
-            if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
+            if let Some(judged) =
+                judged.filter(|_| answer.said == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
+            {
                 let (rig, seed) = (case.plant.rig, case.seed());
                 record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.
-            if case.plant.baselines && !matches!(case.task, Task::LeftOut(_)) {
+            if case.plant.baselines && !matches!(case.task, CaseTask::LeftOut(_)) {
                 record.baselines = self.baselines.answers(case, exhibit.path())?;
             }
             let follow =
@@ -126,7 +130,7 @@ pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
     let Hiding { scales, hidden } = Oracles::default().sized(case)?;
     let Some(hidden) = hidden else { return Ok(false) };
     let set = generate(case.plant.rig, &hidden, case.noise, case.seed())?;
-    set.write(folder).map_err(Error::file(folder))?;
+    set.write(folder).map_err(GauntletError::file(folder))?;
     seal(folder, &SealedTruth::of(case, &scales, Some(&set)))?;
     Ok(true)
 }
@@ -155,7 +159,7 @@ impl Oracles<'_> {
         case: &Case,
         effect: &'static EffectCase,
         beside: &[Hidden],
-    ) -> Result<(Option<Scale>, Option<f64>)> {
+    ) -> Result<(Option<DetectionLimit>, Option<f64>)> {
         let (plant, seed) = (case.plant.name, case.seed());
         let is_told = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
         // A limit has no multiples: only the oracle itself tells what shows so many times as much.
@@ -190,27 +194,27 @@ impl Oracles<'_> {
 
 /// Names of the library that a case goes without.
 fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
-    let Task::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
-    let views = read(folder, &[], &Options::default())?.isolability;
+    let CaseTask::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
+    let views = read(folder, &[], &DiagnosisOptions::default())?.isolability;
     let ids = views.iter().flat_map(|view| view.effects.iter());
     Ok(ids.filter(|id| code(id) == code(effect.id)).map(|id| (*id).to_owned()).collect())
 }
 
 /// What a diagnosis says of a folder.
 struct Found {
-    answer: Answer,
+    answer: RecordedAnswer,
     /// The block where most was found.
     judged: Option<Judged>,
     /// The experiment that an ambiguous answer asks for.
-    proposed: Option<Experiment>,
+    proposed: Option<ProposedExperiment>,
 }
 
 /// Diagnoses a folder: nothing of the truth comes here.
-fn answer(folder: &Path, options: &Options) -> Found {
+fn answer(folder: &Path, options: &DiagnosisOptions) -> Found {
     match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
         Ok((diagnosis, judged)) => {
             let (answer, judged) = told(&diagnosis, judged);
-            Found { answer, judged, proposed: diagnosis.proposed.filter(Experiment::separates) }
+            Found { answer, judged, proposed: diagnosis.proposed.filter(ProposedExperiment::separates) }
         }
         Err(error) => Found { answer: refused(error.to_string()), judged: None, proposed: None },
     }
@@ -222,13 +226,13 @@ type Follow<'a> = &'a dyn Fn(&Told, u64) -> Result<Option<Vec<(String, String)>>
 /// Runs the experiments that ambiguous answers propose, and gives the answers with their recordings added.
 fn after(
     follow: Follow<'_>,
-    exhibit: &Exhibit,
-    options: &Options,
-    mut proposed: Option<Experiment>,
-) -> Result<Vec<Answer>> {
+    exhibit: &RecordingsFolder,
+    options: &DiagnosisOptions,
+    mut proposed: Option<ProposedExperiment>,
+) -> Result<Vec<RecordedAnswer>> {
     let mut answers = Vec::new();
     for number in 1..=EXPERIMENTS {
-        let Some(Experiment { step, path, repeats, .. }) = proposed.take() else { break };
+        let Some(ProposedExperiment { step, path, repeats, .. }) = proposed.take() else { break };
         let Some(recordings) = follow(&Told { step_s: step, path, repeats: repeats as u64 }, number)? else { break };
         exhibit.add(&recordings)?;
         let found = answer(exhibit.path(), options);
@@ -238,9 +242,9 @@ fn after(
     Ok(answers)
 }
 
-fn refused(refusal: String) -> Answer {
-    Answer {
-        said: Said::Refused,
+fn refused(refusal: String) -> RecordedAnswer {
+    RecordedAnswer {
+        said: RecordedVerdict::Refused,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -251,17 +255,17 @@ fn refused(refusal: String) -> Answer {
     }
 }
 
-fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) {
+fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<Judged>) {
     let of = |found: &EffectFound| {
         let own = judged.iter().find(|judged| judged.block.name == found.block);
         let parameters = own.map_or_else(Default::default, |own| estimates(found, own));
-        Effect { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
+        NamedCause { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
     };
-    let blocks: Vec<(String, Said)> =
+    let blocks: Vec<(String, RecordedVerdict)> =
         diagnosis.blocks.iter().map(|block| (block.block.to_owned(), block.answer.into())).collect();
-    let mut effects: Vec<Effect> = diagnosis.effects.iter().map(of).collect();
+    let mut effects: Vec<NamedCause> = diagnosis.effects.iter().map(of).collect();
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
-    let answer = Answer {
+    let answer = RecordedAnswer {
         said: diagnosis.answer.into(),
         effects,
         blocks,
@@ -277,13 +281,13 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) 
 }
 
 /// The numbers of a cause with what the curvature of the likelihood says of them.
-fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, Estimate> {
+fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, RecordedEstimate> {
     let Judged { block, library, judgement, .. } = judged;
     // Several hypotheses may be forms of one effect.
     let is_own = |number: &usize| library[*number].effect.id == found.id;
-    let with = judgement.ranking.iter().find(|c| c.sound && c.hypotheses.iter().any(is_own));
+    let with = judgement.ranking.iter().find(|c| c.admissible && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, told): (&String, &softdock_diagnosis::answer::Estimate)| {
+    let of = |(name, told): (&String, &softdock_diagnosis::answer::ParameterEstimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);
@@ -292,7 +296,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
             Some((slope.abs(), block.base[unknown.field]))
         });
         let (sd, nominal) = place.unwrap_or_default();
-        (name.clone(), Estimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
+        (name.clone(), RecordedEstimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
     };
     found.parameters.iter().map(of).collect()
 }

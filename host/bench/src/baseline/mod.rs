@@ -6,9 +6,9 @@ mod signals;
 mod sparse;
 
 use crate::Result;
-use crate::exhibit::Exhibit;
 use crate::plan::Case;
 use crate::record::Baseline;
+use crate::recordings_folder::RecordingsFolder;
 use signals::Signals;
 use softdock_gauntlet::{NoiseColour, generate};
 use std::path::Path;
@@ -31,7 +31,8 @@ impl Baselines {
     /// Recordings that cannot be made or read.
     pub(crate) fn answers(&mut self, case: &Case, folder: &Path) -> Result<Vec<Baseline>> {
         if !self.healthy.iter().any(|(colour, _)| *colour == case.noise) {
-            let of = |seed| Signals::read(Exhibit::of(&generate(case.plant.rig, &[], case.noise, seed)?)?.path());
+            let of =
+                |seed| Signals::read(RecordingsFolder::of(&generate(case.plant.rig, &[], case.noise, seed)?)?.path());
             self.healthy.push((case.noise, HEALTHY_SEEDS.into_iter().map(of).collect::<Result<_>>()?));
         }
         let Some((_, healthy)) = self.healthy.iter().find(|(colour, _)| *colour == case.noise) else {

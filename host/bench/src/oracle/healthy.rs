@@ -1,9 +1,9 @@
 //! The recordings with nothing hidden: their noise, what the nuisances explain along their motion, and how others look
 //! beside them.
 
-use crate::{Error, Result};
+use crate::{GauntletError, Result};
 use nalgebra::{DMatrix, DVector};
-use softdock_diagnosis::block::{MeasuredBlock, Part};
+use softdock_diagnosis::block::{BlockRecordings, MeasuredBlock};
 use softdock_diagnosis::inference::bank::{Bank, Projector};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::inference::noise::Noise;
@@ -31,7 +31,7 @@ pub(super) struct Healthy {
 impl Healthy {
     /// Of recordings with their noise, and without.
     pub(super) fn of(block: &MeasuredBlock, mut still: MeasuredBlock) -> Result<Self> {
-        let silent = || Error::Model(format!("{} has no noise", block.name));
+        let silent = || GauntletError::Model(format!("{} has no noise", block.name));
         let noise = noise(block).ok_or_else(silent)?;
         // Judged at the samples that the noise allows.
         still.decimator = block.decimator.clone();
@@ -101,7 +101,7 @@ impl Healthy {
     pub(super) fn changed(&self, mut other: MeasuredBlock, furthest: f64) -> [DVector<f64>; 2] {
         other.decimator = self.still.decimator.clone();
         let (learn, test) = (other.part(false), other.part(true));
-        let change = |part: &Part<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
+        let change = |part: &BlockRecordings<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
             let z_there: Vec<f64> = self.null.z.iter().zip(z.iter()).map(|(own, more)| own + more).collect();
             let values = applied(&self.still.base, &self.null.unknowns, &z_there);
             part.whitened(&self.noise, &[values]).remove(0) - still - jacobian * z
@@ -116,7 +116,12 @@ impl Healthy {
 }
 
 /// Whitened residuals of some recordings under a fit, and their derivatives by its numbers.
-fn linearised(part: &Part<'_>, noise: &Noise, base: &[f64], fitted: &Fitted) -> (DVector<f64>, DMatrix<f64>) {
+fn linearised(
+    part: &BlockRecordings<'_>,
+    noise: &Noise,
+    base: &[f64],
+    fitted: &Fitted,
+) -> (DVector<f64>, DMatrix<f64>) {
     let moved = |column: usize| {
         let mut z = fitted.z.clone();
         z[column] += STEP;

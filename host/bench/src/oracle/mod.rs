@@ -11,16 +11,16 @@
 
 mod healthy;
 
-use crate::exhibit::{Exhibit, read};
-use crate::plant::{Plant, is_random};
-use crate::{Error, Result};
+use crate::plant::{GauntletPlant, is_random};
+use crate::recordings_folder::{RecordingsFolder, read};
+use crate::{GauntletError, Result};
 use healthy::Healthy;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::Options;
+use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::inference::adequacy::gain_interval;
-use softdock_diagnosis::inference::bank::{Bank, Entry};
+use softdock_diagnosis::inference::bank::{Bank, SignatureEntry};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
 use softdock_diagnosis::threshold;
@@ -47,7 +47,7 @@ const MOST: usize = 14;
 
 /// The smallest size that can be told, and what it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Scale {
+pub struct DetectionLimit {
     /// That size, in the effect's unit.
     pub size: f64,
     /// The rival that stays too near at every size: then an ambiguous answer that lists the truth is right.
@@ -81,7 +81,7 @@ impl Expected {
 
 /// An oracle for one effect on the data of one seed.
 pub struct Oracle {
-    plant: &'static Plant,
+    plant: &'static GauntletPlant,
     case: &'static EffectCase,
     /// What is hidden besides, and in which noise.
     beside: Vec<Hidden>,
@@ -103,7 +103,7 @@ impl Oracle {
     /// # Errors
     /// Recordings that cannot be made or used.
     pub fn of(
-        plant: &'static Plant,
+        plant: &'static GauntletPlant,
         case: &'static EffectCase,
         beside: &[Hidden],
         noise: NoiseColour,
@@ -124,15 +124,15 @@ impl Oracle {
     ///
     /// # Errors
     /// As [`Oracle::of`].
-    pub fn scale(&self) -> Result<Option<Scale>> {
+    pub fn scale(&self) -> Result<Option<DetectionLimit>> {
         let told = self.smallest(Expected::is_told)?;
         if let Some(size) = told {
-            return Ok(Some(Scale { size, inseparable: None }));
+            return Ok(Some(DetectionLimit { size, inseparable: None }));
         }
         let Some(size) = self.smallest(Expected::is_present)? else {
             return Ok(None);
         };
-        Ok(Some(Scale { size, inseparable: Some(self.expected(size)?.rival) }))
+        Ok(Some(DetectionLimit { size, inseparable: Some(self.expected(size)?.rival) }))
     }
 
     /// The size whose effect is so many times that of another size: the size itself so many times, unless it is a limit,
@@ -140,7 +140,7 @@ impl Oracle {
     ///
     /// # Errors
     /// As [`Oracle::of`].
-    pub fn multiple(&self, scale: &Scale, multiple: f64) -> Result<Option<f64>> {
+    pub fn multiple(&self, scale: &DetectionLimit, multiple: f64) -> Result<Option<f64>> {
         if self.case.stronger == Stronger::Larger {
             return Ok(multiplied(self.case, scale, multiple));
         }
@@ -209,8 +209,8 @@ impl Oracle {
     fn repeated(&self, hidden: Hidden) -> Result<Expected> {
         let (id, size) = (hidden.id, hidden.size);
         let all: Vec<Hidden> = self.beside.iter().copied().chain([hidden]).collect();
-        let exhibit = Exhibit::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
-        let odds = read(exhibit.path(), &[], &Options::default())?.odds_by_repeats(id).unwrap_or(0.0);
+        let exhibit = RecordingsFolder::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
+        let odds = read(exhibit.path(), &[], &DiagnosisOptions::default())?.odds_by_repeats(id).unwrap_or(0.0);
         let (strength, rival) = ((2.0 * odds.max(0.0)).sqrt(), String::new());
         Ok(Expected { size, strength, beyond: odds - self.threshold, lead: f64::INFINITY, rival, gain: f64::INFINITY })
     }
@@ -274,14 +274,14 @@ impl Oracle {
 }
 
 /// The form of an entry with its sizes so many times as large.
-fn resized(hypothesis: &Hypothesis, (entry, multiples): (&Entry, Vec<f64>)) -> Vec<f64> {
+fn resized(hypothesis: &Hypothesis, (entry, multiples): (&SignatureEntry, Vec<f64>)) -> Vec<f64> {
     let mut form = entry.form.clone();
     hypothesis.sizes.iter().zip(multiples).for_each(|(size, multiple)| form[*size] *= multiple);
     form
 }
 
 /// So many times the scale of an effect that grows with its size, if the bench can show it.
-pub fn multiplied(case: &EffectCase, scale: &Scale, multiple: f64) -> Option<f64> {
+pub fn multiplied(case: &EffectCase, scale: &DetectionLimit, multiple: f64) -> Option<f64> {
     within(case, scale.size * multiple)
 }
 
@@ -291,12 +291,12 @@ fn within(case: &EffectCase, size: f64) -> Option<f64> {
 }
 
 /// The block of a data set where something hidden acts.
-fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
-    let exhibit = Exhibit::of(set)?;
-    let blocks = read(exhibit.path(), &[], &Options::default())?.blocks(1);
+fn block(plant: &GauntletPlant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
+    let exhibit = RecordingsFolder::of(set)?;
+    let blocks = read(exhibit.path(), &[], &DiagnosisOptions::default())?.blocks(1);
     let name = plant.block(hidden);
     let own = blocks.into_iter().find(|(block, _)| block.name == name);
-    own.ok_or_else(|| Error::Model(format!("no block {name} of {hidden}")))
+    own.ok_or_else(|| GauntletError::Model(format!("no block {name} of {hidden}")))
 }
 
 #[cfg(test)]
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_must_be_long_to_be_told_from_a_lag() {
+    fn detection_limit_of_a_delay_exceeds_its_confusion_with_a_lag() {
         let plant = crate::plant::plant("drive").expect("a plant");
         let size = |id: &str| {
             let case = effects(plant.rig).iter().find(|case| case.id == id).expect("one of its effects");
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_differ_unnoticed_is_told_beyond_its_tolerance_alone() {
+    fn effect_equal_to_a_nuisance_is_detectable_only_beyond_its_tolerance() {
         // Three tolerances are plausible; twice as far nobody would go. What was drawn counts.
         let cases = [("K7_surface_offset", "surface", 5e-6), ("K1_stiffness", "stiffness", 2e3)];
         for (id, nuisance, tolerance) in first(1, cases) {

@@ -1,9 +1,9 @@
 //! Outcomes by what was hidden and how large, and the answers that could be better.
 
 use super::{Scored, median};
-use crate::outcome::Outcome;
+use crate::outcome::AnswerGrade;
 use crate::plant::{PLANTS, order};
-use crate::record::{Answer, Said};
+use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::seal::{Asks, Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub struct Row {
     /// Those with the best possible answer.
     pub right: usize,
     /// Cases by outcome.
-    pub outcomes: BTreeMap<Outcome, usize>,
+    pub outcomes: BTreeMap<AnswerGrade, usize>,
     /// Cases that the bench cannot show.
     pub unasked: usize,
     /// Median of the smallest size that could be told, in the effect's unit.
@@ -47,7 +47,7 @@ pub struct Failure {
     /// What was answered, also with the experiments that an ambiguous answer proposed.
     pub answered: String,
     /// What that is worth.
-    pub outcome: Outcome,
+    pub outcome: AnswerGrade,
 }
 
 /// Outcomes by plant, task, what was hidden, and size.
@@ -96,16 +96,16 @@ fn hidden(truth: &SealedTruth) -> String {
 }
 
 /// What is answered, in short.
-fn answered(answer: &Answer) -> String {
+fn answered(answer: &RecordedAnswer) -> String {
     let names = |joint: &str| answer.effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(joint);
     match answer.said {
-        Said::Refused => "refused".to_owned(),
-        Said::NoEffect => "no effect".to_owned(),
-        Said::NoPracticalEffect => "no practical effect".to_owned(),
-        Said::Named => names(" + "),
-        Said::Ambiguous => names(" or "),
-        Said::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
-        Said::NotInLibrary => format!("{}; not in library", names(" + ")),
+        RecordedVerdict::Refused => "refused".to_owned(),
+        RecordedVerdict::NoEffect => "no effect".to_owned(),
+        RecordedVerdict::NoPracticalEffect => "no practical effect".to_owned(),
+        RecordedVerdict::Named => names(" + "),
+        RecordedVerdict::Ambiguous => names(" or "),
+        RecordedVerdict::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
+        RecordedVerdict::NotInLibrary => format!("{}; not in library", names(" + ")),
     }
 }
 
@@ -117,7 +117,7 @@ pub(super) fn failure(scored: &Scored) -> Option<Failure> {
         Asks::Effect => scored.truth.multiple >= 2.0,
         Asks::Outside | Asks::LeftOut => scored.truth.multiple >= 16.0,
     };
-    let failed = outcome == Outcome::Wrong || (told && !scored.is_right());
+    let failed = outcome == AnswerGrade::Wrong || (told && !scored.is_right());
     let first = answer.refusal.clone().unwrap_or_else(|| answered(answer));
     let all = std::iter::once(first).chain(scored.record.after.iter().map(answered));
     failed.then(|| Failure {

@@ -2,9 +2,9 @@
 
 use super::files;
 use softdock_campaign::Scenario;
-use softdock_diagnosis::Error;
+use softdock_diagnosis::DiagnosisError;
 use softdock_diagnosis::block::facility::FacilityModel;
-use softdock_diagnosis::diagnosis::{Options, Prepared, prepare_facility};
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, Prepared, prepare_facility};
 use softdock_gauntlet::{NoiseColour, Rig as Bench, generate};
 use std::path::{Path, PathBuf};
 
@@ -17,16 +17,16 @@ fn recorded() -> tempfile::TempDir {
 }
 
 /// Reads the drives of a folder.
-fn prepared(folder: &Path) -> Result<Prepared, Error> {
+fn prepared(folder: &Path) -> Result<Prepared, DiagnosisError> {
     let scenario = Scenario::load(&folder.join("model.toml")).expect("a legal scenario");
     let [training, holdout] = ["training", "holdout"].map(|name| files(&folder.join(name)));
     let [training, holdout]: [Vec<&Path>; 2] =
         [&training, &holdout].map(|files| files.iter().map(PathBuf::as_path).collect());
-    prepare_facility(FacilityModel::Scenario(Box::new(scenario)), &training, &holdout, &Options::default())
+    prepare_facility(FacilityModel::Scenario(Box::new(scenario)), &training, &holdout, &DiagnosisOptions::default())
 }
 
 #[test]
-fn drives_of_any_driver_are_read_from_its_tables_each_by_its_own_name() {
+fn logs_of_other_drivers_are_read_by_column_name() {
     let folder = recorded();
     let blocks = prepared(folder.path()).unwrap_or_else(|error| panic!("{error}")).blocks(1);
     assert_eq!(

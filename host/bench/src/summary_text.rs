@@ -1,12 +1,12 @@
 //! A score in plain words.
 
-use crate::score::{Failure, Mark, MethodRow, Row, Score};
+use crate::score::{Criterion, Failure, GauntletScore, MethodRow, Row};
 use softdock_analysis::Share;
 use softdock_analysis::number::{digits_of, significant};
 use std::collections::BTreeMap;
 
 /// The score for a terminal.
-pub fn text(score: &Score) -> String {
+pub fn text(score: &GauntletScore) -> String {
     let mut out = format!("Cases diagnosed: {}", score.cases);
     if !score.unasked.is_empty() {
         out += &format!(", and {} that no bench can show", score.unasked.len());
@@ -30,12 +30,12 @@ fn hours(seconds: f64) -> String {
 }
 
 /// A mark: met or not, what was demanded, what was found.
-fn line(mark: &Mark) -> String {
+fn line(mark: &Criterion) -> String {
     format!("  {:<8} {}: {}", met(mark), mark.demand, found(mark))
 }
 
 /// Whether a demand is met, in a word.
-pub fn met(mark: &Mark) -> &'static str {
+pub fn met(mark: &Criterion) -> &'static str {
     match mark.met {
         Some(true) => "met",
         Some(false) => "NOT MET",
@@ -44,7 +44,7 @@ pub fn met(mark: &Mark) -> &'static str {
 }
 
 /// What was found beside a demand.
-pub fn found(mark: &Mark) -> String {
+pub fn found(mark: &Criterion) -> String {
     match (&mark.share, mark.value) {
         (Some(share), _) => shared(share),
         (_, Some(value)) => significant(value, 3),

@@ -1,10 +1,10 @@
 //! What can only be measured with the truth at hand: the gain that an answer's model truly brings.
 
-use crate::exhibit::{files, read};
 use crate::record::TrueGain;
-use crate::{Error, Result};
+use crate::recordings_folder::{files, read};
+use crate::{GauntletError, Result};
 use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::{Judged, Options};
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, Judged};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::Further;
 use std::path::Path;
@@ -16,19 +16,19 @@ use std::path::Path;
 /// Files that cannot be written or read.
 pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Result<Option<TrueGain>> {
     let Judged { block, judgement, .. } = judged;
-    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else {
+    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.admissible) else {
         return Ok(None);
     };
     let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
     let of = |name: &str, recordings: &[(String, String)]| -> Result<f64> {
         let subfolder = folder.join(name);
-        std::fs::create_dir_all(&subfolder).map_err(Error::file(&subfolder))?;
+        std::fs::create_dir_all(&subfolder).map_err(GauntletError::file(&subfolder))?;
         for (file, text) in recordings {
-            std::fs::write(subfolder.join(file), text).map_err(Error::file(&subfolder))?;
+            std::fs::write(subfolder.join(file), text).map_err(GauntletError::file(&subfolder))?;
         }
-        let blocks = read(folder, &files(&subfolder)?, &Options::default())?.blocks(1);
+        let blocks = read(folder, &files(&subfolder)?, &DiagnosisOptions::default())?.blocks(1);
         let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
-        let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
+        let (mut own, _) = own.ok_or_else(|| GauntletError::Model(format!("no block {}", block.name)))?;
         own.decimator = block.decimator.clone();
         Ok(gain(&own, &judgement.noise, &sets))
     };
