@@ -24,7 +24,7 @@ fn begun(folder: &Path) {
     let ledger = Ledger::open(folder, 1, 1).expect("room");
     ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("room");
     let answer = RecordedAnswer {
-        said: RecordedVerdict::NoEffect,
+        verdict: RecordedVerdict::NoEffect,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -51,7 +51,7 @@ fn what_is_there_is_scored_and_what_is_missing_is_said() {
     );
     assert!(beside.contains("cases are missing; the same command resumes"), "{beside}");
     let page = std::fs::read_to_string(folder.path().join("score/score.html")).expect("a page");
-    assert!(page.contains("demands are met") && !page.contains("http"), "the page opens offline");
+    assert!(page.contains("criteria are met") && !page.contains("http"), "the page opens offline");
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
     let truth = std::fs::read_to_string(&sealed).expect("a truth");
     std::fs::write(&sealed, truth.replace("null", "pair")).expect("room");
     for (words, expected) in [
-        ("--out score --score", "not the answer that was sealed"),
+        ("--out score --score", "not the truth that was sealed"),
         ("--plants wheel", "no plant `wheel`; there are drive, robot, sensor, contact"),
         ("--out score --only wheel", "no case of this size and these plants has `wheel` in its name"),
         ("--out score --only effect --multiples 3", "has `effect` in its name and such a multiple"),

@@ -52,7 +52,7 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), Gau
     run_missing(own, &ledger, &stopped, &mut |CaseDone { done, missing, record, seconds_left }| {
         let seconds = record.cost.diagnosis + record.cost.rest;
         let cost = match &record.answer {
-            None => "no bench shows such a size".to_owned(),
+            None => "size out of range".to_owned(),
             Some(_) => format!("{seconds:.1} s"),
         };
         warn(format!("{done} of {missing}  {}: {cost}  {seconds_left:.0} s left", record.case));

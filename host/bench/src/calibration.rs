@@ -1,4 +1,4 @@
-//! Whether stated probabilities are frequencies: reliability curve and expected calibration error.
+//! Calibration of stated probabilities: reliability curve and expected calibration error.
 
 use serde::Serialize;
 use softdock_analysis::Share;
@@ -6,19 +6,19 @@ use softdock_analysis::Share;
 /// Bins of the curve, of equal width; stated probabilities crowd near 1.
 const BINS: usize = 10;
 
-/// One bin of the reliability curve.
+/// Bin of the reliability curve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bin {
     /// Mean of the stated probabilities.
     pub stated: f64,
-    /// Share of the names that were right.
+    /// Share of right names.
     pub right: Share,
 }
 
-/// How well stated probabilities agree with frequencies.
+/// Agreement of stated probabilities with frequencies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProbabilityCalibration {
-    /// Bins that hold names, by rising probability.
+    /// Bins with names, by rising probability.
     pub bins: Vec<Bin>,
     /// Mean distance of stated probability and frequency, bins weighted by their names (Naeini, Cooper and Hauskrecht
     /// 2015); none without names.
@@ -27,7 +27,7 @@ pub struct ProbabilityCalibration {
     pub brier: Option<f64>,
 }
 
-/// Of names: stated probability, and whether the name was right.
+/// Computes the calibration from the stated probability of each name and whether it is right.
 pub fn calibration(names: &[(f64, bool)]) -> ProbabilityCalibration {
     let mut bins: Vec<Vec<(f64, bool)>> = vec![Vec::new(); BINS];
     for (p, right) in names {

@@ -1,9 +1,9 @@
-//! Judges the diagnosis by recordings whose cause is known: plan, sealed answers, oracle, score.
+//! Gauntlet: the scored test set of the diagnosis, from recordings with known causes.
 //!
-//! A [`plan`] lists cases: what the generator hides, how large, with which noise. The [`oracle`] says how large an effect
-//! must be before anybody could see it in these data; sizes are multiples of that. A [`trial`] seals the truth, diagnoses
-//! the recordings, and only then measures what the truth is needed for; its [`record`] is one line. The [`score`] opens
-//! the seals and counts, with exact bounds.
+//! A [`plan`] lists cases: hidden effect, size, and noise. The [`oracle`] determines the detection limit of an effect
+//! in these data; sizes are multiples of it. A [`trial`] seals the truth, diagnoses the recordings, and only then
+//! computes what requires the truth; its [`record`] is one line. The [`score`] opens the seals and counts, with exact
+//! bounds.
 
 mod baseline;
 pub mod calibration;

@@ -1,4 +1,4 @@
-//! What an answer is worth beside the truth.
+//! Grade of an answer against the truth.
 
 use crate::plant::GauntletPlant;
 use crate::record::{RecordedAnswer, RecordedVerdict};
@@ -6,32 +6,32 @@ use crate::seal::{Asks, SealedTruth};
 use serde::Serialize;
 use softdock_kernels::effects::{GROUPS, code, share_group};
 
-/// What an answer is worth.
+/// Grade of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AnswerGrade {
-    /// The truth, or nothing where nothing is hidden.
+    /// The truth, or no effect where nothing is hidden.
     Right,
     /// Ambiguous, with the truth in the list.
     Listed,
-    /// Of several hidden effects some, and nothing false.
+    /// Some of several hidden effects, and no false one.
     Partly,
-    /// A relative of what the library lacks, as ambiguous, with the experiment that splits them.
+    /// A confounded partner of the excluded effect, as ambiguous, with the discriminating experiment.
     Partner,
-    /// Said to be in no library.
+    /// Reported as outside the library.
     NotInLibrary,
-    /// Said to be there, but too small to matter.
+    /// Reported as without practical effect.
     NotPractical,
-    /// Nothing found.
+    /// No effect reported.
     Missed,
-    /// The recordings were refused.
+    /// The recordings were rejected.
     Refused,
-    /// A name that is false, or a list without the truth; where nothing is hidden, any answer but nothing.
+    /// A false name, or a list without the truth; where nothing is hidden, any finding.
     Wrong,
 }
 
 impl AnswerGrade {
-    /// All of them.
+    /// All grades.
     pub const ALL: [Self; 9] = [
         Self::Right,
         Self::Listed,
@@ -44,7 +44,7 @@ impl AnswerGrade {
         Self::Wrong,
     ];
 
-    /// In words.
+    /// Returns the name of the grade.
     pub fn word(self) -> &'static str {
         match self {
             Self::Right => "right",
@@ -60,9 +60,9 @@ impl AnswerGrade {
     }
 }
 
-/// The worth of an answer.
+/// Grades an answer.
 pub fn outcome(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> AnswerGrade {
-    match (truth.asks, answer.said) {
+    match (truth.asks, answer.verdict) {
         (_, RecordedVerdict::Refused) => AnswerGrade::Refused,
         (Asks::Null, RecordedVerdict::NoEffect) => AnswerGrade::Right,
         (_, RecordedVerdict::NoPracticalEffect) => AnswerGrade::NotPractical,
@@ -71,17 +71,17 @@ pub fn outcome(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnsw
         (_, RecordedVerdict::NotInLibrary) if names_falsely(plant, truth, answer) => AnswerGrade::Wrong,
         (Asks::Outside | Asks::LeftOut, RecordedVerdict::NotInLibrary) => AnswerGrade::Right,
         (_, RecordedVerdict::NotInLibrary) => AnswerGrade::NotInLibrary,
-        // What was left out cannot be named, or it was not left out.
+        // An effect excluded from the library cannot be named.
         (Asks::LeftOut, RecordedVerdict::Named) => AnswerGrade::Wrong,
         (_, RecordedVerdict::Named) => named(plant, truth, answer),
         (_, RecordedVerdict::Ambiguous) => ambiguous(plant, truth, answer),
     }
 }
 
-/// Whether some block names what is not there, whatever is said of the others.
+/// Returns whether any block names an effect that is not hidden.
 fn names_falsely(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> bool {
     let is_named =
-        |block: &str| answer.blocks.iter().any(|(own, said)| own == block && *said == RecordedVerdict::Named);
+        |block: &str| answer.blocks.iter().any(|(own, verdict)| own == block && *verdict == RecordedVerdict::Named);
     let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
     answer.effects.iter().any(|effect| is_named(&effect.block) && !is_true(&effect.id))
 }
@@ -105,7 +105,9 @@ fn ambiguous(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer
     }
     let partner = |hidden: &str| {
         let relative = answer.effects.iter().any(|effect| share_group(hidden, &effect.id));
-        relative && answer.partner_missing && answer.experiment.as_ref().is_some_and(|told| splits(hidden, told))
+        relative
+            && answer.partner_missing
+            && answer.experiment.as_ref().is_some_and(|proposed| splits(hidden, proposed))
     };
     match truth.asks == Asks::LeftOut && truth.hidden.iter().any(|hidden| partner(&hidden.id)) {
         true => AnswerGrade::Partner,
@@ -113,17 +115,16 @@ fn ambiguous(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer
     }
 }
 
-/// Whether a proposed experiment is that of a group to which an effect belongs.
+/// Returns whether a proposed experiment is that of a group of the effect.
 fn splits(hidden: &str, proposed: &str) -> bool {
     let has = |members: &[&str]| members.iter().any(|member| code(member) == code(hidden));
     GROUPS.iter().any(|group| has(group.members) && proposed.contains(group.splits))
 }
 
-/// Whether everything that an answer finds lies in the blocks where something is hidden; none if it finds nothing, or
-/// nothing is hidden.
+/// Returns whether all findings are in blocks with a hidden effect; `None` without findings or hidden effects.
 pub fn block_is_right(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> Option<bool> {
     let hidden: Vec<&str> = truth.hidden.iter().map(|hidden| plant.block(&hidden.id)).collect();
-    let found = answer.blocks.iter().filter(|(_, said)| *said >= RecordedVerdict::NoPracticalEffect);
+    let found = answer.blocks.iter().filter(|(_, verdict)| *verdict >= RecordedVerdict::NoPracticalEffect);
     let found: Vec<&str> = found.map(|(block, _)| block.as_str()).collect();
     (!hidden.is_empty() && !found.is_empty()).then(|| found.iter().all(|block| hidden.contains(block)))
 }
@@ -148,16 +149,16 @@ pub(crate) mod tests {
         }
     }
 
-    pub(crate) fn answer(said: RecordedVerdict, effects: &[&str]) -> RecordedAnswer {
+    pub(crate) fn answer(verdict: RecordedVerdict, effects: &[&str]) -> RecordedAnswer {
         let block = |id: &str| PLANTS[0].block(id).to_owned();
         let of =
             |id: &&str| NamedCause { id: (*id).to_owned(), block: block(id), p: 0.99, parameters: Default::default() };
         RecordedAnswer {
-            said,
+            verdict,
             effects: effects.iter().map(of).collect(),
             blocks: vec![
                 ("R2 reference to torque".to_owned(), RecordedVerdict::NoEffect),
-                ("R3 torque to motion".to_owned(), said),
+                ("R3 torque to motion".to_owned(), verdict),
             ],
             partner_missing: false,
             experiment: None,
@@ -167,8 +168,8 @@ pub(crate) mod tests {
         }
     }
 
-    fn worth(asks: Asks, hidden: &[&str], said: RecordedVerdict, effects: &[&str]) -> AnswerGrade {
-        outcome(&PLANTS[0], &truth(asks, hidden), &answer(said, effects))
+    fn worth(asks: Asks, hidden: &[&str], verdict: RecordedVerdict, effects: &[&str]) -> AnswerGrade {
+        outcome(&PLANTS[0], &truth(asks, hidden), &answer(verdict, effects))
     }
 
     #[test]
@@ -180,12 +181,12 @@ pub(crate) mod tests {
         assert_eq!(named(&["J1_coulomb"], &["J1_coulomb", "J2_viscous"]), Wrong);
         assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag"]), Partly);
         assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag", "J1_coulomb"]), Right);
-        let said = |said, effects: &[&str]| worth(Asks::Effect, &["J1_coulomb"], said, effects);
-        assert_eq!(said(RecordedVerdict::Ambiguous, &["J2_viscous", "J1_coulomb"]), Listed);
-        assert_eq!(said(RecordedVerdict::Ambiguous, &["J2_viscous"]), Wrong);
-        assert_eq!(said(RecordedVerdict::NotInLibrary, &[]), NotInLibrary);
-        assert_eq!(said(RecordedVerdict::NoEffect, &[]), Missed);
-        assert_eq!(said(RecordedVerdict::NoPracticalEffect, &["J1_coulomb"]), NotPractical);
+        let grade = |verdict, effects: &[&str]| worth(Asks::Effect, &["J1_coulomb"], verdict, effects);
+        assert_eq!(grade(RecordedVerdict::Ambiguous, &["J2_viscous", "J1_coulomb"]), Listed);
+        assert_eq!(grade(RecordedVerdict::Ambiguous, &["J2_viscous"]), Wrong);
+        assert_eq!(grade(RecordedVerdict::NotInLibrary, &[]), NotInLibrary);
+        assert_eq!(grade(RecordedVerdict::NoEffect, &[]), Missed);
+        assert_eq!(grade(RecordedVerdict::NoPracticalEffect, &["J1_coulomb"]), NotPractical);
         assert_eq!(worth(Asks::Null, &[], RecordedVerdict::NoEffect, &[]), Right);
         assert_eq!(worth(Asks::Null, &[], RecordedVerdict::NotInLibrary, &[]), Wrong);
     }

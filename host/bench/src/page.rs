@@ -1,4 +1,4 @@
-//! The score's page: marks, confusion matrix, reliability curve, other methods; one self-contained HTML file.
+//! HTML page of a score: criteria, confusion matrix, reliability curve, baseline methods.
 
 use crate::Result;
 use crate::outcome::AnswerGrade;
@@ -34,7 +34,7 @@ struct Page {
     command: String,
 }
 
-/// What was hidden, and how often which outcome came, size by size.
+/// Counts of grades for a hidden effect and size.
 #[derive(Serialize)]
 struct Line {
     hidden: String,
@@ -44,7 +44,7 @@ struct Line {
     outcomes: Vec<String>,
 }
 
-/// The confusion matrix of a plant at one size: what was hidden down, what was answered across.
+/// Confusion matrix of a plant at a size: rows are hidden effects, columns are answers.
 #[derive(Serialize)]
 struct Confusion {
     title: String,
@@ -59,7 +59,7 @@ struct Cell {
     share: f64,
 }
 
-/// The page as text; `command` is what repeats it.
+/// Renders the page as HTML; `command` is the command that reproduces it.
 ///
 /// # Errors
 /// A figure that cannot be drawn.
@@ -106,8 +106,8 @@ pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
 
 fn headline(score: &GauntletScore) -> String {
     let asked = score.marks.iter().filter(|mark| mark.met.is_some()).count();
-    let kept = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
-    format!("{kept} of {asked} demands are met.")
+    let met = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
+    format!("{met} of {asked} criteria are met.")
 }
 
 fn multiple(row: &Row) -> String {
@@ -123,7 +123,7 @@ fn line(row: &Row) -> Line {
         hidden: format!("{} {} {}", row.plant, asks(row), row.hidden),
         multiple: multiple(row),
         scale: row.scale.map_or(String::new(), |scale| significant(scale, 3)),
-        right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "not shown".to_owned() },
+        right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "out of range".to_owned() },
         outcomes: AnswerGrade::ALL.iter().map(count).collect(),
     }
 }
@@ -185,14 +185,14 @@ fn parameters(score: &GauntletScore) -> Vec<[String; 6]> {
     let number = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
     let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::ParameterError>)| {
         let held: Vec<bool> = own.iter().filter_map(|own| own.held).collect();
-        let kept = held.iter().filter(|held| **held).count();
+        let covered = held.iter().filter(|held| **held).count();
         [
             name.to_owned(),
             format!("{} s*", f64::from_bits(multiple)),
             own.len().to_string(),
             number(median(own.iter().map(|own| 100.0 * own.relative))),
             number(median(own.iter().filter_map(|own| own.by_bound))),
-            if held.is_empty() { String::new() } else { format!("{kept} of {}", held.len()) },
+            if held.is_empty() { String::new() } else { format!("{covered} of {}", held.len()) },
         ]
     };
     groups.into_iter().map(of).collect()

@@ -1,4 +1,4 @@
-//! Numbers of right answers beside the truth: errors, what Cramer and Rao allow, whether the intervals hold.
+//! Parameter errors of right answers: error, Cramer-Rao bound, interval coverage.
 
 use crate::plant::{Alias, From, GauntletPlant};
 use crate::record::{RecordedAnswer, RecordedEstimate};
@@ -6,30 +6,30 @@ use crate::seal::{Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// One number beside its truth.
+/// Error of a parameter against the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterError {
     /// Effect and parameter, by the generator's names.
     pub name: String,
-    /// Size of the effect, in multiples of the smallest that could be told.
+    /// Size of the effect, in multiples of its detection limit.
     pub multiple: f64,
-    /// Whether it is the size, and not the form.
+    /// Whether it is a size, not a form parameter.
     pub is_size: bool,
     /// Unit.
     pub unit: String,
-    /// Distance from the truth, in the unit.
+    /// Absolute error, in the unit.
     pub error: f64,
-    /// The same over the hidden parameter.
+    /// Absolute error over the hidden parameter.
     pub relative: f64,
-    /// Standard deviation that Cramer and Rao allow, in the unit; none where the answer has none.
+    /// Cramer-Rao standard deviation, in the unit; `None` if the answer has none.
     pub sd: Option<f64>,
-    /// The error over that.
+    /// Error over the Cramer-Rao standard deviation.
     pub by_bound: Option<f64>,
-    /// Whether the 95 % interval holds the truth; none for a length of several numbers, which has none.
+    /// Whether the 95 % interval contains the truth; `None` for a norm of several parameters.
     pub held: Option<bool>,
 }
 
-/// The numbers of an answer that generator and fitter both know.
+/// Returns the errors of the parameters that generator and diagnosis have in common.
 pub fn compared(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> Vec<ParameterError> {
     let mut all = Vec::new();
     for hidden in &truth.hidden {

@@ -1,53 +1,53 @@
-//! The list of cases: what is hidden, how large, in which noise, from which seed; the same for everybody.
+//! Plan: the reproducible list of cases with hidden effect, size, noise and seed.
 
 use crate::plant::{GauntletPlant, PLANTS, plant};
 use crate::{GauntletError, Result};
 use softdock_gauntlet::{EffectCase, NoiseColour};
 use softdock_kernels::effects::share_group;
 
-/// How many cases.
+/// Extent of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// Minutes: enough to notice that something broke.
+    /// Minutes: detects regressions.
     Ci,
-    /// Hours: enough to state rates with their bounds.
+    /// Hours: states rates with their bounds.
     Full,
 }
 
-/// Which cases are wanted.
+/// Selection of cases.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// How many.
+    /// Extent.
     pub extent: Extent,
     /// Names of plants; all if empty.
     pub plants: Vec<String>,
-    /// Draws of every effect and size, where not the extent's own.
+    /// Draws of every effect and size, instead of those of the extent.
     pub draws: Option<u64>,
 }
 
-/// What a case hides and asks.
+/// Task of a case: hidden effects and library.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CaseTask {
     /// Nothing is hidden.
     Null,
     /// One effect of the library.
     Effect(&'static EffectCase),
-    /// A form that no library has.
+    /// A form outside the library.
     Outside(&'static EffectCase),
-    /// One effect that is taken out of the library.
+    /// One effect that is excluded from the library.
     LeftOut(&'static EffectCase),
-    /// Two effects that do not look alike.
+    /// Two effects that are not confounded.
     Pair(&'static EffectCase, &'static EffectCase),
 }
 
-/// One case.
+/// Case of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// The plant.
     pub plant: &'static GauntletPlant,
-    /// What it hides.
+    /// Task.
     pub task: CaseTask,
-    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    /// Size, in multiples of the detection limit; 0 where nothing is hidden.
     pub multiple: f64,
     /// Number of the draw, from 0.
     pub draw: u64,
@@ -55,13 +55,13 @@ pub struct Case {
     pub noise: NoiseColour,
 }
 
-/// Sizes that are asked, in multiples of the smallest that an oracle could tell.
+/// Sizes, in multiples of the detection limit.
 pub const MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 16.0];
-/// Sizes at which an effect is asked that is not in the library.
+/// Sizes of effects that are excluded from the library.
 const LEFT_OUT: [f64; 3] = [1.0, 4.0, 16.0];
 /// Draws of a plant whose cases take minutes.
 const FEW_DRAWS: u64 = 4;
-/// Sizes at which an effect should be told, and at which it is plain that something is wrong.
+/// Size at which an effect should be named, and size at which a form outside the library should be reported.
 const TELLING: f64 = 4.0;
 const OBVIOUS: f64 = 16.0;
 /// Size of each of two effects.
@@ -69,11 +69,11 @@ const PAIRED: f64 = 4.0;
 /// Pairs of effects a plant.
 const PAIRS: usize = 20;
 
-/// The cases that are wanted, ordered so that any beginning of the list is a fair sample of it; cases that share their
-/// recordings' seed follow one another.
+/// Returns the selected cases, ordered so that any prefix is a representative sample. Cases with the same seed are
+/// adjacent.
 ///
 /// # Errors
-/// A plant that there is not.
+/// An unknown plant.
 pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
     let plants = plants(&wanted.plants, wanted.extent)?;
     let counts: Vec<Counts> = plants.iter().map(|plant| Counts::of(wanted, plant)).collect();
@@ -150,7 +150,7 @@ fn all(plant: &'static GauntletPlant) -> Vec<(CaseTask, f64)> {
     asked
 }
 
-/// Every other effect where it should be told, and one of everything else.
+/// Every other effect at the size where it should be named, and one case of every other task.
 fn few(plant: &'static GauntletPlant) -> Vec<(CaseTask, f64)> {
     let mut asked: Vec<(CaseTask, f64)> =
         plant.effects().step_by(2).map(|effect| (CaseTask::Effect(effect), TELLING)).collect();
@@ -172,13 +172,13 @@ fn pairs(plant: &GauntletPlant, most: usize) -> Vec<(&'static EffectCase, &'stat
 }
 
 impl Case {
-    /// What tells it from all others; a legal file name.
+    /// Returns the unique id, which is a valid file name.
     pub fn id(&self) -> String {
         let size = if self.multiple > 0.0 { format!(".x{}", self.multiple) } else { String::new() };
         format!("{}{size}.{}", self.subject(), self.draw)
     }
 
-    /// Plant and task, whatever the size and the draw.
+    /// Returns plant and task, without size and draw.
     pub fn subject(&self) -> String {
         let what = match self.task {
             CaseTask::Null => "null".to_owned(),
@@ -190,7 +190,7 @@ impl Case {
         format!("{}.{what}", self.plant.name)
     }
 
-    /// Ids of what is hidden.
+    /// Returns the hidden effects.
     pub fn hidden(&self) -> Vec<&'static EffectCase> {
         match self.task {
             CaseTask::Null => Vec::new(),
@@ -199,8 +199,8 @@ impl Case {
         }
     }
 
-    /// Seed of the recordings: cases that hide the same in the same draw differ in size alone, and the pairs of a draw in
-    /// what they hide alone, so that the scale of an effect is found once for all its pairs.
+    /// Returns the seed of the recordings. Cases with the same effect and draw differ only in size, and pairs of a draw
+    /// only in their effects, so that detection limits are computed once.
     pub fn seed(&self) -> u64 {
         let hidden = match self.task {
             CaseTask::Null => "",
@@ -214,8 +214,8 @@ impl Case {
     }
 }
 
-/// The part of a plan that belongs to one of several workers, the first being number 1. Cases that share their recordings'
-/// seed stay together, so that no oracle is asked twice.
+/// Returns the cases of worker `number` (from 1) of `of` workers. Cases with the same seed stay together, so that no
+/// oracle runs twice.
 pub fn shard(cases: Vec<Case>, number: usize, of: usize) -> Vec<Case> {
     let (mut group, mut last) = (0, None);
     let mut own = Vec::new();

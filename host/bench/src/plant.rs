@@ -1,45 +1,45 @@
-//! The plants that are judged, one row each: what the generator and the fitter call the same thing.
+//! Plants of the gauntlet: mapping of effects and parameters between generator and diagnosis.
 //!
-//! A further plant is one more row: its rig, in which block its effects act, and which of its parameters can be compared.
+//! A new plant is one more row: its rig, the blocks of its effects, and the comparable parameters.
 
 use softdock_gauntlet::{EffectCase, Rig, effects, outside};
 use softdock_kernels::effects::{GROUPS, code};
 
-/// A plant.
+/// Plant of the gauntlet.
 #[derive(Debug)]
 pub struct GauntletPlant {
-    /// Its name on the command line and in the ids of cases.
+    /// Name on the command line and in case ids.
     pub name: &'static str,
-    /// The bench that makes its recordings.
+    /// Generator of its recordings.
     pub rig: Rig,
-    /// Beginnings of effects' ids, and the block of the loop where those act; the first that fits counts.
+    /// Prefixes of effect ids with their block; the first match counts.
     blocks: &'static [(&'static str, &'static str)],
-    /// Effects of the generator's catalogue that no library of the fitter has: forms outside, to the fitter.
+    /// Effects of the generator's catalogue that are outside the library of the diagnosis.
     unknown: &'static [&'static str],
-    /// Forms outside the generator's catalogue that a hypothesis of the library describes all the same.
+    /// Forms outside the generator's catalogue that a hypothesis of the library describes.
     close: &'static [(&'static str, &'static str)],
-    /// Parameters that both know.
+    /// Comparable parameters.
     aliases: &'static [Alias],
-    /// Whether the baselines of other methods are made for it.
+    /// Whether baseline methods run on it.
     pub baselines: bool,
-    /// Whether a case takes minutes: then the full size has few of them.
+    /// Whether a case takes minutes: the full extent then has few of them.
     pub slow: bool,
 }
 
-/// A parameter of the generator and what the fitter calls it.
+/// Parameter of the generator with its names in the diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alias {
     /// The generator's id of the effect.
     pub effect: &'static str,
     /// The generator's name of the parameter.
     pub parameter: &'static str,
-    /// The fitter's names; of several, the parameter is the length of the vector.
+    /// Names in the diagnosis; the parameter is the norm of several.
     pub fields: &'static [&'static str],
-    /// What the parameter counts from.
+    /// Reference of the parameter.
     pub from: From,
 }
 
-/// What a hidden parameter counts from.
+/// Reference of a hidden parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum From {
     /// Nothing.
@@ -274,40 +274,40 @@ pub const PLANTS: &[GauntletPlant] = &[
 ];
 
 impl GauntletPlant {
-    /// Effects that the library can name.
+    /// Returns the effects in the library.
     pub fn effects(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
         effects(self.rig).iter().filter(|effect| !self.unknown.contains(&effect.id))
     }
 
-    /// What no library names.
+    /// Returns the effects outside the library.
     pub fn outside(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
         effects(self.rig).iter().filter(|effect| self.unknown.contains(&effect.id)).chain(outside(self.rig))
     }
 
-    /// The block where something hidden acts.
+    /// Returns the block in which a hidden effect acts.
     pub fn block(&self, hidden: &str) -> &'static str {
         self.blocks.iter().find(|(start, _)| hidden.starts_with(start)).map_or("", |(_, block)| block)
     }
 
-    /// Whether a name of the library is right for something hidden: the catalogue's number is the same, or the form is.
+    /// Returns whether a named effect is right for a hidden one: same catalogue number or same form.
     pub fn is_right(&self, hidden: &str, named: &str) -> bool {
         let own = self.effects().any(|effect| effect.id == hidden) && code(hidden) == code(named);
         own || self.close.iter().any(|(form, name)| *form == hidden && code(name) == code(named))
     }
 
-    /// The parameters of something hidden that can be compared.
+    /// Returns the comparable parameters of a hidden effect.
     pub fn aliases(&self, hidden: &str) -> impl Iterator<Item = &'static Alias> + use<'_> {
         let hidden = hidden.to_owned();
         self.aliases.iter().filter(move |alias| alias.effect == hidden)
     }
 }
 
-/// The plant of a name.
+/// Returns the plant of a name.
 pub fn plant(name: &str) -> Option<&'static GauntletPlant> {
     PLANTS.iter().find(|plant| plant.name == name)
 }
 
-/// Where an effect stands in the catalogue: by letter and number, forms of no number behind.
+/// Returns the sort key of an effect: letter and number, forms without a number last.
 pub fn order(id: &str) -> (bool, String, u32, String) {
     let code = code(id);
     let letters: String = code.chars().take_while(char::is_ascii_alphabetic).collect();
@@ -315,13 +315,13 @@ pub fn order(id: &str) -> (bool, String, u32, String) {
     (number.is_none(), letters, number.unwrap_or(0), id.to_owned())
 }
 
-/// Whether an effect has no mean, so that no difference of recordings shows it.
+/// Returns whether an effect has zero mean, so that differences of recordings do not show it.
 pub fn is_random(id: &str) -> bool {
     let random = GROUPS.iter().find(|group| group.id == "G9");
     random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
 }
 
-/// Whether an effect hides others whatever is known of it: noise, and a reading in steps.
+/// Returns whether an effect masks others: noise and quantisation.
 pub fn hides_others(id: &str) -> bool {
     is_random(id) || code(id) == "S6"
 }
@@ -339,8 +339,8 @@ mod tests {
     /// The blocks of a plant with their libraries.
     fn blocks(plant: &GauntletPlant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-        let exhibit = RecordingsFolder::of(&healthy).expect("room");
-        read(exhibit.path(), &[], &DiagnosisOptions::default()).expect("good recordings").blocks(1)
+        let recordings = RecordingsFolder::of(&healthy).expect("room");
+        read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings").blocks(1)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A data set as a folder, which is all that a diagnosis is given.
+//! Folder with a data set, the only input of a diagnosis.
 
 use crate::{GauntletError, Result};
 use softdock_campaign::{FileKind, Problems, Rig, Scenario, kind};
@@ -8,20 +8,20 @@ use softdock_gauntlet::Set;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Model and recordings in a folder of their own, gone when dropped.
+/// Temporary folder with model and recordings, removed on drop.
 pub(crate) struct RecordingsFolder {
     folder: TempDir,
 }
 
 impl RecordingsFolder {
-    /// Writes a data set; its truth stays behind.
+    /// Writes a data set without its truth.
     pub(crate) fn of(set: &Set) -> Result<Self> {
         let folder = tempfile::tempdir().map_err(GauntletError::file(Path::new("a temporary folder")))?;
         set.write(folder.path()).map_err(GauntletError::file(folder.path()))?;
         Ok(Self { folder })
     }
 
-    /// Adds recordings to learn from.
+    /// Adds training recordings.
     pub(crate) fn add(&self, recordings: &[(String, String)]) -> Result<()> {
         for (name, text) in recordings {
             let file = self.path().join("training").join(name);
@@ -30,13 +30,13 @@ impl RecordingsFolder {
         Ok(())
     }
 
-    /// Where it lies.
+    /// Returns its path.
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// Reads model and recordings of a folder; those of `holdout` are judged by, or the folder's own where there are none.
+/// Reads model and recordings of a folder. The held-out recordings are `holdout`, or the folder's own if empty.
 pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &DiagnosisOptions) -> Result<Prepared> {
     let (model, refused) = (folder.join("model.toml"), |problems: Problems| GauntletError::Model(problems.to_string()));
     let training = files(&folder.join("training"))?;
@@ -50,7 +50,7 @@ pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &DiagnosisOption
     Ok(prepare(Rig::load(&model).map_err(refused)?, &training, &own, options)?)
 }
 
-/// Files of a folder, sorted.
+/// Returns the files of a folder, sorted.
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = folder.read_dir().map_err(GauntletError::file(folder))?;
     let mut files: Vec<PathBuf> = entries

@@ -1,4 +1,5 @@
-//! One case from its plan to its record: scale, recordings, seal, diagnosis; and only then what needs the truth.
+//! Trial of a case: detection limit, recordings, seal, diagnosis, and only then the computations that require the
+//! truth.
 
 use crate::baseline::Baselines;
 use crate::oracle::{DetectionLimit, Oracle, multiplied};
@@ -15,44 +16,44 @@ use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
 use softdock_diagnosis::experiment::ProposedExperiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, Stronger, Told, follow, further, generate};
+use softdock_gauntlet::{CommandedPath, EffectCase, Hidden, Stronger, follow, further, generate};
 use softdock_kernels::effects::code;
 use std::path::Path;
 use std::time::Instant;
 
-/// Experiments that an ambiguous answer may ask for, one after the other.
+/// Largest number of consecutive experiments of ambiguous answers.
 const EXPERIMENTS: u64 = 2;
 
-/// Times that the repeats are made again which a true gain is measured on: its own chance should widen no interval.
+/// Number of further sets of repeats for the true gain, so that its own sampling error is negligible.
 const AGAIN: u64 = 4;
 
-/// Runs cases one after the other; those that share a seed share their oracles.
+/// Runner of cases; cases with the same seed share their oracles.
 pub struct TrialRunner<'a> {
     ledger: &'a Ledger,
     oracles: Oracles<'a>,
     baselines: Baselines,
 }
 
-/// What was asked of oracles for the last seed, and the scales that they have told any worker.
+/// Oracles of the last seed, and the detection limits of all workers.
 #[derive(Default)]
 struct Oracles<'a> {
     ledger: Option<&'a Ledger>,
-    told: Vec<ScaleLine>,
+    limits: Vec<ScaleLine>,
     asked: Vec<Asked>,
 }
 
-/// How large a case hides its effects.
+/// Hidden effects of a case with their sizes.
 struct Hiding {
     scales: Vec<Option<DetectionLimit>>,
-    /// None if the bench cannot show such sizes.
+    /// `None` if the sizes are beyond the range of the generator.
     hidden: Option<Vec<Hidden>>,
 }
 
-/// The scale of an effect on the recordings of a seed.
+/// Detection limit of an effect on the recordings of a seed.
 struct Asked {
     seed: u64,
     effect: &'static EffectCase,
-    /// What is hidden besides and is noise to this effect.
+    /// Other hidden effects that act as noise.
     beside: Vec<Hidden>,
     oracle: Oracle,
     scale: Option<DetectionLimit>,
@@ -66,26 +67,26 @@ impl Asked {
         Ok(Self { seed, effect, beside, oracle, scale })
     }
 
-    /// The size that is so many times as large, if the bench can show it.
+    /// Returns the size at a multiple of the detection limit; `None` beyond the range of the generator.
     fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
         self.scale.as_ref().map_or(Ok(None), |scale| self.oracle.multiple(scale, multiple))
     }
 }
 
 impl<'a> TrialRunner<'a> {
-    /// With a ledger to write to.
+    /// Builds a runner that writes to a ledger.
     ///
     /// # Errors
     /// A ledger that cannot be read.
     pub fn new(ledger: &'a Ledger) -> Result<Self> {
-        let oracles = Oracles { ledger: Some(ledger), told: scales(ledger.folder())?, asked: Vec::new() };
+        let oracles = Oracles { ledger: Some(ledger), limits: scales(ledger.folder())?, asked: Vec::new() };
         Ok(Self { ledger, oracles, baselines: Baselines::default() })
     }
 
     /// Runs a case and writes its record.
     ///
     /// # Errors
-    /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
+    /// A case that the generator rejects, or files that cannot be written. A rejection by the diagnosis is an answer.
     pub fn run(&mut self, case: &Case) -> Result<CaseRecord> {
         let begin = Instant::now();
         let Hiding { scales, hidden } = self.oracles.sized(case)?;
@@ -95,25 +96,27 @@ impl<'a> TrialRunner<'a> {
         self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
         let mut record = CaseRecord::of(case.id(), sealed);
         if let (Some(set), Some(hidden)) = (set, hidden) {
-            let exhibit = RecordingsFolder::of(&set)?;
-            let options = DiagnosisOptions { without: left_out(case, exhibit.path())?, ..DiagnosisOptions::default() };
+            let recordings = RecordingsFolder::of(&set)?;
+            let options =
+                DiagnosisOptions { without: left_out(case, recordings.path())?, ..DiagnosisOptions::default() };
             let start = Instant::now();
-            let Found { answer, judged, proposed } = answer(exhibit.path(), &options);
+            let Found { answer, judged, proposed } = answer(recordings.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) =
-                judged.filter(|_| answer.said == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
+                judged.filter(|_| answer.verdict == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
             {
                 let (rig, seed) = (case.plant.rig, case.seed());
-                record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
+                record.gain = true_gain(recordings.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.
             if case.plant.baselines && !matches!(case.task, CaseTask::LeftOut(_)) {
-                record.baselines = self.baselines.answers(case, exhibit.path())?;
+                record.baselines = self.baselines.answers(case, recordings.path())?;
             }
-            let follow =
-                |told: &Told, number: u64| Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), told, number)?);
-            record.after = after(&follow, &exhibit, &options, proposed)?;
+            let follow = |commanded: &CommandedPath, number: u64| {
+                Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), commanded, number)?)
+            };
+            record.after = after(&follow, &recordings, &options, proposed)?;
         }
         record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
         self.ledger.finish(&record)?;
@@ -121,11 +124,10 @@ impl<'a> TrialRunner<'a> {
     }
 }
 
-/// Writes a case's model and recordings as the diagnosis gets them, and its truth beside them; whether the bench can show
-/// such a size.
+/// Writes a case's model, recordings and sealed truth. Returns whether its size is within the range of the generator.
 ///
 /// # Errors
-/// A case that the generator refuses, a folder that cannot be written.
+/// A case that the generator rejects, or a folder that cannot be written.
 pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
     let Hiding { scales, hidden } = Oracles::default().sized(case)?;
     let Some(hidden) = hidden else { return Ok(false) };
@@ -136,8 +138,8 @@ pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
 }
 
 impl Oracles<'_> {
-    /// Scales of what a case hides, and how large it hides it. What hides others comes first, noise before all: it is
-    /// noise to them.
+    /// Returns the detection limits and sizes of a case's effects. Masking effects come first, noise before all,
+    /// because they act as noise on the others.
     fn sized(&mut self, case: &Case) -> Result<Hiding> {
         let mut order: Vec<(usize, &'static EffectCase)> = case.hidden().into_iter().enumerate().collect();
         order.sort_by_key(|(_, effect)| (!is_random(effect.id), !hides_others(effect.id)));
@@ -153,7 +155,7 @@ impl Oracles<'_> {
         Ok(Hiding { scales, hidden: hidden.into_iter().collect() })
     }
 
-    /// The scale of an effect beside such noise, and so many times that.
+    /// Returns the detection limit of an effect with such noise, and the size at a multiple of it.
     fn size(
         &mut self,
         case: &Case,
@@ -161,10 +163,10 @@ impl Oracles<'_> {
         beside: &[Hidden],
     ) -> Result<(Option<DetectionLimit>, Option<f64>)> {
         let (plant, seed) = (case.plant.name, case.seed());
-        let is_told = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
-        // A limit has no multiples: only the oracle itself tells what shows so many times as much.
-        let can_be_told = beside.is_empty() && effect.stronger == Stronger::Larger;
-        if let Some(ScaleLine { scale, .. }) = self.told.iter().find(is_told).filter(|_| can_be_told) {
+        let is_same_effect = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
+        // For a limit, only the oracle determines the size at a multiple.
+        let has_multiples = beside.is_empty() && effect.stronger == Stronger::Larger;
+        if let Some(ScaleLine { scale, .. }) = self.limits.iter().find(is_same_effect).filter(|_| has_multiples) {
             return Ok((scale.clone(), scale.as_ref().and_then(|scale| multiplied(effect, scale, case.multiple))));
         }
         self.asked.retain(|asked| asked.seed == seed);
@@ -177,22 +179,22 @@ impl Oracles<'_> {
         };
         let asked = &self.asked[place];
         let (scale, size) = (asked.scale.clone(), asked.multiple(case.multiple)?);
-        if can_be_told {
+        if has_multiples {
             let (plant, effect) = (plant.to_owned(), effect.id.to_owned());
             self.remember(ScaleLine { plant, effect, seed, scale: scale.clone() })?;
         }
         Ok((scale, size))
     }
 
-    /// Writes a scale down for all workers.
+    /// Records a detection limit for all workers.
     fn remember(&mut self, line: ScaleLine) -> Result<()> {
         self.ledger.map_or(Ok(()), |ledger| ledger.scale(&line))?;
-        self.told.push(line);
+        self.limits.push(line);
         Ok(())
     }
 }
 
-/// Names of the library that a case goes without.
+/// Returns the names that a case excludes from the library.
 fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
     let CaseTask::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
     let views = read(folder, &[], &DiagnosisOptions::default())?.isolability;
@@ -200,42 +202,45 @@ fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
     Ok(ids.filter(|id| code(id) == code(effect.id)).map(|id| (*id).to_owned()).collect())
 }
 
-/// What a diagnosis says of a folder.
+/// Answer of a diagnosis for a folder.
 struct Found {
     answer: RecordedAnswer,
-    /// The block where most was found.
+    /// Block with the most severe verdict.
     judged: Option<Judged>,
-    /// The experiment that an ambiguous answer asks for.
+    /// Experiment proposed by an ambiguous answer.
     proposed: Option<ProposedExperiment>,
 }
 
-/// Diagnoses a folder: nothing of the truth comes here.
+/// Diagnoses a folder, without access to the truth.
 fn answer(folder: &Path, options: &DiagnosisOptions) -> Found {
     match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
         Ok((diagnosis, judged)) => {
-            let (answer, judged) = told(&diagnosis, judged);
+            let (answer, judged) = recorded(&diagnosis, judged);
             Found { answer, judged, proposed: diagnosis.proposed.filter(ProposedExperiment::separates) }
         }
         Err(error) => Found { answer: refused(error.to_string()), judged: None, proposed: None },
     }
 }
 
-/// Recordings of a path that an experiment asks for, files by name and text; nothing of a bench that follows none.
-type Follow<'a> = &'a dyn Fn(&Told, u64) -> Result<Option<Vec<(String, String)>>>;
+/// Function that returns the recordings of a proposed path, by file name and text; `None` for a rig that follows no
+/// path.
+type Follow<'a> = &'a dyn Fn(&CommandedPath, u64) -> Result<Option<Vec<(String, String)>>>;
 
-/// Runs the experiments that ambiguous answers propose, and gives the answers with their recordings added.
+/// Runs the experiments that ambiguous answers propose, and returns the answers with their recordings.
 fn after(
     follow: Follow<'_>,
-    exhibit: &RecordingsFolder,
+    recordings: &RecordingsFolder,
     options: &DiagnosisOptions,
     mut proposed: Option<ProposedExperiment>,
 ) -> Result<Vec<RecordedAnswer>> {
     let mut answers = Vec::new();
     for number in 1..=EXPERIMENTS {
         let Some(ProposedExperiment { step, path, repeats, .. }) = proposed.take() else { break };
-        let Some(recordings) = follow(&Told { step_s: step, path, repeats: repeats as u64 }, number)? else { break };
-        exhibit.add(&recordings)?;
-        let found = answer(exhibit.path(), options);
+        let Some(followed) = follow(&CommandedPath { step_s: step, path, repeats: repeats as u64 }, number)? else {
+            break;
+        };
+        recordings.add(&followed)?;
+        let found = answer(recordings.path(), options);
         proposed = found.proposed;
         answers.push(found.answer);
     }
@@ -244,7 +249,7 @@ fn after(
 
 fn refused(refusal: String) -> RecordedAnswer {
     RecordedAnswer {
-        said: RecordedVerdict::Refused,
+        verdict: RecordedVerdict::Refused,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -255,7 +260,7 @@ fn refused(refusal: String) -> RecordedAnswer {
     }
 }
 
-fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<Judged>) {
+fn recorded(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<Judged>) {
     let of = |found: &EffectFound| {
         let own = judged.iter().find(|judged| judged.block.name == found.block);
         let parameters = own.map_or_else(Default::default, |own| estimates(found, own));
@@ -266,7 +271,7 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<J
     let mut effects: Vec<NamedCause> = diagnosis.effects.iter().map(of).collect();
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
     let answer = RecordedAnswer {
-        said: diagnosis.answer.into(),
+        verdict: diagnosis.answer.into(),
         effects,
         blocks,
         partner_missing: diagnosis.blocks.iter().any(|block| !block.partner_missing.is_empty()),
@@ -280,14 +285,14 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<J
     (answer, judged.into_iter().find(|judged| Some(judged.block.name) == main))
 }
 
-/// The numbers of a cause with what the curvature of the likelihood says of them.
+/// Returns the parameters of a cause with their Cramer-Rao standard deviations.
 fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, RecordedEstimate> {
     let Judged { block, library, judgement, .. } = judged;
     // Several hypotheses may be forms of one effect.
     let is_own = |number: &usize| library[*number].effect.id == found.id;
     let with = judgement.ranking.iter().find(|c| c.admissible && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, told): (&String, &softdock_diagnosis::answer::ParameterEstimate)| {
+    let of = |(name, estimate): (&String, &softdock_diagnosis::answer::ParameterEstimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);
@@ -296,7 +301,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
             Some((slope.abs(), block.base[unknown.field]))
         });
         let (sd, nominal) = place.unwrap_or_default();
-        (name.clone(), RecordedEstimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
+        (name.clone(), RecordedEstimate { value: estimate.value, lo: estimate.lo, hi: estimate.hi, sd, nominal })
     };
     found.parameters.iter().map(of).collect()
 }

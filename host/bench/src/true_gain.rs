@@ -1,4 +1,4 @@
-//! What can only be measured with the truth at hand: the gain that an answer's model truly brings.
+//! True gain of an answer's model, which requires the truth.
 
 use crate::record::TrueGain;
 use crate::recordings_folder::{files, read};
@@ -9,8 +9,8 @@ use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::Further;
 use std::path::Path;
 
-/// The true gain of a block's best explanation, on further recordings of the motion that it was judged by, and of one that
-/// it knows nothing of. `folder` is the diagnosed one; the held-out recordings in it are left alone.
+/// Returns the true gain of a block's best hypothesis, on further recordings of the held-out motion and of an
+/// unrecorded motion. `folder` is the diagnosed one; its held-out recordings are unchanged.
 ///
 /// # Errors
 /// Files that cannot be written or read.
@@ -35,8 +35,8 @@ pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Re
     Ok(Some(TrueGain { held_out: of("further", &further.holdout)?, fresh: of("fresh", &further.fresh)? }))
 }
 
-/// By how much the root mean square of held-out residuals falls from the first parameter set to the second. What the
-/// simulation carries of the inputs' noise beyond what it carries for the model's own parameters is no loss.
+/// Returns the relative reduction of the held-out residuals' root mean square from the first parameter set to the
+/// second, compensated for propagated input noise.
 fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2]) -> f64 {
     let part = block.part(true);
     let residuals = part.whitened(noise, sets);

@@ -1,4 +1,4 @@
-//! Random numbers: one stream per purpose, so that what is hidden moves no other draw, and noise of three colours.
+//! Random numbers: one stream per purpose, so that hidden effects change no other draw, and noise of three colours.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};

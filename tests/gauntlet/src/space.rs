@@ -1,6 +1,6 @@
 //! Vectors, rotations and inertias in three dimensions, as far as the rigs need them.
 
-/// A vector in a frame that its name tells.
+/// Vector in the frame given by its name.
 pub(crate) type Vector = [f64; 3];
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
 pub(crate) type Quaternion = [f64; 4];

@@ -1,5 +1,5 @@
-//! Other methods on the same recordings of a drive, as generous to them as can be: they are told the nominal plant, its
-//! controller, and recordings of the healthy bench as it differs from session to session.
+//! Baseline methods on the same recordings of a drive. They get the nominal plant, its controller, and recordings of
+//! the healthy plant with its session-to-session variation.
 
 mod least_squares;
 mod signals;
@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Seeds of the healthy recordings: above those of all cases.
 const HEALTHY_SEEDS: [u64; 4] = [1 << 32, (1 << 32) + 1, (1 << 32) + 2, (1 << 32) + 3];
 
-/// The other methods with what they are told beforehand.
+/// Baseline methods with their prior information.
 #[derive(Default)]
 pub(crate) struct Baselines {
     /// Healthy recordings in each colour of noise.
@@ -25,7 +25,7 @@ pub(crate) struct Baselines {
 }
 
 impl Baselines {
-    /// What every other method says of a folder's training recordings.
+    /// Returns the answers of the baseline methods for the training recordings of a folder.
     ///
     /// # Errors
     /// Recordings that cannot be made or read.

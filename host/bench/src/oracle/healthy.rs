@@ -1,5 +1,5 @@
-//! The recordings with nothing hidden: their noise, what the nuisances explain along their motion, and how others look
-//! beside them.
+//! Recordings without a hidden effect: their noise, the projection of their nuisance parameters, and their differences
+//! to others.
 
 use crate::{GauntletError, Result};
 use nalgebra::{DMatrix, DVector};
@@ -12,10 +12,10 @@ use softdock_diagnosis::library::Hypothesis;
 
 /// Step of difference quotients, in standard deviations.
 const STEP: f64 = 2e-3;
-/// Times that nuisances are placed, each time by what is left where they are.
+/// Iterations of the nuisance fit.
 const BENDS: usize = 3;
 
-/// A block's recordings with nothing hidden.
+/// Recordings of a block without a hidden effect.
 pub(super) struct Healthy {
     /// The recordings without noise: in a bounce, say, noise makes another motion, which nuisances change otherwise.
     still: MeasuredBlock,
@@ -44,15 +44,15 @@ impl Healthy {
         Ok(Self { still, noise, null, held_out, held_out_still, held_out_jacobian })
     }
 
-    /// The bank of a library on these recordings.
+    /// Returns the bank of a library on these recordings.
     pub(super) fn bank(&self, library: &[Hypothesis]) -> Bank {
         let learn = self.still.part(false);
         let shortcut = learn.shortcut(&self.noise, &self.null.values(&self.still.base));
         Bank::simulate(library, &self.null, &self.still.base, &|sets| shortcut.whitened(sets))
     }
 
-    /// How far the nuisances go to explain a change of the residuals, none to further than so many tolerances from the
-    /// model: those that these recordings drew have gone a part of that.
+    /// Returns the nuisance parameters that explain a change of the residuals, each within `furthest` tolerances of
+    /// nominal, including what these recordings drew.
     pub(super) fn placed(&self, change: &DVector<f64>, furthest: f64) -> DVector<f64> {
         let jacobian = &self.null.jacobian;
         let size = jacobian.ncols();
@@ -86,18 +86,18 @@ impl Healthy {
         }
     }
 
-    /// What it costs nuisances to go so far from where these recordings drew them, in chi-squared.
+    /// Returns the prior penalty of nuisance parameters, relative to their drawn values, in chi-squared.
     pub(super) fn strain(&self, z: &DVector<f64>) -> f64 {
         z.iter().zip(&self.null.z).map(|(z, drawn)| z * (z + 2.0 * drawn)).sum()
     }
 
-    /// Sum of squares of whitened residuals behind what the nuisances explain of them.
+    /// Returns the sum of squares of whitened residuals after the projection of the nuisance parameters.
     pub(super) fn unexplained(&self, residual: &DVector<f64>) -> f64 {
         residual.dot(&Projector::of(&self.null).reject(residual))
     }
 
-    /// What other recordings without noise differ by from these in the whitened residuals, to learn from and held out, as
-    /// nuisances tell that go no further than so many tolerances: what they explain there, bent or not, is no difference.
+    /// Returns the differences of other noiseless recordings from these, in the whitened training and held-out
+    /// residuals, with nuisance parameters fitted within `furthest` tolerances.
     pub(super) fn changed(&self, mut other: MeasuredBlock, furthest: f64) -> [DVector<f64>; 2] {
         other.decimator = self.still.decimator.clone();
         let (learn, test) = (other.part(false), other.part(true));

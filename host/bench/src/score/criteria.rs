@@ -1,4 +1,4 @@
-//! The demands on a diagnosis, each with what was found and its exact bounds.
+//! Acceptance criteria of the diagnosis, each with its result and exact bounds.
 
 use super::methods::MethodRow;
 use super::{Scored, median};
@@ -11,16 +11,16 @@ use serde::Serialize;
 use softdock_analysis::Share;
 use std::collections::BTreeMap;
 
-/// One demand, and what was found.
+/// Acceptance criterion with its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Criterion {
-    /// What is demanded.
+    /// Demand.
     pub demand: String,
     /// A share with its exact interval.
     pub share: Option<Share>,
-    /// A number that is no share.
+    /// Value, if the result is not a share.
     pub value: Option<f64>,
-    /// Whether the demand is met; none where no case asks.
+    /// Whether it is met; `None` without cases.
     pub met: Option<bool>,
 }
 
@@ -36,21 +36,21 @@ impl Criterion {
     }
 }
 
-/// All of them.
+/// Evaluates all criteria.
 pub(super) fn criteria(
     asked: &[&Scored],
     parameters: &[ParameterError],
     calibration: &ProbabilityCalibration,
     methods: &[MethodRow],
 ) -> Vec<Criterion> {
-    let mut marks = naming(asked);
-    marks.extend(restraint(asked));
-    marks.extend(numbers(asked, parameters, calibration));
-    marks.extend(beaten(methods));
-    marks
+    let mut criteria = naming(asked);
+    criteria.extend(restraint(asked));
+    criteria.extend(numbers(asked, parameters, calibration));
+    criteria.extend(beaten(methods));
+    criteria
 }
 
-/// Right names.
+/// Criteria on right names.
 fn naming(asked: &[&Scored]) -> Vec<Criterion> {
     let right = |demand: &str, asks: Asks, multiple: f64, least: f64| {
         let own: Vec<&&Scored> = asked.iter().filter(|scored| scored.asks(asks, multiple)).collect();
@@ -62,11 +62,11 @@ fn naming(asked: &[&Scored]) -> Vec<Criterion> {
     vec![
         right("right name at 2 s*: at least 90 %", Asks::Effect, 2.0, 0.90),
         right("right name at 4 s*: at least 98 %", Asks::Effect, 4.0, 0.98),
-        least(asked, "least effect at 2 s*: at least 15 of 20", 2.0, 0.75),
-        least(asked, "least effect at 4 s*: at least 17 of 20", 4.0, 0.85),
+        least(asked, "worst effect at 2 s*: at least 15 of 20", 2.0, 0.75),
+        least(asked, "worst effect at 4 s*: at least 17 of 20", 4.0, 0.85),
         right("pairs across groups, both names: at least 90 %", Asks::Pair, 4.0, 0.90),
         right("forms outside the library at 16 s*: at least 90 % not in library", Asks::Outside, 16.0, 0.90),
-        right("left out of the library, at 16 s*: at least 90 % not in library", Asks::LeftOut, 16.0, 0.90),
+        right("excluded from the library, at 16 s*: at least 90 % not in library", Asks::LeftOut, 16.0, 0.90),
         resolved(asked),
         Criterion::share(
             "block right: at least 99 %",
@@ -77,7 +77,7 @@ fn naming(asked: &[&Scored]) -> Vec<Criterion> {
     ]
 }
 
-/// Ambiguous answers with the recordings that they asked for.
+/// Criterion on ambiguous answers after their experiments.
 fn resolved(asked: &[&Scored]) -> Criterion {
     let after: Vec<AnswerGrade> = asked.iter().filter_map(|scored| scored.after).collect();
     let right = after.iter().filter(|outcome| **outcome == AnswerGrade::Right).count();
@@ -85,7 +85,7 @@ fn resolved(asked: &[&Scored]) -> Criterion {
     Criterion::share(demand, right, after.len(), |share| share >= 0.95)
 }
 
-/// The effect that is named least.
+/// Criterion on the effect that is named least.
 fn least(asked: &[&Scored], demand: &str, multiple: f64, least: f64) -> Criterion {
     let mut counts: BTreeMap<(&str, &str), (usize, usize)> = BTreeMap::new();
     for scored in asked.iter().filter(|scored| scored.asks(Asks::Effect, multiple)) {
@@ -98,7 +98,7 @@ fn least(asked: &[&Scored], demand: &str, multiple: f64, least: f64) -> Criterio
     Criterion::share(&format!("{demand}{name}"), right, cases, |share| share >= least)
 }
 
-/// Names that must not be spoken.
+/// Criteria on false names.
 fn restraint(asked: &[&Scored]) -> Vec<Criterion> {
     let of = |demand: &str, asks: &[Asks], outcome: AnswerGrade, most: f64| {
         let own: Vec<&&Scored> = asked.iter().filter(|scored| asks.contains(&scored.truth.asks)).collect();
@@ -107,9 +107,9 @@ fn restraint(asked: &[&Scored]) -> Vec<Criterion> {
     };
     let inside = [Asks::Effect, Asks::Pair];
     vec![
-        of("wrong names, anything in the library: at most 1 %", &inside, AnswerGrade::Wrong, 0.01),
+        of("wrong names, effect in the library: at most 1 %", &inside, AnswerGrade::Wrong, 0.01),
         of(
-            "wrong names, nothing in the library: at most 5 %",
+            "wrong names, effect outside the library: at most 5 %",
             &[Asks::Outside, Asks::LeftOut],
             AnswerGrade::Wrong,
             0.05,
@@ -122,7 +122,7 @@ fn restraint(asked: &[&Scored]) -> Vec<Criterion> {
 /// Error of a time that is always allowed \[s\].
 const TIME: f64 = 1e-4;
 
-/// Parameters, probabilities, gains.
+/// Criteria on parameters, probabilities and gains.
 fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &ProbabilityCalibration) -> Vec<Criterion> {
     let at = |multiple: f64| parameters.iter().filter(move |own| own.multiple == multiple);
     let sizes = |multiple: f64| at(multiple).filter(|own| own.is_size);
@@ -131,9 +131,9 @@ fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &Proba
     let times: Vec<&ParameterError> = sizes(16.0).filter(|own| own.unit == "s").collect();
     let near = |own: &&&ParameterError| own.error <= TIME.max(2.0 * own.sd.unwrap_or(0.0));
     let held: Vec<bool> = parameters.iter().filter_map(|own| own.held).collect();
-    let gained = |demand: &str, told: fn(&RecordedAnswer) -> Option<[f64; 2]>, truth: fn(&TrueGain) -> f64| {
+    let gained = |demand: &str, interval: fn(&RecordedAnswer) -> Option<[f64; 2]>, truth: fn(&TrueGain) -> f64| {
         let is_held = |scored: &&Scored| -> Option<bool> {
-            let ([lo, hi], gain) = (told(scored.answer()?)?, truth(&scored.record.gain?));
+            let ([lo, hi], gain) = (interval(scored.answer()?)?, truth(&scored.record.gain?));
             scored.is_right().then_some((lo..=hi).contains(&gain))
         };
         let held: Vec<bool> = asked.iter().filter_map(is_held).collect();
@@ -141,7 +141,7 @@ fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &Proba
     };
     vec![
         Criterion::value(
-            "median error at 4 s*, in deviations of Cramer and Rao, who allow 0.67: at most 1.3",
+            "median error at 4 s* over the Cramer-Rao standard deviation (ideal 0.67): at most 1.3",
             by_bound,
             |value| value <= 1.3,
         ),
@@ -153,26 +153,26 @@ fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &Proba
             |share| share >= 0.95,
         ),
         Criterion::share(
-            "95 % intervals hold the truth: 92 to 97 %",
+            "95 % intervals contain the truth: 92 to 97 %",
             held.iter().filter(|held| **held).count(),
             held.len(),
             |share| (0.92..=0.97).contains(&share),
         ),
         Criterion::value("calibration error: at most 0.05", calibration.error, |value| value <= 0.05),
         gained(
-            "gain's interval holds the true gain of a motion that no recording shows: at least 90 %",
+            "gain interval contains the true gain on an unrecorded motion: at least 90 %",
             |answer| answer.gain_elsewhere,
             |gain| gain.fresh,
         ),
         gained(
-            "gain's interval holds the true gain of the held-out motion: at least 90 %",
+            "gain interval contains the true gain on the held-out motion: at least 90 %",
             |answer| answer.gain.map(|[_, lo, hi]| [lo, hi]),
             |gain| gain.held_out,
         ),
     ]
 }
 
-/// Other methods, beaten in right names by 20 points, with fewer wrong ones.
+/// Criteria on the lead over the baseline methods.
 fn beaten(methods: &[MethodRow]) -> Vec<Criterion> {
     let Some((own, others)) = methods.split_first() else {
         return Vec::new();

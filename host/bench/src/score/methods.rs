@@ -1,4 +1,4 @@
-//! Our answers beside those of other methods, on the cases that all were given.
+//! Comparison of the diagnosis with the baseline methods on the same cases.
 
 use super::Scored;
 use crate::outcome::AnswerGrade;
@@ -6,22 +6,22 @@ use crate::seal::Asks;
 use serde::Serialize;
 use softdock_analysis::Share;
 
-/// A method beside ours.
+/// Results of a method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodRow {
     /// The method.
     pub method: String,
-    /// Right names of single effects, at sizes that an oracle tells.
+    /// Right names of single effects at detectable sizes.
     pub right: Share,
-    /// Wrong names among all cases that it was given.
+    /// Wrong names among all its cases.
     pub wrong: Share,
-    /// Names where nothing is hidden.
+    /// False alarms: names where nothing is hidden.
     pub alarms: Share,
-    /// Mean cost \[s\].
+    /// Mean computing time \[s\].
     pub seconds: f64,
 }
 
-/// Ours and others on the cases that all were given.
+/// Returns the results of the diagnosis and of the baseline methods on the same cases.
 pub(super) fn methods(asked: &[&Scored]) -> Vec<MethodRow> {
     let given: Vec<&Scored> = asked.iter().copied().filter(|scored| !scored.record.baselines.is_empty()).collect();
     let Some(first) = given.first() else {
@@ -38,7 +38,7 @@ pub(super) fn methods(asked: &[&Scored]) -> Vec<MethodRow> {
         .collect()
 }
 
-/// A method, by what each of its answers is worth and costs.
+/// Returns the results of a method from the grade and computing time of each answer.
 fn method(name: &str, given: &[&Scored], worth: &dyn Fn(&Scored) -> (AnswerGrade, f64)) -> MethodRow {
     let share = |cases: &[&Scored], outcome: AnswerGrade| {
         let hits = cases.iter().filter(|scored| worth(scored).0 == outcome).count();
@@ -46,18 +46,18 @@ fn method(name: &str, given: &[&Scored], worth: &dyn Fn(&Scored) -> (AnswerGrade
     };
     let (nulls, hidden): (Vec<&Scored>, Vec<&Scored>) =
         given.iter().copied().partition(|scored| scored.truth.asks == Asks::Null);
-    let told =
+    let detectable =
         hidden.iter().copied().filter(|scored| scored.truth.asks == Asks::Effect && scored.truth.multiple >= 2.0);
     MethodRow {
         method: name.to_owned(),
-        right: share(&told.collect::<Vec<_>>(), AnswerGrade::Right),
+        right: share(&detectable.collect::<Vec<_>>(), AnswerGrade::Right),
         wrong: share(&hidden, AnswerGrade::Wrong),
         alarms: share(&nulls, AnswerGrade::Wrong),
         seconds: given.iter().map(|scored| worth(scored).1).sum::<f64>() / given.len() as f64,
     }
 }
 
-/// What a bare name is worth.
+/// Grades a name without further information.
 fn of_name(scored: &Scored, named: Option<&str>) -> AnswerGrade {
     let is_right = |name: &str| scored.truth.hidden.iter().any(|hidden| scored.plant.is_right(&hidden.id, name));
     match (named, scored.truth.asks) {

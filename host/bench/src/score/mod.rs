@@ -1,4 +1,5 @@
-//! Opens the seals and counts: outcomes by size and effect, marks with their exact bounds, parameters, gains, cost.
+//! Score: opens the seals and counts grades by size and effect, criteria with exact bounds, parameter errors, gains,
+//! computing time.
 
 mod criteria;
 mod methods;
@@ -20,26 +21,26 @@ use rows::{failure, rows};
 use serde::Serialize;
 use std::path::Path;
 
-/// A finished case beside its truth.
+/// Finished case with its truth.
 #[derive(Clone, Debug)]
 pub struct Scored {
     /// The plant.
     pub plant: &'static GauntletPlant,
-    /// What was hidden.
+    /// Hidden effects.
     pub truth: SealedTruth,
-    /// What was found.
+    /// Record of the case.
     pub record: CaseRecord,
-    /// What that is worth; none if the case could not be asked.
+    /// Grade; `None` if the case has no answer.
     pub outcome: Option<AnswerGrade>,
-    /// What the answer after the proposed experiments is worth; none if none was proposed.
+    /// Grade after the proposed experiments; `None` if none was proposed.
     pub after: Option<AnswerGrade>,
 }
 
 impl Scored {
-    /// As the sealed truth and a record have it.
+    /// Grades a record against the sealed truth.
     ///
     /// # Errors
-    /// A plant that there is not.
+    /// An unknown plant.
     pub fn of(truth: SealedTruth, record: CaseRecord) -> Result<Self> {
         let unknown = || GauntletError::Unknown { what: format!("{}: no plant `{}`", truth.case, truth.plant) };
         let plant = plant(&truth.plant).ok_or_else(unknown)?;
@@ -56,7 +57,7 @@ impl Scored {
         self.truth.asks == asks && self.truth.multiple == multiple
     }
 
-    /// Whether the answer is as good as can be: the truth, or the list that holds it where no oracle tells more.
+    /// Returns whether the answer is the best possible: the truth, or a list with it where the oracle is inseparable.
     fn is_right(&self) -> bool {
         let inseparable = || {
             let hidden = &self.truth.hidden;
@@ -70,7 +71,7 @@ impl Scored {
     }
 }
 
-/// Opens the seals of all finished cases.
+/// Returns all finished cases with their opened truths.
 ///
 /// # Errors
 /// Records that cannot be read; a truth that is not the one sealed before the diagnosis began.
@@ -88,37 +89,37 @@ pub fn scored(folder: &Path) -> Result<Vec<Scored>> {
     records(folder)?.into_iter().map(of).collect()
 }
 
-/// The whole score.
+/// Score of the diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct GauntletScore {
     /// Cases with an answer.
     pub cases: usize,
-    /// Cases that the bench cannot show, told apart.
+    /// Cases beyond the range of the generator.
     pub unasked: Vec<String>,
-    /// The demands.
+    /// Acceptance criteria.
     pub marks: Vec<Criterion>,
-    /// Outcomes by what was hidden and how large.
+    /// Grades by hidden effect and size.
     pub rows: Vec<Row>,
-    /// Stated probabilities.
+    /// Calibration of stated probabilities.
     pub calibration: ProbabilityCalibration,
-    /// Parameters.
+    /// Parameter errors.
     pub parameters: Vec<ParameterError>,
-    /// Ours and others.
+    /// Diagnosis and baseline methods.
     pub methods: Vec<MethodRow>,
-    /// Answers that could be better at sizes that an oracle tells, and wrong ones at any size.
+    /// Suboptimal answers at detectable sizes, and wrong answers at any size.
     pub failures: Vec<Failure>,
-    /// Cost of the diagnoses and of all else \[s\].
+    /// Computing time of the diagnoses and of everything else \[s\].
     pub seconds: [f64; 2],
 }
 
 impl GauntletScore {
-    /// Whether every demand that was asked is met.
+    /// Returns whether every criterion with cases is met.
     pub fn is_met(&self) -> bool {
         self.marks.iter().all(|mark| mark.met != Some(false))
     }
 }
 
-/// Counts.
+/// Computes the score.
 pub fn score(all: &[Scored]) -> GauntletScore {
     let asked: Vec<&Scored> = all.iter().filter(|scored| scored.outcome.is_some()).collect();
     let unasked = all.iter().filter(|scored| scored.outcome.is_none());
@@ -155,15 +156,15 @@ fn of_right(scored: &Scored) -> Vec<ParameterError> {
 fn names(asked: &[&Scored]) -> Vec<(f64, bool)> {
     let of = |scored: &&&Scored| {
         let answer = scored.answer()?;
-        let first = answer.effects.first().filter(|_| answer.said >= RecordedVerdict::Named)?;
+        let first = answer.effects.first().filter(|_| answer.verdict >= RecordedVerdict::Named)?;
         Some((first.p, scored.truth.hidden.iter().any(|hidden| scored.plant.is_right(&hidden.id, &first.id))))
     };
-    // What is in no library has no probability that could be right.
+    // A form outside the library has no probability to calibrate.
     let known = |scored: &&&Scored| matches!(scored.truth.asks, Asks::Null | Asks::Effect | Asks::Pair);
     asked.iter().filter(known).filter_map(|scored| of(&scored)).collect()
 }
 
-/// The middle of some numbers.
+/// Returns the median.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -181,8 +182,8 @@ mod tests {
     use crate::outcome::tests::{answer, truth};
     use crate::record::Cost;
 
-    fn case(asks: Asks, hidden: &[&str], said: RecordedVerdict, effects: &[&str]) -> Scored {
-        let answer = Some(answer(said, effects));
+    fn case(asks: Asks, hidden: &[&str], verdict: RecordedVerdict, effects: &[&str]) -> Scored {
+        let answer = Some(answer(verdict, effects));
         let cost = Cost { diagnosis: 2.0, rest: 1.0 };
         let record = CaseRecord { answer, cost, ..CaseRecord::of(String::new(), String::new()) };
         Scored::of(truth(asks, hidden), record).expect("the drive")
@@ -204,8 +205,8 @@ mod tests {
         let share = right.share.expect("20 cases");
         assert_eq!((share.count, share.cases, right.met), (19, 20, Some(false)));
         assert!((share.interval.lo - 0.7513).abs() < 1e-3 && (share.interval.hi - 0.9987).abs() < 1e-3, "{share:?}");
-        assert_eq!(mark(&score, "least effect at 4 s*").met, Some(true));
-        assert_eq!(mark(&score, "wrong names, anything").share.expect("21").count, 1);
+        assert_eq!(mark(&score, "worst effect at 4 s*").met, Some(true));
+        assert_eq!(mark(&score, "wrong names, effect in").share.expect("21").count, 1);
         assert_eq!(mark(&score, "false alarms").met, Some(true));
         assert_eq!(mark(&score, "right name at 2 s*").met, None, "nobody asked");
         assert_eq!(mark(&score, "pairs").met, Some(false));

@@ -1,7 +1,7 @@
-//! Cases that were said wrongly once.
+//! Regression cases: answers that were once wrong.
 //!
-//! In the short check a diagnosis has less to read and a library of what is hidden and its rivals, and lists of cases have
-//! their first.
+//! The short check uses shorter recordings, a library of the hidden effects and their rivals, and the first case of
+//! each list.
 
 use super::*;
 use crate::plan::{Extent, Wanted, plan};
@@ -10,32 +10,32 @@ use softdock_gauntlet::{NoiseColour, Rig, Set};
 use softdock_kernels::effects::share_group;
 use softdock_test_size::{first, is_full};
 
-/// What is said of a command's way with something hidden, names left out: verdict and ids in their order.
-fn said(hidden: &[(&'static str, f64)], without: &[&str]) -> (RecordedVerdict, Vec<String>) {
-    said_of(Rig::Command, 11, hidden, without)
+/// Returns the answer for a command with hidden effects: verdict and ids in their order.
+fn diagnosed(hidden: &[(&'static str, f64)], without: &[&str]) -> (RecordedVerdict, Vec<String>) {
+    answer_of(Rig::Command, 11, hidden, without)
 }
 
-/// The same of the data set of a rig and a seed.
-fn said_of(rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (RecordedVerdict, Vec<String>) {
-    said_behind(NoiseColour::FirstOrder, rig, seed, hidden, without)
+/// Returns the same for a rig and a seed.
+fn answer_of(rig: Rig, seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (RecordedVerdict, Vec<String>) {
+    answer_in_noise(NoiseColour::FirstOrder, rig, seed, hidden, without)
 }
 
-/// The same behind noise of a colour.
-fn said_behind(
+/// Returns the same with noise of a colour.
+fn answer_in_noise(
     colour: NoiseColour,
     rig: Rig,
     seed: u64,
     hidden: &[(&'static str, f64)],
     without: &[&str],
 ) -> (RecordedVerdict, Vec<String>) {
-    let answer = answer_behind(colour, rig, seed, hidden, without);
+    let answer = full_answer(colour, rig, seed, hidden, without);
     let mut ids: Vec<String> = answer.effects.into_iter().map(|effect| effect.id).collect();
     ids.sort();
-    (answer.said, ids)
+    (answer.verdict, ids)
 }
 
-/// The whole of what is said.
-fn answer_behind(
+/// Returns the whole answer.
+fn full_answer(
     colour: NoiseColour,
     rig: Rig,
     seed: u64,
@@ -44,20 +44,20 @@ fn answer_behind(
 ) -> RecordedAnswer {
     let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
     let set = recorded(rig, &hidden, colour, seed);
-    let exhibit = RecordingsFolder::of(&set).expect("room");
+    let recordings = RecordingsFolder::of(&set).expect("room");
     let mut without: Vec<String> = without.iter().map(|id| (*id).to_owned()).collect();
     if !is_full() && !hidden.is_empty() {
-        without.extend(strangers(&exhibit, &hidden));
+        without.extend(strangers(&recordings, &hidden));
     }
-    answer(exhibit.path(), &DiagnosisOptions { without, ..DiagnosisOptions::default() }).answer
+    answer(recordings.path(), &DiagnosisOptions { without, ..DiagnosisOptions::default() }).answer
 }
 
-/// What shows late in a record, or in its last repeat.
+/// Effects that are visible late in a record, or in its last repeat.
 const LATE: [&str; 2] = ["J6_warm_up", "K10_fixture"];
 
-/// A data set; in the short check the beginnings of two repeats of every experiment, where they tell enough.
+/// Returns a data set; in the short check the beginnings of two repeats of every experiment, where sufficient.
 fn recorded(rig: Rig, hidden: &[Hidden], colour: NoiseColour, seed: u64) -> Set {
-    let set = generate(rig, hidden, colour, seed).expect("effects of the bench");
+    let set = generate(rig, hidden, colour, seed).expect("effects of the rig");
     let is_whole = is_full() || hidden.is_empty() || hidden.iter().any(|own| LATE.contains(&own.id));
     let share = match rig {
         Rig::Robot | Rig::Facility => 0.45,
@@ -67,8 +67,8 @@ fn recorded(rig: Rig, hidden: &[Hidden], colour: NoiseColour, seed: u64) -> Set 
 }
 
 /// Effects of the library that are neither hidden nor in a group with what is.
-fn strangers(exhibit: &RecordingsFolder, hidden: &[Hidden]) -> Vec<String> {
-    let prepared = read(exhibit.path(), &[], &DiagnosisOptions::default()).expect("good recordings");
+fn strangers(recordings: &RecordingsFolder, hidden: &[Hidden]) -> Vec<String> {
+    let prepared = read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings");
     let is_known = |id: &str| hidden.iter().any(|own| code(own.id) == code(id) || share_group(own.id, id));
     let library = prepared.blocks(1).into_iter().flat_map(|(_, library)| library);
     library.map(|own| own.effect.id.to_owned()).filter(|id| !is_known(id)).collect()
@@ -89,8 +89,8 @@ fn detection_limit_of_another_worker_is_reused() {
     assert_eq!(hiding.scales, [line.scale]);
 }
 
-/// The sizes that a prototype told of one joint. In these motions a delay of a millisecond and a lag look alike, until the
-/// experiment that is proposed is made.
+/// Sizes measured on one joint of a prototype. In these motions a delay of a millisecond and a lag are confounded,
+/// until the proposed experiment is recorded.
 #[test]
 fn recordings_of_the_prototype_are_diagnosed_correctly() {
     let effects = [
@@ -106,14 +106,15 @@ fn recordings_of_the_prototype_are_diagnosed_correctly() {
         let (rig, colour, seed) = (Rig::Drive { link_encoder: false }, NoiseColour::White, 1);
         let hidden = [Hidden { id, size }];
         let set = recorded(rig, &hidden, colour, seed);
-        let (exhibit, options) = (RecordingsFolder::of(&set).expect("room"), DiagnosisOptions::default());
-        let first = answer(exhibit.path(), &options);
-        let follow = |told: &Told, number: u64| Ok(follow(rig, &hidden, colour, seed, told, number)?);
-        let mut after = after(&follow, &exhibit, &options, first.proposed).expect("paths that the bench follows");
+        let (recordings, options) = (RecordingsFolder::of(&set).expect("room"), DiagnosisOptions::default());
+        let first = answer(recordings.path(), &options);
+        let follow =
+            |commanded: &CommandedPath, number: u64| Ok(follow(rig, &hidden, colour, seed, commanded, number)?);
+        let mut after = after(&follow, &recordings, &options, first.proposed).expect("paths that the rig follows");
         assert_eq!(after.len(), experiments, "{id}");
         let last = after.pop().unwrap_or(first.answer);
         let ids: Vec<&str> = last.effects.iter().map(|effect| effect.id.as_str()).collect();
-        assert_eq!((last.said, &ids[..]), (RecordedVerdict::Named, &[id][..]));
+        assert_eq!((last.verdict, &ids[..]), (RecordedVerdict::Named, &[id][..]));
     }
 }
 
@@ -125,7 +126,7 @@ fn jitter_and_losses_are_named_behind_lag_limit_and_hold() {
     for pair in first(1, pairs) {
         let mut ids = pair.map(|(id, _)| id.to_owned()).to_vec();
         ids.sort();
-        assert_eq!(said(&pair, &[]), (RecordedVerdict::Named, ids));
+        assert_eq!(diagnosed(&pair, &[]), (RecordedVerdict::Named, ids));
     }
 }
 
@@ -133,7 +134,7 @@ fn jitter_and_losses_are_named_behind_lag_limit_and_hold() {
 fn lag_without_practical_effect_masks_neither_losses_nor_jitter() {
     let cases = [(1_888_172_402, "C4_drops", 7.761_6e-4), (4_210_823_708, "C3_jitter", 4.390_6e-4)];
     for (seed, id, size) in first(1, cases) {
-        assert_eq!(said_of(Rig::Command, seed, &[(id, size)], &[]), (RecordedVerdict::Named, vec![id.to_owned()]));
+        assert_eq!(answer_of(Rig::Command, seed, &[(id, size)], &[]), (RecordedVerdict::Named, vec![id.to_owned()]));
     }
 }
 
@@ -146,7 +147,7 @@ fn hold_and_delay_are_named_behind_a_rate_limit() {
     ];
     for (seed, id, late, limit) in first(1, cases) {
         let found = (RecordedVerdict::Named, vec![id.to_owned(), "C7_rate_limit".to_owned()]);
-        assert_eq!(said_of(Rig::Command, seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
+        assert_eq!(answer_of(Rig::Command, seed, &[(id, late), ("C7_rate_limit", limit)], &[]), found);
     }
 }
 
@@ -154,13 +155,13 @@ fn hold_and_delay_are_named_behind_a_rate_limit() {
 fn effect_is_named_beside_another_with_a_narrow_minimum() {
     let named = |ids: [&str; 2]| (RecordedVerdict::Named, ids.map(str::to_owned).to_vec());
     let cases = [
-        // Steps of a reading are in phase with its gain.
+        // Quantisation is in phase with the gain.
         (Rig::Sensor, 1_759_870_806, [("S3_gain", 0.04), ("S6_quantisation", 4.0)]),
-        // A boom on either side of its body looks nearly alike.
+        // Booms on opposite sides of the body are nearly confounded.
         (Rig::Body, 889_584_576, [("P1_mass", 12.188), ("P3_appendage", 0.078_834)]),
     ];
     for (rig, seed, hidden) in first(1, cases) {
-        assert_eq!(said_of(rig, seed, &hidden, &[]), named(hidden.map(|(id, _)| id)));
+        assert_eq!(answer_of(rig, seed, &hidden, &[]), named(hidden.map(|(id, _)| id)));
     }
 }
 
@@ -168,11 +169,11 @@ fn effect_is_named_beside_another_with_a_narrow_minimum() {
 fn mount_as_compliant_as_the_contact_is_identified_at_its_resonance() {
     let compliance = 6.832_731_8e-6;
     let mount = [("K10_fixture", compliance)];
-    let answer = answer_behind(NoiseColour::FirstOrder, Rig::Contact, 3_583_276_528, &mount, &[]);
-    assert_eq!(answer.said, RecordedVerdict::Named);
+    let answer = full_answer(NoiseColour::FirstOrder, Rig::Contact, 3_583_276_528, &mount, &[]);
+    assert_eq!(answer.verdict, RecordedVerdict::Named);
     let [found] = &answer.effects[..] else { panic!("one effect: {:?}", answer.effects) };
     let off = |name: &str, truth: f64| (found.parameters[name].value / truth - 1.0).abs();
-    // The bench's plate has 1.5 kg.
+    // The plate of the rig has 1.5 kg.
     let frequency = 1.0 / (std::f64::consts::TAU * (1.5 * compliance).sqrt());
     assert!(off("fixture_frequency", frequency) < 0.01, "{:?}", found.parameters);
     assert!(off("fixture_compliance", compliance) < 0.05, "{:?}", found.parameters);
@@ -180,7 +181,7 @@ fn mount_as_compliant_as_the_contact_is_identified_at_its_resonance() {
 
 #[test]
 fn noise_is_not_named_quantisation() {
-    let found = said_of(Rig::Sensor, 520_532_707, &[("S7_noise", 5.417)], &[]);
+    let found = answer_of(Rig::Sensor, 520_532_707, &[("S7_noise", 5.417)], &[]);
     assert_eq!(found, (RecordedVerdict::Named, vec!["S7_noise".to_owned()]));
 }
 
@@ -189,7 +190,7 @@ fn drift_is_named_beside_a_gain_or_a_lag() {
     let drift = ("S2_drift", 0.051_874);
     for other in first(1, [("S3_gain", 0.030_844), ("S5_low_pass", 9.17e-4)]) {
         let found = (RecordedVerdict::Named, vec![drift.0.to_owned(), other.0.to_owned()]);
-        assert_eq!(said_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
+        assert_eq!(answer_of(Rig::Sensor, 2_370_655_822, &[drift, other], &[]), found);
     }
 }
 
@@ -200,28 +201,28 @@ fn drift_is_named_behind_quantisation() {
     let cases = [(white, 2_537_318_737, 0.061_688, 3.830_4), (pink, 1_379_738_469, 0.091_103, 4.0)];
     for (colour, seed, drift, step) in first(1, cases) {
         let hidden = [("S2_drift", drift), ("S6_quantisation", step)];
-        assert_eq!(said_behind(colour, Rig::Sensor, seed, &hidden, &[]), named);
+        assert_eq!(answer_in_noise(colour, Rig::Sensor, seed, &hidden, &[]), named);
     }
 }
 
 #[test]
 fn drift_that_scatters_about_zero_is_not_named() {
-    let found = said_behind(NoiseColour::Pink, Rig::Sensor, 2_634_078_062, &[], &[]);
+    let found = answer_in_noise(NoiseColour::Pink, Rig::Sensor, 2_634_078_062, &[], &[]);
     assert_eq!(found, (RecordedVerdict::NoEffect, Vec::new()));
 }
 
 #[test]
 fn mount_is_not_named_for_friction_beyond_its_prior() {
     let (id, seed) = ("K4_friction", 3_402_732_986);
-    let of = |size, without| said_behind(NoiseColour::White, Rig::Contact, seed, &[(id, size)], without);
+    let of = |size, without| answer_in_noise(NoiseColour::White, Rig::Contact, seed, &[(id, size)], without);
     assert_eq!(of(0.059_073, &[]), (RecordedVerdict::Named, vec![id.to_owned()]));
     assert_eq!(of(0.029_537, &[id]), (RecordedVerdict::NotInLibrary, Vec::new()));
 }
 
-/// One effect is named in the contact, and nothing else.
+/// Asserts that one effect is named in the contact, and no other.
 fn is_named_in_contact(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64)) {
     assert_eq!(
-        said_behind(colour, Rig::Contact, seed, &[(id, size)], &[]),
+        answer_in_noise(colour, Rig::Contact, seed, &[(id, size)], &[]),
         (RecordedVerdict::Named, vec![id.to_owned()])
     );
 }
@@ -235,7 +236,7 @@ fn lag_nearly_absorbed_by_a_clock_offset_is_named() {
 fn effect_weaker_than_the_clock_offset_penalty_is_not_named() {
     let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
     assert_eq!(
-        said_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]),
+        answer_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]),
         (RecordedVerdict::NotInLibrary, Vec::new())
     );
 }
@@ -243,33 +244,33 @@ fn effect_weaker_than_the_clock_offset_penalty_is_not_named() {
 #[test]
 fn delay_within_the_clock_prior_is_not_outside_the_library() {
     // Three tolerances of the clock offset, no more.
-    assert_ne!(said(&[("C1_transport_delay", 6e-4)], &[]).0, RecordedVerdict::NotInLibrary);
+    assert_ne!(diagnosed(&[("C1_transport_delay", 6e-4)], &[]).0, RecordedVerdict::NotInLibrary);
 }
 
 #[test]
 fn delay_beyond_the_clock_prior_is_outside_a_library_without_it() {
-    assert_eq!(said(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0, RecordedVerdict::NotInLibrary);
+    assert_eq!(diagnosed(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0, RecordedVerdict::NotInLibrary);
 }
 
 #[test]
 fn losses_and_jitter_excluded_from_the_library_are_outside_it() {
     for (id, size) in first(1, [("C3_jitter", 3e-4), ("C4_drops", 5e-3)]) {
-        assert_eq!(said(&[(id, size)], &[id]), (RecordedVerdict::NotInLibrary, Vec::new()));
+        assert_eq!(diagnosed(&[(id, size)], &[id]), (RecordedVerdict::NotInLibrary, Vec::new()));
     }
 }
 
 #[test]
 fn long_lag_is_not_named_jitter() {
-    assert_eq!(said(&[("C2_lag", 0.015)], &[]), (RecordedVerdict::Named, vec!["C2_lag".to_owned()]));
+    assert_eq!(diagnosed(&[("C2_lag", 0.015)], &[]), (RecordedVerdict::Named, vec!["C2_lag".to_owned()]));
 }
 
 #[test]
 fn gear_much_softer_than_nominal_is_identified() {
     let soft = 8.4e-6;
     let hidden = [Hidden { id: "J8_elasticity", size: soft }];
-    let set = generate(Rig::Robot, &hidden, NoiseColour::FirstOrder, 11).expect("an effect of the bench");
-    let exhibit = RecordingsFolder::of(&set).expect("room");
-    let prepared = read(exhibit.path(), &[], &DiagnosisOptions::default()).expect("good recordings");
+    let set = generate(Rig::Robot, &hidden, NoiseColour::FirstOrder, 11).expect("an effect of the rig");
+    let recordings = RecordingsFolder::of(&set).expect("room");
+    let prepared = read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings");
     let (block, library) = prepared.blocks(1).swap_remove(1);
     let library: Vec<_> = library.into_iter().filter(|own| code(own.effect.id) == "J8").collect();
     let judgement = judge(&block, &block, &library).expect("repeats");
@@ -279,67 +280,68 @@ fn gear_much_softer_than_nominal_is_identified() {
     assert!(judgement.ranking[0].fitted.mean_square() < 1.3, "{}", judgement.ranking[0].fitted.mean_square());
 }
 
-/// What is said of a robot's axes by a library without what takes longest, and is like nothing that is hidden.
+/// Returns the verdicts on a robot's axes with a library without the slowest effects, which are not confounded with the
+/// hidden ones.
 fn axes(seed: u64, hidden: &[(&'static str, f64)], without: &[&str]) -> (Vec<RecordedVerdict>, RecordedAnswer) {
-    axes_behind(NoiseColour::FirstOrder, seed, hidden, without)
+    axes_in_noise(NoiseColour::FirstOrder, seed, hidden, without)
 }
 
-/// The same behind noise of a colour.
-fn axes_behind(
+/// Returns the same with noise of a colour.
+fn axes_in_noise(
     colour: NoiseColour,
     seed: u64,
     hidden: &[(&'static str, f64)],
     without: &[&str],
 ) -> (Vec<RecordedVerdict>, RecordedAnswer) {
     let costly = ["J9_torque_ripple", "J10_transmission_error"];
-    let answer = answer_behind(colour, Rig::Robot, seed, hidden, &[&costly, without].concat());
+    let answer = full_answer(colour, Rig::Robot, seed, hidden, &[&costly, without].concat());
     (answer.blocks.iter().map(|block| block.1).collect(), answer)
 }
 
 #[test]
 fn effect_less_probable_than_none_is_not_named() {
-    // How the gear of axis 2 winds up tells a little wrong what axis 3 carries.
+    // The windup of the gear of axis 2 biases the load of axis 3.
     let hidden = [("J2_viscous", 22.627416997969522), ("J8_elasticity", 2.7262693316631445e-6)];
-    let (said, answer) = axes(2_753_534_839, &hidden, &[]);
-    assert_eq!(said, [RecordedVerdict::NoEffect, RecordedVerdict::Named, RecordedVerdict::NoEffect]);
+    let (verdicts, answer) = axes(2_753_534_839, &hidden, &[]);
+    assert_eq!(verdicts, [RecordedVerdict::NoEffect, RecordedVerdict::Named, RecordedVerdict::NoEffect]);
     assert!(answer.effects.iter().all(|effect| effect.p > 0.5), "{answer:?}");
 }
 
 #[test]
 fn effect_that_avoids_an_impossible_nuisance_is_named() {
-    let said = said_of(Rig::Sensor, 709_456_285, &[("S3_gain", 0.0154)], &[]);
-    assert_eq!(said, (RecordedVerdict::Named, vec!["S3_gain".to_owned()]));
+    let answer = answer_of(Rig::Sensor, 709_456_285, &[("S3_gain", 0.0154)], &[]);
+    assert_eq!(answer, (RecordedVerdict::Named, vec!["S3_gain".to_owned()]));
 }
 
 #[test]
 fn gear_of_one_axis_is_not_attributed_to_another() {
     let id = "J8_elasticity";
-    let (said, _) = axes(11, &[(id, 8.4e-6)], &[id]);
-    assert_eq!(said, [RecordedVerdict::NoEffect, RecordedVerdict::NotInLibrary, RecordedVerdict::NoEffect]);
+    let (verdicts, _) = axes(11, &[(id, 8.4e-6)], &[id]);
+    assert_eq!(verdicts, [RecordedVerdict::NoEffect, RecordedVerdict::NotInLibrary, RecordedVerdict::NoEffect]);
 }
 
 #[test]
 fn best_identified_gear_determines_the_loads_first() {
-    // That of axis 2 makes axis 3 look as if its own were soft, which would deny the first.
-    let (said, answer) =
-        axes_behind(NoiseColour::White, 831_717_428, &[("J8_elasticity", 6.484_197_773_255_049e-6)], &[]);
-    assert_eq!(said, [RecordedVerdict::NoEffect, RecordedVerdict::Named, RecordedVerdict::NoEffect], "{answer:?}");
+    // The gear of axis 2 makes that of axis 3 appear soft, which would contradict the first.
+    let (verdicts, answer) =
+        axes_in_noise(NoiseColour::White, 831_717_428, &[("J8_elasticity", 6.484_197_773_255_049e-6)], &[]);
+    assert_eq!(verdicts, [RecordedVerdict::NoEffect, RecordedVerdict::Named, RecordedVerdict::NoEffect], "{answer:?}");
 }
 
 #[test]
 fn position_noise_is_not_named_force_lag() {
     let set = generate(Rig::Contact, &[], NoiseColour::FirstOrder, 3_584_678_196).expect("nothing hidden");
-    let exhibit = RecordingsFolder::of(&set).expect("room");
-    assert_eq!(answer(exhibit.path(), &DiagnosisOptions::default()).answer.said, RecordedVerdict::NoEffect);
+    let recordings = RecordingsFolder::of(&set).expect("room");
+    assert_eq!(answer(recordings.path(), &DiagnosisOptions::default()).answer.verdict, RecordedVerdict::NoEffect);
 }
 
-/// One effect is named in the drive, and the interval of its number holds the truth.
+/// Asserts that one effect is named in the drive and the interval of its parameter contains the truth.
 fn is_found(colour: NoiseColour, seed: u64, (id, size): (&'static str, f64), name: &str) {
-    let answer = answer_behind(colour, Rig::Drive { link_encoder: false }, seed, &[(id, size)], &[]);
+    let answer = full_answer(colour, Rig::Drive { link_encoder: false }, seed, &[(id, size)], &[]);
     let [found] = &answer.effects[..] else { panic!("one effect: {answer:?}") };
     let RecordedEstimate { lo, hi, .. } = found.parameters[name];
     assert!(
-        answer.said == RecordedVerdict::Named && found.id == id && lo < size && size < hi,
+        answer.verdict == RecordedVerdict::Named && found.id == id && lo < size && size < hi,
         "{id} {size}: {answer:?}"
     );
 }
@@ -385,7 +387,7 @@ fn nuisance_outlier_masks_no_effect_absorbed_by_another() {
 #[test]
 fn warm_up_is_named_although_an_elastic_gear_leaves_less() {
     let (rig, warm) = (Rig::Drive { link_encoder: false }, ("J6_warm_up", 0.475_682_846_001_088_5));
-    let found = said_behind(NoiseColour::FirstOrder, rig, 603_171_588, &[warm], &[]);
+    let found = answer_in_noise(NoiseColour::FirstOrder, rig, 603_171_588, &[warm], &[]);
     assert_eq!(found, (RecordedVerdict::Named, vec!["J6_temperature".to_owned()]));
 }
 
@@ -402,8 +404,8 @@ fn lag_is_named_despite_another_minimum_in_one_repeat() {
 fn sensor_delay_is_not_attributed_to_the_commands() {
     // Later by less than the commands' own delay, which the same loop would take from them.
     let late = [("S5_delay", 1.834_008_086_409_342_6e-3)];
-    let (said, ids) = said_behind(NoiseColour::White, Rig::Facility, 983_606_371, &late, &[]);
-    assert_eq!((said, ids), (RecordedVerdict::Named, vec!["S5_low_pass".to_owned()]));
+    let (verdict, ids) = answer_in_noise(NoiseColour::White, Rig::Facility, 983_606_371, &late, &[]);
+    assert_eq!((verdict, ids), (RecordedVerdict::Named, vec!["S5_low_pass".to_owned()]));
 }
 
 #[test]
@@ -411,15 +413,15 @@ fn tare_residuals_do_not_decide_between_gains() {
     // A tare over the approach is off by more than noise lets a gain be, so that one by one the sensor's fitted better than
     // the stiffness that moved them all.
     let stiffer = [("K1_stiffness", 6.815_673_329_157_861e-3)];
-    let (said, ids) = said_behind(NoiseColour::White, Rig::Facility, 2_649_549_486, &stiffer, &[]);
-    assert_eq!((said, ids), (RecordedVerdict::Named, vec!["K1_stiffness".to_owned()]));
+    let (verdict, ids) = answer_in_noise(NoiseColour::White, Rig::Facility, 2_649_549_486, &stiffer, &[]);
+    assert_eq!((verdict, ids), (RecordedVerdict::Named, vec!["K1_stiffness".to_owned()]));
 }
 
 #[test]
 fn friction_outside_the_library_is_ambiguous_with_a_sensor_gain() {
     let (friction, id) = (("K4_friction", 0.056_939_431_737_834_59), "K4_friction");
-    let answer = answer_behind(NoiseColour::FirstOrder, Rig::Facility, 2_510_826_665, &[friction], &[id]);
-    assert_eq!((answer.said, answer.partner_missing), (RecordedVerdict::Ambiguous, true), "{:?}", answer.effects);
+    let answer = full_answer(NoiseColour::FirstOrder, Rig::Facility, 2_510_826_665, &[friction], &[id]);
+    assert_eq!((answer.verdict, answer.partner_missing), (RecordedVerdict::Ambiguous, true), "{:?}", answer.effects);
     let experiment = answer.experiment.expect("what splits them");
     assert!(experiment.contains("without sliding") && !experiment.contains("posture"), "{experiment}");
 }
@@ -429,13 +431,13 @@ fn equal_values_caused_by_jitter_are_not_losses() {
     // Values that differ by little have the same packet less often than values that do not differ: counted by packets they
     // foretold a tenth too few of those.
     let jitter = [("C3_jitter", 4.390_630_400_933_249e-4)];
-    let found = said_behind(NoiseColour::White, Rig::Command, 3_297_245_930, &jitter, &[]);
+    let found = answer_in_noise(NoiseColour::White, Rig::Command, 3_297_245_930, &jitter, &[]);
     assert_eq!(found, (RecordedVerdict::Named, vec!["C3_jitter".to_owned()]));
 }
 
 #[test]
 fn soft_gear_is_named_without_backlash() {
     let (rig, soft) = (Rig::Drive { link_encoder: false }, ("J8_elasticity", 1.332_382_702_665_329_3e-5));
-    let found = said_behind(NoiseColour::Pink, rig, 1_831_741_631, &[soft], &[]);
+    let found = answer_in_noise(NoiseColour::Pink, rig, 1_831_741_631, &[soft], &[]);
     assert_eq!(found, (RecordedVerdict::Named, vec!["J8_elasticity".to_owned()]));
 }

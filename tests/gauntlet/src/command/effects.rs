@@ -1,4 +1,4 @@
-//! What the command bench can hide, with plausible sizes.
+//! Hidden effects of the command rig, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

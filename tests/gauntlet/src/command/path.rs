@@ -1,4 +1,4 @@
-//! The command's way from the simulation computer to the robot, tick by tick of the receiver.
+//! Transmission of the command from the simulation computer to the robot, tick by tick of the receiver.
 
 use super::TICK;
 use crate::catalogue::Sizes;

@@ -4,7 +4,7 @@ use super::law::{MEMORY_TIME, REFERENCE_DEPTH, TENSION_RANGE};
 use super::motions::TRAINING;
 use super::nominal::{FRICTION, MASS, PRESLIDING_TRAVEL, STIFFNESS};
 use super::plant::{PLATE_MASS, POSITION, Plant, State, VELOCITY};
-use super::{ContactBench, Nuisances, plant};
+use super::{ContactRig, Nuisances, plant};
 use crate::catalogue::{Hidden, Rig, Sizes};
 use crate::ode::advance;
 use crate::session::Run;
@@ -192,7 +192,7 @@ fn memory_relaxes_and_the_sensor_lags() {
 
 #[test]
 fn every_experiment_does_what_it_is_for() {
-    let bench = ContactBench { nuisances: NONE, plant: healthy(), healthy: healthy() };
+    let bench = ContactRig { nuisances: NONE, plant: healthy(), healthy: healthy() };
     let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
     let trace = |name: &str| bench.simulate(&super::motions::experiment(name), &run, super::STEPS);
     let [press, bounce, slide] = [0, 1, 2].map(|i| trace(TRAINING[i]));
@@ -208,7 +208,7 @@ fn every_experiment_does_what_it_is_for() {
 #[test]
 fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
     for hidden in [&[][..], &[("K9_plastic", 0.15)], &[("K8_adhesion", 10.0)], &[("K10_fixture", 7.5e-7)]] {
-        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let bench = ContactRig { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
         let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
         for name in TRAINING {
             let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&super::motions::experiment(name), &run, steps));
@@ -228,7 +228,7 @@ fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
 #[test]
 fn an_effect_along_the_healthy_motion_changes_what_is_shown_and_not_the_motion() {
     let record = |hidden: &[(&'static str, f64)], unmoved: bool| {
-        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let bench = ContactRig { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
         let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved };
         bench.simulate(&super::motions::experiment("bounce"), &run, super::STEPS)
     };

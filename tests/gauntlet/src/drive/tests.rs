@@ -6,7 +6,7 @@ use super::nominal::{COULOMB, LINK_INERTIA, MOTOR_INERTIA, PRESLIDING_TRAVEL, VI
 use super::plant::{CURRENT, LINK, LINK_RATE, MOTOR, MOTOR_RATE, Plant, State};
 use crate::catalogue::{Hidden, Rig, Sizes};
 use crate::ode::{System, advance};
-use crate::{NoiseColour, Told, follow, generate};
+use crate::{CommandedPath, NoiseColour, follow, generate};
 
 const NONE: Nuisances = Nuisances {
     coulomb: 1.0,
@@ -207,7 +207,7 @@ fn a_step_of_half_the_length_changes_nothing_that_an_encoder_sees() {
     {
         let sizes: Vec<Hidden> = hidden.into_iter().map(|(id, size)| Hidden { id, size }).collect();
         let sizes = Sizes::check(Rig::Drive { link_encoder: true }, &sizes).expect("effects");
-        let bench = super::DriveBench::new(&sizes, true, 9);
+        let bench = super::DriveRig::new(&sizes, true, 9);
         let run = crate::session::Run { seed: 9, number: 0, start_s: 0.0, noise: None, unmoved: false };
         let motion = super::motions::motion("creep");
         let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&motion, super::motions::DURATION_S, &run, steps));
@@ -223,8 +223,8 @@ fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
     let rig = Rig::Drive { link_encoder: false };
     let own = super::motions::motion("creep");
     let path = (0..=1500).map(|i| own.at(f64::from(i) * 0.004)[0]).collect();
-    let told = Told { step_s: 0.004, path, repeats: 3 };
-    let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &told, 1).expect("a legal bench");
+    let commanded = CommandedPath { step_s: 0.004, path, repeats: 3 };
+    let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &commanded, 1).expect("a legal bench");
     let asked = followed(rig).expect("a drive follows paths");
     let names: Vec<&str> = asked.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["asked1_1.csv", "asked1_2.csv", "asked1_3.csv"]);

@@ -1,4 +1,4 @@
-//! What the simulation computer does: two free bodies under the wrench that is fed back, once a millisecond.
+//! Simulation computer: two free bodies under the measured wrench, once a millisecond.
 
 use super::motions::Start;
 use super::nominal::{CHASER, TARGET};

@@ -1,4 +1,4 @@
-//! What the facility can hide, with plausible sizes.
+//! Hidden effects of the facility, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

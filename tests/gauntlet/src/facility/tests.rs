@@ -44,9 +44,9 @@ fn plant(hidden: &[Hidden]) -> Plant {
 #[test]
 fn a_robot_answers_a_step_as_its_response_says() {
     let mut plant = plant(&[]);
-    plant.told.iter_mut().for_each(|told| told.attitude = [1.0, 0.0, 0.0, 0.0]);
+    plant.commanded.iter_mut().for_each(|commanded| commanded.attitude = [1.0, 0.0, 0.0, 0.0]);
     let mut state = plant.at_command();
-    plant.told[0].position = [-0.2, 0.001, 0.0];
+    plant.commanded[0].position = [-0.2, 0.001, 0.0];
     state[0] = -0.2;
     let [lag, damping, _] = nominal::RESPONSE;
     // Two real poles p < q: 1 - (q e^-pt - p e^-qt) / (q - p).
@@ -64,15 +64,15 @@ fn a_robot_answers_a_step_as_its_response_says() {
 #[test]
 fn a_moving_robot_trails_by_its_lag_and_the_delay() {
     let log = Log::of(&[], "head_on_1.csv");
-    let (told, held) = (log.column("simulated_part_a_position_x_m"), log.column("part_a_position_x_m"));
-    let clock = FacilityBench::new(&Sizes::none(), 3).clock_offset;
-    // Told a steady speed v, w^2 (1 + T s) / (s^2 + 2 z w s + w^2) trails by (2 z / w - T) v.
+    let (commanded, held) = (log.column("simulated_part_a_position_x_m"), log.column("part_a_position_x_m"));
+    let clock = FacilityRig::new(&Sizes::none(), 3).clock_offset;
+    // Commanded a steady speed v, w^2 (1 + T s) / (s^2 + 2 z w s + w^2) lags by (2 z / w - T) v.
     let [lag, damping, zero] = nominal::RESPONSE;
     let late = 2.0 * damping * lag - zero + LOOP_DELAY - SENSOR_DELAY - 0.5 * CYCLE + clock;
     let half_speed = 0.5 * 0.055;
     for row in [2, 20, 80] {
-        // A pose is measured when a cycle begins: at the time for which the row before was told.
-        let behind = told[row - 1] - held[row];
+        // A pose is measured when a cycle begins: at the time for which the previous row was commanded.
+        let behind = commanded[row - 1] - held[row];
         assert!((behind / half_speed - late).abs() < 1e-7, "{row}: {} {late}", behind / half_speed);
     }
 }

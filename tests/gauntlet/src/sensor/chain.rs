@@ -18,7 +18,7 @@ pub(crate) const WARM_UP_S: f64 = 40.0;
 /// Units of the channels in terms of those of a force.
 pub(crate) const SCALES: Wrench = [1.0, 1.0, 1.0, LEVER, LEVER, LEVER];
 
-/// What a data set draws within the model's tolerances, and the directions of hidden constants.
+/// Nuisance parameters that a data set draws within the model's tolerances, and the directions of hidden constants.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nuisances {
     pub(crate) bias: Wrench,

@@ -1,4 +1,4 @@
-//! What holds for the sets of every rig.
+//! Properties of the data sets of every rig.
 
 use crate::support::{RIGS, Recording, distance, set};
 use softdock_gauntlet::{
