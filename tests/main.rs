@@ -1,4 +1,4 @@
-//! The one test binary: each module proves one part of the house.
+//! Integration tests of the workspace, one module per subject, in one binary.
 
 mod bad_input;
 mod bench;

@@ -1,4 +1,4 @@
-//! Inputs beyond every limit, through the program: rejected with exit code 2, a place and a remedy, and nothing is made.
+//! Inputs beyond every limit: rejected with exit code 2, a place and a remedy, without output.
 
 use crate::workshop::Workshop;
 use softdock_results::{Column, Kind, Table, Values, write_table};
@@ -9,7 +9,7 @@ use std::path::Path;
 const CHECK: &str = "check b/campaign.toml";
 const RUN: &str = "run b/campaign.toml --backend cpu --runs 8 --out o";
 
-/// Spoils one place of a file and expects both commands to reject it.
+/// Damages one place of a file and expects both commands to reject it.
 fn rejected(file: &str, old: &str, new: &str, parts: &[&str]) {
     let workshop = Workshop::new();
     workshop.edit(file, old, new);
@@ -105,7 +105,7 @@ fn links_in_a_results_folder_are_followed_once_and_never_deleted_through() {
         std::os::unix::fs::symlink(workshop.path("r"), workshop.path("r").join(name)).expect("a link in a circle");
     }
     let ended = workshop.run("verify r", crate::watchdog::LIMIT);
-    assert!(matches!(ended.code, Some(0..=3)), "{:?}: {}", ended.code, ended.said);
+    assert!(matches!(ended.code, Some(0..=3)), "{:?}: {}", ended.code, ended.printed);
 }
 
 /// A Parquet file of a few megabytes whose column would take gigabytes.

@@ -339,7 +339,7 @@ mod tests {
     /// The blocks of a plant with their libraries.
     fn blocks(plant: &GauntletPlant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-        let recordings = RecordingsFolder::of(&healthy).expect("room");
+        let recordings = RecordingsFolder::of(&healthy).expect("writable");
         read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings").blocks(1)
     }
 

@@ -292,14 +292,14 @@ mod tests {
     #[test]
     fn finished_cases_are_known_after_a_crash() {
         let folder = tempfile::tempdir().expect("a folder");
-        let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("room"));
-        one.finish(&record("a")).expect("room");
-        two.finish(&record("b")).expect("room");
+        let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("writable"));
+        one.finish(&record("a")).expect("writable");
+        two.finish(&record("b")).expect("writable");
         let path = folder.path().join("answers-2-2.jsonl");
         let text = std::fs::read_to_string(&path).expect("a file");
-        std::fs::write(&path, text + "{\"case\": \"c").expect("room");
+        std::fs::write(&path, text + "{\"case\": \"c").expect("writable");
         assert_eq!(done(folder.path()).expect("whole lines"), ["a".to_owned(), "b".to_owned()].into());
-        std::fs::write(&path, "{\"case\": \"c\n").expect("room");
+        std::fs::write(&path, "{\"case\": \"c\n").expect("writable");
         let message = done(folder.path()).expect_err("a damaged line").to_string();
         assert!(message.contains("line 1"), "{message}");
     }

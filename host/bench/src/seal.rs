@@ -17,7 +17,7 @@ pub struct SealedTruth {
     pub plant: String,
     /// Task.
     pub asks: Asks,
-    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    /// Size, in multiples of the detection limit; 0 where nothing is hidden.
     pub multiple: f64,
     /// Seed of its recordings.
     pub seed: u64,
@@ -151,11 +151,11 @@ mod tests {
         let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
         let case = plan(&wanted).expect("the usual plants")[0];
         let truth = SealedTruth::of(&case, &[], None);
-        let hash = seal(folder.path(), &truth).expect("room");
+        let hash = seal(folder.path(), &truth).expect("writable");
         assert_eq!(open(folder.path(), &case.id(), &hash).expect("unchanged"), truth);
         let path = place(folder.path(), &case.id());
         let text = std::fs::read_to_string(&path).expect("a file");
-        std::fs::write(&path, text.replace("null", "pair")).expect("room");
+        std::fs::write(&path, text.replace("null", "pair")).expect("writable");
         assert!(open(folder.path(), &case.id(), &hash).expect_err("changed").to_string().contains("sealed"));
     }
 }

@@ -1,6 +1,6 @@
 //! Text of a score for the terminal.
 
-use crate::score::{Criterion, Failure, GauntletScore, MethodRow, Row};
+use crate::score::{AcceptanceCriterion, Failure, GauntletScore, MethodRow, Row};
 use softdock_analysis::Share;
 use softdock_analysis::number::{digits_of, significant};
 use std::collections::BTreeMap;
@@ -30,12 +30,12 @@ fn hours(seconds: f64) -> String {
 }
 
 /// Returns the line of a criterion: status, demand, result.
-fn line(mark: &Criterion) -> String {
+fn line(mark: &AcceptanceCriterion) -> String {
     format!("  {:<8} {}: {}", met(mark), mark.demand, found(mark))
 }
 
 /// Returns the status of a criterion.
-pub fn met(mark: &Criterion) -> &'static str {
+pub fn met(mark: &AcceptanceCriterion) -> &'static str {
     match mark.met {
         Some(true) => "met",
         Some(false) => "NOT MET",
@@ -44,7 +44,7 @@ pub fn met(mark: &Criterion) -> &'static str {
 }
 
 /// Returns the result of a criterion.
-pub fn found(mark: &Criterion) -> String {
+pub fn found(mark: &AcceptanceCriterion) -> String {
     match (&mark.share, mark.value) {
         (Some(share), _) => shared(share),
         (_, Some(value)) => significant(value, 3),

@@ -18,7 +18,7 @@ const UNNAMED: [&str; 1] = ["drive.effect.C1_transport_delay.x4.0"];
 #[test]
 fn ci_plan_has_no_false_name_and_names_detectable_effects() {
     let folder = tempfile::tempdir().expect("a folder");
-    let ledger = Ledger::open(folder.path(), 1, 1).expect("room");
+    let ledger = Ledger::open(folder.path(), 1, 1).expect("writable");
     let mut cases = plan(&Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None }).expect("the drive");
     if !is_full() {
         let subjects = ["drive.null", "drive.effect.J3_stribeck", "drive.outside.quadratic_drag"];
@@ -58,7 +58,7 @@ fn case_without_a_seal_is_not_scored() {
     let folder = tempfile::tempdir().expect("a folder");
     let line = "{\"case\": \"drive.null.0\", \"sealed\": \"00\", \"answer\": null, \"gain\": null, \"baselines\": [], \
                 \"cost\": {\"diagnosis\": 1.0, \"rest\": 1.0}}\n";
-    std::fs::write(folder.path().join("answers-1-1.jsonl"), line).expect("room");
+    std::fs::write(folder.path().join("answers-1-1.jsonl"), line).expect("writable");
     let message = scored(folder.path()).expect_err("no seal").to_string();
     assert!(message.contains("drive.null.0 was not sealed"), "{message}");
 }

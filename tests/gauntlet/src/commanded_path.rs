@@ -61,7 +61,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     #[test]
-    fn a_sampled_sine_is_followed_with_its_rate_and_acceleration() {
+    fn sampled_sine_is_followed_with_rate_and_acceleration() {
         let (step_s, omega) = (0.004, TAU * 2.0);
         let path = (0..=500).map(|i| 0.3 * (omega * f64::from(i) * step_s).sin()).collect();
         let commanded = CommandedPath { step_s, path, repeats: 1 };

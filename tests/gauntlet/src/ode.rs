@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_is_met_closely_and_in_few_trials() {
+    fn event_is_located_closely_in_few_trials() {
         let trials = std::cell::Cell::new(0);
         struct Counted<'a>(&'a std::cell::Cell<usize>);
         impl System<2, 2> for Counted<'_> {

@@ -364,7 +364,7 @@ mod tests {
     ];
 
     #[test]
-    fn a_record_that_is_made_once_is_what_a_later_one_would_be() {
+    fn cached_record_equals_a_later_one() {
         for rig in RIGS {
             for case in effects(rig).iter().chain(outside(rig)) {
                 let sizes = Sizes::check(rig, &[Hidden { id: case.id, size: case.size }]).expect("an effect");

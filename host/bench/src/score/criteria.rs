@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 /// Acceptance criterion with its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Criterion {
+pub struct AcceptanceCriterion {
     /// Demand.
     pub demand: String,
     /// A share with its exact interval.
@@ -24,7 +24,7 @@ pub struct Criterion {
     pub met: Option<bool>,
 }
 
-impl Criterion {
+impl AcceptanceCriterion {
     fn share(demand: &str, count: usize, cases: usize, meets: impl Fn(f64) -> bool) -> Self {
         let share = (cases > 0).then(|| Share::of(count as u64, cases as u64));
         let met = (cases > 0).then(|| meets(count as f64 / cases as f64));
@@ -42,7 +42,7 @@ pub(super) fn criteria(
     parameters: &[ParameterError],
     calibration: &ProbabilityCalibration,
     methods: &[MethodRow],
-) -> Vec<Criterion> {
+) -> Vec<AcceptanceCriterion> {
     let mut criteria = naming(asked);
     criteria.extend(restraint(asked));
     criteria.extend(numbers(asked, parameters, calibration));
@@ -51,11 +51,11 @@ pub(super) fn criteria(
 }
 
 /// Criteria on right names.
-fn naming(asked: &[&Scored]) -> Vec<Criterion> {
+fn naming(asked: &[&Scored]) -> Vec<AcceptanceCriterion> {
     let right = |demand: &str, asks: Asks, multiple: f64, least: f64| {
         let own: Vec<&&Scored> = asked.iter().filter(|scored| scored.asks(asks, multiple)).collect();
         let count = own.iter().filter(|scored| scored.is_right()).count();
-        Criterion::share(demand, count, own.len(), |share| share >= least)
+        AcceptanceCriterion::share(demand, count, own.len(), |share| share >= least)
     };
     let blocks: Vec<bool> =
         asked.iter().filter_map(|scored| block_is_right(scored.plant, &scored.truth, scored.answer()?)).collect();
@@ -68,7 +68,7 @@ fn naming(asked: &[&Scored]) -> Vec<Criterion> {
         right("forms outside the library at 16 s*: at least 90 % not in library", Asks::Outside, 16.0, 0.90),
         right("excluded from the library, at 16 s*: at least 90 % not in library", Asks::LeftOut, 16.0, 0.90),
         resolved(asked),
-        Criterion::share(
+        AcceptanceCriterion::share(
             "block right: at least 99 %",
             blocks.iter().filter(|right| **right).count(),
             blocks.len(),
@@ -78,15 +78,15 @@ fn naming(asked: &[&Scored]) -> Vec<Criterion> {
 }
 
 /// Criterion on ambiguous answers after their experiments.
-fn resolved(asked: &[&Scored]) -> Criterion {
+fn resolved(asked: &[&Scored]) -> AcceptanceCriterion {
     let after: Vec<AnswerGrade> = asked.iter().filter_map(|scored| scored.after).collect();
     let right = after.iter().filter(|outcome| **outcome == AnswerGrade::Right).count();
     let demand = "ambiguous answers right after at most two proposed experiments: at least 95 %";
-    Criterion::share(demand, right, after.len(), |share| share >= 0.95)
+    AcceptanceCriterion::share(demand, right, after.len(), |share| share >= 0.95)
 }
 
 /// Criterion on the effect that is named least.
-fn least(asked: &[&Scored], demand: &str, multiple: f64, least: f64) -> Criterion {
+fn least(asked: &[&Scored], demand: &str, multiple: f64, least: f64) -> AcceptanceCriterion {
     let mut counts: BTreeMap<(&str, &str), (usize, usize)> = BTreeMap::new();
     for scored in asked.iter().filter(|scored| scored.asks(Asks::Effect, multiple)) {
         let count = counts.entry((scored.plant.name, &scored.truth.hidden[0].id)).or_default();
@@ -95,15 +95,15 @@ fn least(asked: &[&Scored], demand: &str, multiple: f64, least: f64) -> Criterio
     let share = |(right, cases): &(usize, usize)| *right as f64 / *cases as f64;
     let worst = counts.iter().min_by(|a, b| share(a.1).total_cmp(&share(b.1)));
     let (name, (right, cases)) = worst.map_or((String::new(), (0, 0)), |((_, id), count)| (format!(" ({id})"), *count));
-    Criterion::share(&format!("{demand}{name}"), right, cases, |share| share >= least)
+    AcceptanceCriterion::share(&format!("{demand}{name}"), right, cases, |share| share >= least)
 }
 
 /// Criteria on false names.
-fn restraint(asked: &[&Scored]) -> Vec<Criterion> {
+fn restraint(asked: &[&Scored]) -> Vec<AcceptanceCriterion> {
     let of = |demand: &str, asks: &[Asks], outcome: AnswerGrade, most: f64| {
         let own: Vec<&&Scored> = asked.iter().filter(|scored| asks.contains(&scored.truth.asks)).collect();
         let count = own.iter().filter(|scored| scored.outcome == Some(outcome)).count();
-        Criterion::share(demand, count, own.len(), |share| share <= most)
+        AcceptanceCriterion::share(demand, count, own.len(), |share| share <= most)
     };
     let inside = [Asks::Effect, Asks::Pair];
     vec![
@@ -123,7 +123,11 @@ fn restraint(asked: &[&Scored]) -> Vec<Criterion> {
 const TIME: f64 = 1e-4;
 
 /// Criteria on parameters, probabilities and gains.
-fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &ProbabilityCalibration) -> Vec<Criterion> {
+fn numbers(
+    asked: &[&Scored],
+    parameters: &[ParameterError],
+    calibration: &ProbabilityCalibration,
+) -> Vec<AcceptanceCriterion> {
     let at = |multiple: f64| parameters.iter().filter(move |own| own.multiple == multiple);
     let sizes = |multiple: f64| at(multiple).filter(|own| own.is_size);
     let by_bound = median(sizes(4.0).filter_map(|own| own.by_bound));
@@ -137,28 +141,28 @@ fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &Proba
             scored.is_right().then_some((lo..=hi).contains(&gain))
         };
         let held: Vec<bool> = asked.iter().filter_map(is_held).collect();
-        Criterion::share(demand, held.iter().filter(|held| **held).count(), held.len(), |share| share >= 0.90)
+        AcceptanceCriterion::share(demand, held.iter().filter(|held| **held).count(), held.len(), |share| share >= 0.90)
     };
     vec![
-        Criterion::value(
+        AcceptanceCriterion::value(
             "median error at 4 s* over the Cramer-Rao standard deviation (ideal 0.67): at most 1.3",
             by_bound,
             |value| value <= 1.3,
         ),
-        Criterion::value("median error at 16 s*: at most 2 %", relative, |value| value <= 0.02),
-        Criterion::share(
+        AcceptanceCriterion::value("median error at 16 s*: at most 2 %", relative, |value| value <= 0.02),
+        AcceptanceCriterion::share(
             "times at 16 s* within 0.1 ms or 2 standard deviations",
             times.iter().filter(near).count(),
             times.len(),
             |share| share >= 0.95,
         ),
-        Criterion::share(
+        AcceptanceCriterion::share(
             "95 % intervals contain the truth: 92 to 97 %",
             held.iter().filter(|held| **held).count(),
             held.len(),
             |share| (0.92..=0.97).contains(&share),
         ),
-        Criterion::value("calibration error: at most 0.05", calibration.error, |value| value <= 0.05),
+        AcceptanceCriterion::value("calibration error: at most 0.05", calibration.error, |value| value <= 0.05),
         gained(
             "gain interval contains the true gain on an unrecorded motion: at least 90 %",
             |answer| answer.gain_elsewhere,
@@ -173,7 +177,7 @@ fn numbers(asked: &[&Scored], parameters: &[ParameterError], calibration: &Proba
 }
 
 /// Criteria on the lead over the baseline methods.
-fn beaten(methods: &[MethodRow]) -> Vec<Criterion> {
+fn beaten(methods: &[MethodRow]) -> Vec<AcceptanceCriterion> {
     let Some((own, others)) = methods.split_first() else {
         return Vec::new();
     };
@@ -182,7 +186,7 @@ fn beaten(methods: &[MethodRow]) -> Vec<Criterion> {
         let lead = share(&own.right) - share(&other.right);
         let value = (other.right.cases > 0).then_some(lead);
         let fewer = own.wrong.count <= other.wrong.count;
-        Criterion::value(
+        AcceptanceCriterion::value(
             &format!("lead over {}: at least 0.20, and no more wrong names", other.method),
             value,
             |lead| lead >= 0.20 && fewer,

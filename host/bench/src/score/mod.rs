@@ -12,7 +12,7 @@ use crate::plant::{GauntletPlant, plant};
 use crate::record::{CaseRecord, RecordedAnswer, RecordedVerdict, records, seals};
 use crate::seal::{Asks, SealedTruth, open};
 use crate::{GauntletError, Result};
-pub use criteria::Criterion;
+pub use criteria::AcceptanceCriterion;
 use criteria::criteria;
 pub use methods::MethodRow;
 use methods::methods;
@@ -97,7 +97,7 @@ pub struct GauntletScore {
     /// Cases beyond the range of the generator.
     pub unasked: Vec<String>,
     /// Acceptance criteria.
-    pub marks: Vec<Criterion>,
+    pub marks: Vec<AcceptanceCriterion>,
     /// Grades by hidden effect and size.
     pub rows: Vec<Row>,
     /// Calibration of stated probabilities.
@@ -189,7 +189,7 @@ mod tests {
         Scored::of(truth(asks, hidden), record).expect("the drive")
     }
 
-    fn mark<'a>(score: &'a GauntletScore, start: &str) -> &'a Criterion {
+    fn mark<'a>(score: &'a GauntletScore, start: &str) -> &'a AcceptanceCriterion {
         score.marks.iter().find(|mark| mark.demand.starts_with(start)).expect(start)
     }
 

@@ -44,7 +44,7 @@ fn full_answer(
 ) -> RecordedAnswer {
     let hidden: Vec<Hidden> = hidden.iter().map(|(id, size)| Hidden { id, size: *size }).collect();
     let set = recorded(rig, &hidden, colour, seed);
-    let recordings = RecordingsFolder::of(&set).expect("room");
+    let recordings = RecordingsFolder::of(&set).expect("writable");
     let mut without: Vec<String> = without.iter().map(|id| (*id).to_owned()).collect();
     if !is_full() && !hidden.is_empty() {
         without.extend(strangers(&recordings, &hidden));
@@ -77,13 +77,13 @@ fn strangers(recordings: &RecordingsFolder, hidden: &[Hidden]) -> Vec<String> {
 #[test]
 fn detection_limit_of_another_worker_is_reused() {
     let folder = tempfile::tempdir().expect("a folder");
-    let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("room"));
+    let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("writable"));
     let wanted = Wanted { extent: Extent::Full, plants: vec!["drive".to_owned()], draws: None };
     let cases = plan(&wanted).expect("a plant that there is");
     let case = cases.iter().find(|case| case.id() == "drive.effect.C2_lag.x4.0").expect("one of its cases");
     let scale = Some(DetectionLimit { size: 0.003, inseparable: None });
     let line = ScaleLine { plant: "drive".to_owned(), effect: "C2_lag".to_owned(), seed: case.seed(), scale };
-    one.scale(&line).expect("room");
+    one.scale(&line).expect("writable");
     let hiding = TrialRunner::new(&two).expect("a whole ledger").oracles.sized(case).expect("a size");
     assert_eq!(hiding.hidden, Some(vec![Hidden { id: "C2_lag", size: 0.012 }]));
     assert_eq!(hiding.scales, [line.scale]);
@@ -106,7 +106,7 @@ fn recordings_of_the_prototype_are_diagnosed_correctly() {
         let (rig, colour, seed) = (Rig::Drive { link_encoder: false }, NoiseColour::White, 1);
         let hidden = [Hidden { id, size }];
         let set = recorded(rig, &hidden, colour, seed);
-        let (recordings, options) = (RecordingsFolder::of(&set).expect("room"), DiagnosisOptions::default());
+        let (recordings, options) = (RecordingsFolder::of(&set).expect("writable"), DiagnosisOptions::default());
         let first = answer(recordings.path(), &options);
         let follow =
             |commanded: &CommandedPath, number: u64| Ok(follow(rig, &hidden, colour, seed, commanded, number)?);
@@ -269,7 +269,7 @@ fn gear_much_softer_than_nominal_is_identified() {
     let soft = 8.4e-6;
     let hidden = [Hidden { id: "J8_elasticity", size: soft }];
     let set = generate(Rig::Robot, &hidden, NoiseColour::FirstOrder, 11).expect("an effect of the rig");
-    let recordings = RecordingsFolder::of(&set).expect("room");
+    let recordings = RecordingsFolder::of(&set).expect("writable");
     let prepared = read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings");
     let (block, library) = prepared.blocks(1).swap_remove(1);
     let library: Vec<_> = library.into_iter().filter(|own| code(own.effect.id) == "J8").collect();
@@ -331,7 +331,7 @@ fn best_identified_gear_determines_the_loads_first() {
 #[test]
 fn position_noise_is_not_named_force_lag() {
     let set = generate(Rig::Contact, &[], NoiseColour::FirstOrder, 3_584_678_196).expect("nothing hidden");
-    let recordings = RecordingsFolder::of(&set).expect("room");
+    let recordings = RecordingsFolder::of(&set).expect("writable");
     assert_eq!(answer(recordings.path(), &DiagnosisOptions::default()).answer.verdict, RecordedVerdict::NoEffect);
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 fn recorded() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let set = generate(Bench::Facility, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-    set.write(folder.path()).expect("room");
+    set.write(folder.path()).expect("writable");
     folder
 }
 
@@ -40,11 +40,11 @@ fn logs_of_other_drivers_are_read_by_column_name() {
 }
 
 #[test]
-fn a_table_that_lacks_a_column_is_refused_with_its_name_and_a_remedy() {
+fn missing_column_of_a_log_is_reported_with_a_remedy() {
     let folder = recorded();
     let file = folder.path().join("training/aslant_1.csv");
     let text = std::fs::read_to_string(&file).expect("a log").replace("part_b_attitude_w", "part_b_q0");
-    std::fs::write(&file, text).expect("room");
+    std::fs::write(&file, text).expect("writable");
     let error = prepared(folder.path()).err().expect("a column is missing");
     let message = error.to_string();
     assert!(message.contains("aslant_1.csv:1") && message.contains("`simulated_part_b_attitude_w`"), "{message}");

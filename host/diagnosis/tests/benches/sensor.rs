@@ -83,7 +83,7 @@ fn quantisation_is_not_noise_and_excess_noise_is_named_beyond_it() {
 /// What is said of a bench with something hidden, by a library without some effects.
 fn said(hidden: &[Hidden], without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
-    generate(Bench::Sensor, hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
+    generate(Bench::Sensor, hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("writable");
     let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
     let [logs, holdout] = ["training", "holdout"].map(|name| files(&folder.path().join(name)));
     let logs: Vec<&Path> = logs.iter().map(AsRef::as_ref).collect();

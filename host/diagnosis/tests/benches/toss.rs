@@ -14,8 +14,8 @@ fn diagnosed(hidden: &[Hidden]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
     let made = tosses(hidden, 40, 5).expect("a legal size");
     let (model, log) = (folder.path().join("model.toml"), folder.path().join("tosses.csv"));
-    std::fs::write(&model, made.model).expect("room");
-    std::fs::write(&log, made.log).expect("room");
+    std::fs::write(&model, made.model).expect("writable");
+    std::fs::write(&log, made.log).expect("writable");
     let rig = Rig::load(&model).expect("a legal model");
     let mut options = DiagnosisOptions { hold_out_experiments: "4:1".parse().ok(), ..DiagnosisOptions::default() };
     if !is_full() && hidden.iter().all(|hidden| hidden.id == "K4_friction") {

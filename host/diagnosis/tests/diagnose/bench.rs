@@ -40,7 +40,7 @@ impl Bench {
 
     fn write(set: &Set) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        set.write(folder.path()).expect("room");
+        set.write(folder.path()).expect("writable");
         Self { folder }
     }
 
@@ -52,7 +52,7 @@ impl Bench {
     pub(crate) fn with_model(self, from: &str, to: &str) -> Self {
         let text = std::fs::read_to_string(self.model()).expect("a model");
         assert!(text.contains(from), "{from} is not in the model file");
-        std::fs::write(self.model(), text.replacen(from, to, 1)).expect("room");
+        std::fs::write(self.model(), text.replacen(from, to, 1)).expect("writable");
         self
     }
 
@@ -60,7 +60,7 @@ impl Bench {
     pub(crate) fn with_recordings(self, change: impl Fn(&str) -> String) -> Self {
         for file in self.files("training").iter().chain(&self.files("holdout")) {
             let text = std::fs::read_to_string(file).expect("a recording");
-            std::fs::write(file, change(&text)).expect("room");
+            std::fs::write(file, change(&text)).expect("writable");
         }
         self
     }
@@ -106,7 +106,7 @@ impl Bench {
     pub(crate) fn extended(self, diagnosis: &Diagnosis) -> Self {
         let text = std::fs::read_to_string(self.model()).expect("a model");
         let extended = extend::extended(&text, diagnosis, false).expect("an answer that names something");
-        std::fs::write(self.model(), extended).expect("room");
+        std::fs::write(self.model(), extended).expect("writable");
         self
     }
 }

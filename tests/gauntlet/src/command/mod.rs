@@ -100,14 +100,14 @@ impl SimulatedRig for CommandRig {
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let motion = motion(experiment);
-        let mut restless =
+        let mut jitter =
             run.noise.map(|colour| Disturbance::new(colour, DELAY_JITTER, TICK, run.stream("restlessness")));
         let mut wire = Instrument::new(run, "wire", 0.0, QUANTUM);
         let mut path = Path::new(&self.sizes, motion.at(0.0)[0], run.stream("command path"));
         let mut table = Table::new(&COLUMNS);
         for tick in 0..(DURATION_S / TICK).round() as usize {
             let time = tick as f64 * TICK;
-            let disturbance = restless.as_mut().map_or(0.0, Disturbance::next);
+            let disturbance = jitter.as_mut().map_or(0.0, Disturbance::next);
             let received = path.receive(&motion, tick, self.clock_offset, disturbance);
             let sent = wire.read(motion.at(time)[0]);
             let stamp = run.start_s + time;

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn every_motion_is_brisk_but_within_the_drive() {
+    fn every_motion_is_within_the_limits_of_the_drive() {
         for name in TRAINING.iter().chain(&[HOLDOUT, FRESH]) {
             let (speed, acceleration, range) = extremes(&motion(name));
             assert!(speed < 1.5 && acceleration < 25.0 && range < 2.0, "{name}: {speed} {acceleration} {range}");

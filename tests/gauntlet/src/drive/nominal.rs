@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_says_what_the_bench_does() {
+    fn model_text_matches_the_rig() {
         let plant = [
             ("motor_inertia", MOTOR_INERTIA),
             ("link_inertia", LINK_INERTIA),
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gains_are_those_of_the_loop() {
+    fn gains_match_the_loop_bandwidth() {
         let (hz, damping) = LOOP;
         let (inertia, omega) = (MOTOR_INERTIA + LINK_INERTIA, TAU * hz);
         assert!((POSITION_GAIN / (inertia * omega * omega) - 1.0).abs() < 1e-4);

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_blurs_what_is_rounded_until_no_steps_are_left() {
+    fn noise_smooths_quantisation() {
         assert_eq!(rounded(3.4, 0.0), 3.0);
         assert!((rounded(3.4, 0.02) - 3.0).abs() < 1e-3);
         // The mean of a fine grid of normal quantiles, by the chance to lie beyond the step's edge at 3.5.
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hysteresis_reads_lower_on_the_way_up() {
+    fn hysteresis_reads_lower_while_rising() {
         let mut chain = chain("hysteresis", 2.0);
         let mut at = |force: f64| chain.element([force, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-4, 0.0)[0];
         at(-50.0);

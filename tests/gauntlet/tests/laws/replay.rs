@@ -74,7 +74,7 @@ fn simulate(samples: &[f64]) -> [Vec<f64>; 2] {
 }
 
 #[test]
-fn a_healthy_drive_is_what_its_model_file_says() {
+fn healthy_drive_matches_its_model_file() {
     let truth = Recording::read(&fresh(RIG, &[], SEED).expect("a motion").without_effect);
     let [angles, torques] = simulate(&truth.column("ref_rad"));
     // The five-point differences want neighbours: not at the ends.
