@@ -1,23 +1,23 @@
-//! Spoiled campaign, scenario, model and table files: each names its file, line and key, and says what to do.
+//! Damaged campaign, scenario, model and table files: each message states file, line, key and remedy.
 //!
-//! `data/bad` holds one valid set of files; every case spoils one place in one of them.
+//! `data/bad` contains one valid set of files; every case damages one place in one of them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// One spoiled file.
+/// Damaged file.
 struct Case {
-    /// The file that is spoiled.
+    /// File that is damaged.
     file: &'static str,
-    /// What is replaced, once.
+    /// Text that is replaced, once.
     old: &'static str,
-    /// What it is replaced by.
+    /// Replacement.
     new: &'static str,
-    /// File, line and key that the first problem must name.
+    /// File, line and key of the first problem.
     place: (&'static str, usize, &'static str),
-    /// What the message must say.
+    /// Required part of the message.
     message: &'static str,
-    /// What the remedy must say.
+    /// Required part of the remedy.
     remedy: &'static str,
 }
 
@@ -143,7 +143,7 @@ const CAMPAIGNS: &[Case] = &[
     campaign("keep = [\"nominal\", \"worst:5\"]\n", "keep = [\"nominal\", ", 57, "traces.keep", "not TOML", "the file ends too early"),
 ];
 
-/// What stands before `[traces]` in a campaign with one variant, and in one that compares.
+/// Text before `[traces]` in a campaign with one variant, and in one with a comparison.
 macro_rules! variant {
     ($set:literal) => {
         concat!("[[variant]]\nname = \"v\"\nset = { ", $set, " }\n[traces]")
@@ -155,7 +155,7 @@ macro_rules! compared {
     };
 }
 
-/// Variants of the facility: their keys are those of the scenario, their places those of the campaign.
+/// Variants of the facility: keys of the scenario, places of the campaign.
 #[rustfmt::skip]
 const VARIANTS: &[Case] = &[
     campaign("[traces]", variant!("\"facility.loop_dely\" = \"8 ms\""), 57, "variant[1].set.facility.loop_dely", "no key `loop_dely`", "did you mean `loop_delay`?"),
@@ -240,11 +240,11 @@ const MODELS: &[Case] = &[
     arm("<parent link=\"fore\"/>", "<parent link=\"tool\"/>", 36, "link[tool]", "not connected to the root", "join it to the chain"),
     arm("</robot>\n", "", 36, "robot", "not a URDF", "every element is closed"),
     table("run,delay_ms", "run,delay", 1, "no column `delay_ms`", "did you mean `delay`?"),
-    table("2,8.5", "2,slow", 3, "`slow` is no finite number", "write a finite number in every row"),
+    table("2,8.5", "2,slow", 3, "`slow` is not a finite number", "write a finite number in every row"),
     table("2,8.5", "2,850", 3, "0.85 s is out of range", "at most 0.128 s"),
 ];
 
-/// Changes of the scenario after which a dispersion of the valid campaign, or one added to it, can do nothing.
+/// Changes of the scenario after which a dispersion of the valid campaign, or an added one, has no effect.
 #[rustfmt::skip]
 const IDLE: &[(&str, &str, &str, &str, &str, &str)] = &[
     // In the scenario: old and new; in the campaign: the target and its bounds; then message and remedy.
@@ -262,13 +262,13 @@ const IDLE: &[(&str, &str, &str, &str, &str, &str)] = &[
     ("period = \"1 ms\" }", "period = \"1 ms\", crosstalk_pattern = [[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0]] }", "sensor_crosstalk", "min = 0, max = 0.01", "every element of the crosstalk pattern is 0", "write facility.sensor.crosstalk_pattern with an element that is not 0"),
 ];
 
-/// The latch of the valid scenario, and what needs it.
+/// The latch of the valid scenario, and the keys that require it.
 const LATCH: &str = "[latch]\npoint = [\"0 m\", \"0 m\", \"0 m\"]\nseat = [\"220 mm\", \"0 m\", \"0 m\"]\ndepth = \"10 mm\"\noffset = \"20 mm\"\nangle = \"6 deg\"\nspeed = \"0.1 m/s\"\nstiffness = \"2e4 N/m\"\ndamping = \"500 N s/m\"\nrotation_stiffness = \"2000 N m/rad\"\nrotation_damping = \"100 N m s/rad\"\n";
 
 #[test]
-fn dispersions_that_can_do_nothing_are_refused() {
+fn dispersions_without_effect_are_rejected() {
     for (old, new, target, bounds, message, remedy) in IDLE {
-        let (line, key, said, help) = refused(|folder| {
+        let (line, key, printed, help) = refused(|folder| {
             let text = fs::read_to_string(folder.join(SCENARIO)).expect("read");
             assert!(text.contains(old), "{old}");
             let text = text.replacen(old, new, 1);
@@ -280,14 +280,14 @@ fn dispersions_that_can_do_nothing_are_refused() {
             );
             fs::write(folder.join(CAMPAIGN), text.replacen("[[correlation]]", &added, 1)).expect("written");
         });
-        assert!(said.contains(message) && help.contains(remedy), "{target}: {said}: {help}");
+        assert!(printed.contains(message) && help.contains(remedy), "{target}: {printed}: {help}");
         assert_eq!((line, key.as_str()), (33, "dispersion[6].dist"), "{target}");
     }
 }
 
-/// A parameter that a derived value is computed from does its work there.
+/// A parameter without direct effect is legal if a derived value depends on it.
 #[test]
-fn an_idle_parameter_may_carry_a_derived_one() {
+fn parameter_without_effect_may_define_a_derived_one() {
     let folder = folder();
     let text = fs::read_to_string(folder.path().join(CAMPAIGN)).expect("read");
     let carrier = "[[dispersion]]\ntarget = \"rail_lag\"\ndist = { kind = \"uniform\", min = \"5 ms\", max = \"9 ms\" }\n\n[[derived]]\ntarget = \"robot2_lag\"\nexpr = \"rail_lag\"\n\n[[correlation]]";
@@ -303,7 +303,7 @@ fn valid() -> PathBuf {
     folder.expect("the repository holds tests/data/bad")
 }
 
-/// A folder with the valid files, in which one may be spoiled.
+/// Returns a folder with the valid files, of which one may be damaged.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for file in [CAMPAIGN, SCENARIO, ARM, TABLE] {
@@ -312,7 +312,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// What is missing in the first problem of a case, if anything is.
+/// Returns the mismatch of the first problem of a case, if any.
 fn missed(case: &Case) -> Option<String> {
     let folder = folder();
     let path = folder.path().join(case.file);
@@ -325,8 +325,8 @@ fn missed(case: &Case) -> Option<String> {
     let first = problems.iter().next().expect("at least one problem");
     let file = first.file.file_name().and_then(|name| name.to_str()).unwrap_or("");
     let exact = (file, first.line, first.key.as_str()) == case.place;
-    let told = first.message.contains(case.message) && first.remedy.contains(case.remedy);
-    (!exact || !told).then(|| {
+    let matches = first.message.contains(case.message) && first.remedy.contains(case.remedy);
+    (!exact || !matches).then(|| {
         format!(
             "`{}` should give {:?}, `{}`, `{}`, but gives\n{problems}",
             case.new, case.place, case.message, case.remedy
@@ -334,39 +334,39 @@ fn missed(case: &Case) -> Option<String> {
     })
 }
 
-/// All cases, so that one run shows every miss.
+/// Checks all cases, so that one run shows every mismatch.
 fn check(cases: &[Case]) {
     let missed: Vec<String> = cases.iter().filter_map(missed).collect();
     assert!(missed.is_empty(), "{} of {} cases:\n{}", missed.len(), cases.len(), missed.join("\n\n"));
 }
 
 #[test]
-fn the_unspoiled_files_are_valid() {
+fn undamaged_files_are_valid() {
     let campaign = softdock_campaign::load(&folder().path().join(CAMPAIGN));
     assert!(campaign.is_ok(), "{}", campaign.expect_err("problems"));
 }
 
 #[test]
-fn spoiled_campaigns_are_refused() {
+fn damaged_campaigns_are_rejected() {
     check(CAMPAIGNS);
 }
 
 #[test]
-fn spoiled_variants_are_refused() {
+fn damaged_variants_are_rejected() {
     check(VARIANTS);
 }
 
 #[test]
-fn spoiled_scenarios_are_refused() {
+fn damaged_scenarios_are_rejected() {
     check(SCENARIOS);
 }
 
 #[test]
-fn spoiled_models_and_tables_are_refused() {
+fn damaged_models_and_tables_are_rejected() {
     check(MODELS);
 }
 
-/// Loads what `spoil` makes of the valid folder and gives the first problem's line, key, message and remedy.
+/// Loads the valid folder after `spoil` and returns the first problem's line, key, message and remedy.
 fn refused(spoil: impl Fn(&Path)) -> (usize, String, String, String) {
     let folder = folder();
     spoil(folder.path());
@@ -376,7 +376,7 @@ fn refused(spoil: impl Fn(&Path)) -> (usize, String, String, String) {
 }
 
 #[test]
-fn files_that_are_no_text_are_refused() {
+fn binary_files_are_rejected() {
     let (line, _, message, remedy) = refused(|folder| {
         let mut bytes = fs::read(folder.join(CAMPAIGN)).expect("read");
         let place = bytes.windows(5).position(|word| word == b"valid").expect("a word to spoil");
@@ -403,7 +403,7 @@ fn files_that_are_no_text_are_refused() {
 }
 
 #[test]
-fn several_problems_are_told_at_once() {
+fn several_problems_are_reported_at_once() {
     let folder = folder();
     let path = folder.path().join(CAMPAIGN);
     let text = fs::read_to_string(&path).expect("read");
@@ -413,7 +413,8 @@ fn several_problems_are_told_at_once() {
     assert_eq!(problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [5, 44, 51, 52]);
 }
 
-/// Every file cut anywhere, or with any character changed, gives problems or, by luck, a campaign: never a panic.
+/// Every file truncated anywhere, or with any character changed, gives problems or, by chance, a campaign, but no
+/// panic.
 #[test]
 fn damaged_files_never_panic() {
     for file in [CAMPAIGN, SCENARIO, ARM, TABLE] {

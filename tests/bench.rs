@@ -1,7 +1,7 @@
-//! `softdock bench diagnosis` from outside: how it scores what is there, and how it refuses.
+//! `softdock bench diagnosis` as a process: scores of finished cases, and rejections.
 
 use softdock_bench::plan::{Extent, Wanted, plan};
-use softdock_bench::record::{Answer, Cost, Ledger, Record, Said, SealLine};
+use softdock_bench::record::{CaseRecord, Cost, Ledger, RecordedAnswer, RecordedVerdict, SealLine};
 use softdock_bench::seal::{SealedTruth, seal};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -16,15 +16,15 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A results folder in which the first case, a null, was rightly answered.
+/// Writes a results folder in which the first case, a null, has the right answer.
 fn begun(folder: &Path) {
     let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
     let case = plan(&wanted).expect("the drive")[0];
-    let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("room");
-    let ledger = Ledger::open(folder, 1, 1).expect("room");
-    ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("room");
-    let answer = Answer {
-        said: Said::NoEffect,
+    let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("writable");
+    let ledger = Ledger::open(folder, 1, 1).expect("writable");
+    ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("writable");
+    let answer = RecordedAnswer {
+        verdict: RecordedVerdict::NoEffect,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -34,45 +34,46 @@ fn begun(folder: &Path) {
         refusal: None,
     };
     let cost = Cost { diagnosis: 4.0, rest: 2.0 };
-    let record = Record { answer: Some(answer), cost, ..Record::of(case.id(), sealed) };
-    ledger.finish(&record).expect("room");
+    let record = CaseRecord { answer: Some(answer), cost, ..CaseRecord::of(case.id(), sealed) };
+    ledger.finish(&record).expect("writable");
 }
 
 #[test]
-fn what_is_there_is_scored_and_what_is_missing_is_said() {
+fn finished_cases_are_scored_and_missing_ones_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     begun(&folder.path().join("score"));
     let output = softdock(folder.path(), "--out score --score");
-    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    let (printed, beside) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(3), "{beside}");
     assert!(
-        said.starts_with("Cases diagnosed: 1") && said.contains("false alarms where nothing is hidden: none: 0 of 1"),
-        "{said}"
+        printed.starts_with("Cases diagnosed: 1")
+            && printed.contains("false alarms where nothing is hidden: none: 0 of 1"),
+        "{printed}"
     );
     assert!(beside.contains("cases are missing; the same command resumes"), "{beside}");
     let page = std::fs::read_to_string(folder.path().join("score/score.html")).expect("a page");
-    assert!(page.contains("demands are met") && !page.contains("http"), "the page opens offline");
+    assert!(page.contains("criteria are met") && !page.contains("http"), "the page opens offline");
 }
 
 #[test]
-fn of_the_missing_cases_only_those_that_are_named_are_run() {
+fn only_selected_missing_cases_are_run() {
     let folder = tempfile::tempdir().expect("a folder");
     begun(&folder.path().join("score"));
     let output = softdock(folder.path(), "--out score --only drive.null.0");
-    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    let (printed, beside) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(3), "{beside}");
-    assert!(said.starts_with("Cases diagnosed: 1") && !beside.contains("s left"), "{beside}");
+    assert!(printed.starts_with("Cases diagnosed: 1") && !beside.contains("s left"), "{beside}");
 }
 
 #[test]
-fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
+fn changed_truth_and_unknown_names_are_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     begun(&folder.path().join("score"));
     let sealed = folder.path().join("score/sealed/drive.null.0.json");
     let truth = std::fs::read_to_string(&sealed).expect("a truth");
-    std::fs::write(&sealed, truth.replace("null", "pair")).expect("room");
+    std::fs::write(&sealed, truth.replace("null", "pair")).expect("writable");
     for (words, expected) in [
-        ("--out score --score", "not the answer that was sealed"),
+        ("--out score --score", "not the truth that was sealed"),
         ("--plants wheel", "no plant `wheel`; there are drive, robot, sensor, contact"),
         ("--out score --only wheel", "no case of this size and these plants has `wheel` in its name"),
         ("--out score --only effect --multiples 3", "has `effect` in its name and such a multiple"),
@@ -87,7 +88,7 @@ fn a_truth_that_was_changed_and_a_plant_that_there_is_not_are_refused() {
 }
 
 #[test]
-fn one_case_is_laid_out_to_be_looked_at_and_one_that_there_is_not_is_refused() {
+fn lay_out_writes_a_case_and_rejects_an_unknown_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = softdock(folder.path(), "--lay-out drive.null.0 --out case");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));

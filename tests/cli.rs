@@ -1,4 +1,4 @@
-//! The command from outside: exit codes, equal bytes, resume, parts, replay, answers for programs.
+//! `softdock` as a process: exit codes, equal bytes, resume, parts, replay, JSON.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// A folder of its own with the smoke campaign, cut into shards of eight runs.
+/// Temporary folder with the smoke campaign, in shards of eight runs.
 pub(crate) struct Bench {
     pub(crate) folder: tempfile::TempDir,
 }
@@ -45,12 +45,12 @@ impl Bench {
         self.command(words).output().expect("softdock starts")
     }
 
-    /// Runs a command that must end with this exit code; returns what it said.
+    /// Runs a command that must end with this exit code and returns its output.
     pub(crate) fn expect(&self, code: i32, words: &str) -> String {
         let output = self.softdock(words);
-        let said = text(&output.stdout);
-        assert_eq!(output.status.code(), Some(code), "softdock {words}\n{said}\n{}", text(&output.stderr));
-        said
+        let printed = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(code), "softdock {words}\n{printed}\n{}", text(&output.stderr));
+        printed
     }
 
     /// Runs in the background; waits until the first shard is written.
@@ -69,7 +69,7 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Every file of a results folder with its bytes; what a killed writer leaves is no file of the results.
+/// Returns every file of a results folder with its bytes; temporary files of a killed writer are excluded.
 pub(crate) fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut open = vec![folder.to_owned()];
@@ -98,7 +98,7 @@ pub(crate) fn assert_same(one: &Path, two: &Path) {
 }
 
 #[test]
-fn the_exit_code_tells_how_it_ended() {
+fn exit_code_states_the_outcome() {
     let bench = Bench::new();
     bench.expect(0, "run c/smoke.toml --backend cpu --out verified");
     bench.expect(0, "status verified");
@@ -115,15 +115,15 @@ fn the_exit_code_tells_how_it_ended() {
 }
 
 #[test]
-fn a_bad_file_says_where_and_leaves_nothing() {
+fn bad_file_is_located_and_no_output_is_written() {
     let bench = Bench::new();
     bench.edit("runs = 64", "runs = 0");
     let before = files(bench.folder.path());
     let output = bench.softdock("run c/smoke.toml --backend cpu");
     assert_eq!(output.status.code(), Some(2));
-    let said = text(&output.stderr);
+    let printed = text(&output.stderr);
     for part in ["smoke.toml:7", "runs", "out of range", "help"] {
-        assert!(said.contains(part), "`{part}` in\n{said}");
+        assert!(printed.contains(part), "`{part}` in\n{printed}");
     }
     assert_eq!(files(bench.folder.path()), before);
 }
@@ -135,13 +135,13 @@ fn without_adapter(command: &mut Command) -> Output {
 }
 
 #[test]
-fn without_an_adapter_the_gpu_is_refused_with_a_remedy_and_auto_takes_the_cpu() {
+fn without_adapter_gpu_is_rejected_and_auto_uses_the_cpu() {
     let bench = Bench::new();
     let output = without_adapter(&mut bench.command("run c/smoke.toml --backend gpu --out none"));
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{printed}");
     for part in ["no GPU adapter found", "`--backend cpu`", "install a Vulkan driver", "softdock devices"] {
-        assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains(part), "`{part}` in\n{said}");
+        assert!(printed.split_whitespace().collect::<Vec<_>>().join(" ").contains(part), "`{part}` in\n{printed}");
     }
     assert!(!bench.path("none").exists(), "nothing is written");
     let output = without_adapter(&mut bench.command("run c/smoke.toml --backend auto --out auto"));
@@ -150,11 +150,11 @@ fn without_an_adapter_the_gpu_is_refused_with_a_remedy_and_auto_takes_the_cpu() 
 }
 
 #[test]
-fn the_step_size_is_checked_by_a_share_of_the_runs() {
+fn step_size_is_checked_on_a_share_of_the_runs() {
     let bench = Bench::new();
     bench.edit("parity = \"25 %\"", "half_step = \"12.5 %\"");
-    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out r");
-    assert!(said.contains("step size  8 runs repeated at half the substep: "), "{said}");
+    let printed = bench.expect(0, "run c/smoke.toml --backend cpu --out r");
+    assert!(printed.contains("step size  8 runs repeated at half the substep: "), "{printed}");
     assert!(bench.path("r/half_step.parquet").is_file());
     let summary = fs::read_to_string(bench.path("r/summary.json")).expect("the summary");
     let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
@@ -167,12 +167,12 @@ fn the_step_size_is_checked_by_a_share_of_the_runs() {
     assert!(page.contains("8 runs were repeated at half the substep"));
     assert!(!page.contains("Test motion"), "there is none in this campaign");
     bench.edit("half_step = \"12.5 %\"", "half_step = \"0 %\"");
-    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out none");
-    assert!(!said.contains("step size") && !bench.path("none/half_step.parquet").exists(), "{said}");
+    let printed = bench.expect(0, "run c/smoke.toml --backend cpu --out none");
+    assert!(!printed.contains("step size") && !bench.path("none/half_step.parquet").exists(), "{printed}");
 }
 
 #[test]
-fn samples_for_exploring_give_no_verdict() {
+fn exploratory_samples_give_no_verdict() {
     let bench = Bench::new();
     for (method, most) in [("sobol", "65537"), ("lhs", "1000000001")] {
         bench.edit(
@@ -180,9 +180,9 @@ fn samples_for_exploring_give_no_verdict() {
             &format!("[sampling]\nmethod = \"{method}\"\n[[requirement]]\nid = \"SMOKE-010\""),
         );
         assert!(bench.expect(0, "check c/smoke.toml").contains("exploring only, no verdict"));
-        let said = bench.expect(1, &format!("run c/smoke.toml --backend cpu --out {method} --runs 16"));
-        assert!(said.contains("exploring only, no verdict") && !said.contains("p <= "), "{said}");
-        assert!(!said.contains(" VERIFIED"), "{said}");
+        let printed = bench.expect(1, &format!("run c/smoke.toml --backend cpu --out {method} --runs 16"));
+        assert!(printed.contains("exploring only, no verdict") && !printed.contains("p <= "), "{printed}");
+        assert!(!printed.contains(" VERIFIED"), "{printed}");
         bench.expect(1, &format!("status {method}"));
         bench.expect(2, &format!("run c/smoke.toml --backend cpu --out {method} --runs {most}"));
         bench.edit(&format!("[sampling]\nmethod = \"{method}\"\n"), "");
@@ -196,14 +196,14 @@ fn the_same_campaign_gives_the_same_bytes() {
     let mut alone = bench.command("run c/smoke.toml --backend cpu --out two");
     assert!(alone.env("RAYON_NUM_THREADS", "1").output().expect("softdock starts").status.success());
     assert_same(&bench.path("one"), &bench.path("two"));
-    // Once more over what is there.
+    // Again, over the existing results.
     bench.expect(0, "run c/smoke.toml --backend cpu --out two");
     bench.expect(0, "report two");
     assert_same(&bench.path("one"), &bench.path("two"));
 }
 
 #[test]
-fn a_killed_campaign_resumes_to_the_files_of_an_undisturbed_one() {
+fn killed_campaign_resumes_to_identical_files() {
     let bench = Bench::new();
     let words = "run c/smoke.toml --backend cpu --runs 256 --out";
     let code = bench.softdock(&format!("{words} whole")).status.code();
@@ -225,7 +225,7 @@ fn a_killed_campaign_resumes_to_the_files_of_an_undisturbed_one() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_in_order() {
+fn ctrl_c_ends_with_finished_shards() {
     let bench = Bench::new();
     let child = bench.until_first_shard("run c/smoke.toml --backend cpu --runs 256 --out stopped", "stopped");
     let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
@@ -236,7 +236,7 @@ fn ctrl_c_ends_in_order() {
 }
 
 #[test]
-fn parts_merge_to_the_whole() {
+fn merged_parts_equal_the_whole_campaign() {
     let bench = Bench::new();
     bench.expect(0, "run c/smoke.toml --backend cpu --out whole");
     bench.expect(3, "run c/smoke.toml --backend cpu --out one --shard 1/3");
@@ -256,15 +256,15 @@ fn parts_merge_to_the_whole() {
 }
 
 #[test]
-fn replay_gives_the_row_bit_for_bit() {
+fn replay_is_bit_identical_to_the_row() {
     let bench = Bench::new();
     bench.expect(0, "run c/smoke.toml --backend cpu --out first");
     // The folder needs nothing but itself.
     fs::remove_dir_all(bench.path("c")).expect("the campaign is gone");
     fs::rename(bench.path("first"), bench.path("moved")).expect("the folder moves");
     for run in [0, 17, 63] {
-        let said = bench.expect(0, &format!("replay moved {run} --out {run}.parquet"));
-        assert!(said.contains("equal, bit for bit"), "{said}");
+        let printed = bench.expect(0, &format!("replay moved {run} --out {run}.parquet"));
+        assert!(printed.contains("equal, bit for bit"), "{printed}");
         assert!(fs::read(bench.path(&format!("{run}.parquet"))).expect("the trace").starts_with(b"PAR1"));
     }
 }
@@ -298,14 +298,14 @@ cells = [2, 2]
 [traces]";
 
 #[test]
-fn variants_are_run_on_the_same_draws_and_compared() {
+fn variants_use_the_same_draws() {
     let bench = Bench::new();
     bench.edit("[traces]", VARIANTS);
     assert!(bench.expect(0, "check c/smoke.toml").contains("damped  virtual damping"));
     bench.expect(3, "run c/smoke.toml --backend cpu --out part1 --shard 1/2");
     bench.expect(3, "run c/smoke.toml --backend cpu --out part2 --shard 2/2");
-    let said = bench.expect(0, "run c/smoke.toml --backend cpu --out whole");
-    assert!(said.contains("2 variants on the same draws") && said.contains("comparison"), "{said}");
+    let printed = bench.expect(0, "run c/smoke.toml --backend cpu --out whole");
+    assert!(printed.contains("2 variants on the same draws") && printed.contains("comparison"), "{printed}");
     bench.expect(0, "merge merged part1 part2");
     assert_same(&bench.path("whole"), &bench.path("merged"));
     bench.expect(0, "report whole");
@@ -330,7 +330,7 @@ fn variants_are_run_on_the_same_draws_and_compared() {
 }
 
 #[test]
-fn answers_for_programs_are_json() {
+fn json_flag_prints_json() {
     let bench = Bench::new();
     let answer = |code: i32, words: &str| -> serde_json::Value {
         serde_json::from_str(&bench.expect(code, words)).unwrap_or_else(|error| panic!("softdock {words}: {error}"))
@@ -345,13 +345,13 @@ fn answers_for_programs_are_json() {
 }
 
 #[test]
-fn every_command_explains_itself_with_an_example() {
+fn every_help_page_has_an_example() {
     let bench = Bench::new();
     for command in ["check", "plan", "run", "status", "merge", "compare", "report", "replay", "schema"] {
-        let said = bench.expect(0, &format!("{command} --help"));
-        assert!(said.contains("Example") && said.contains(&format!("softdock {command} ")), "{said}");
+        let printed = bench.expect(0, &format!("{command} --help"));
+        assert!(printed.contains("Example") && printed.contains(&format!("softdock {command} ")), "{printed}");
     }
-    let said = bench.expect(0, "check c/smoke.toml --runs 100");
-    assert!(said.contains("loop_delay") && said.contains("SMOKE-010"), "{said}");
+    let printed = bench.expect(0, "check c/smoke.toml --runs 100");
+    assert!(printed.contains("loop_delay") && printed.contains("SMOKE-010"), "{printed}");
     assert!(bench.expect(0, "devices").contains("cpu f64"));
 }

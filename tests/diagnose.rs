@@ -1,4 +1,4 @@
-//! `softdock diagnose` from outside: what it says, what it leaves, and how it refuses.
+//! `softdock diagnose` as a process: messages, output files, rejections.
 
 use softdock_gauntlet::{Hidden, NoiseColour, Rig, generate};
 use std::fs;
@@ -11,7 +11,7 @@ fn softdock(folder: &Path, words: &[&str]) -> Output {
     command.output().expect("softdock starts")
 }
 
-/// A bench's recordings, by name from its folder.
+/// Returns the recordings of a rig, by name from its folder.
 fn recordings(folder: &Path, name: &str) -> Vec<String> {
     let files = folder.join(name).read_dir().expect("a folder");
     let mut names: Vec<String> =
@@ -25,11 +25,11 @@ fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn page_figures_and_terminal_tell_the_same_and_the_extended_model_is_read() {
+fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
     let folder = tempfile::tempdir().expect("a folder");
     let hidden = [Hidden { id: "J14_payload", size: 1.5 }];
     let set = generate(Rig::Drive { link_encoder: false }, &hidden, NoiseColour::FirstOrder, 3).expect("a legal size");
-    set.write(folder.path()).expect("room");
+    set.write(folder.path()).expect("writable");
     let (learn, test) = (recordings(folder.path(), "training"), recordings(folder.path(), "holdout"));
     let words = |model: &'static str, out: &'static str| -> Vec<String> {
         let mut words = vec![model.to_owned()];
@@ -42,10 +42,10 @@ fn page_figures_and_terminal_tell_the_same_and_the_extended_model_is_read() {
     let run = |words: Vec<String>| softdock(folder.path(), &words.iter().map(String::as_str).collect::<Vec<_>>());
 
     let output = run(words("model.toml", "first"));
-    let (said, beside) = (text(&output.stdout), text(&output.stderr));
+    let (printed, beside) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{beside}");
     assert!(beside.contains("R3 torque to motion: tau -> q") && beside.contains("J14_payload"), "{beside}");
-    assert!(said.starts_with("The model lacks mass of the payload (J14_payload)."), "{said}");
+    assert!(printed.starts_with("The model lacks mass of the payload (J14_payload)."), "{printed}");
     let figures: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("first/diagnosis.json")).expect("figures"))
             .expect("JSON");
@@ -57,7 +57,7 @@ fn page_figures_and_terminal_tell_the_same_and_the_extended_model_is_read() {
     }
     let page = fs::read_to_string(folder.path().join("first/diagnosis.html")).expect("a page");
     let shown = softdock_analysis::number::significant(payload, 4);
-    assert!(said.contains(&shown) && page.contains(&shown) && page.contains("<svg"), "{shown}");
+    assert!(printed.contains(&shown) && page.contains(&shown) && page.contains("<svg"), "{shown}");
     assert!(!page.contains("http"), "the page opens offline");
 
     let output = run(words("first/extended.toml", "second"));
@@ -67,28 +67,28 @@ fn page_figures_and_terminal_tell_the_same_and_the_extended_model_is_read() {
 }
 
 #[test]
-fn bad_input_ends_with_2_and_leaves_nothing() {
+fn bad_input_exits_with_2_and_writes_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let model = "schema = \"rig/1\"\nkind = \"drive\"\nid = \"x\"\n[drive]\nmotion = \"revolute\"\nmotor_inertia = \"1 kg m^2\"\n";
     let log = "[log]\n\"t\" = { column = \"t\", unit = \"s\" }\n\"q\" = { column = \"q\", unit = \"rad\" }\n\"tau\" = { column = \"u\", unit = \"N m\" }\n";
-    fs::write(folder.path().join("good.toml"), format!("{model}{log}")).expect("room");
-    fs::write(folder.path().join("unit.toml"), format!("{model}{}", log.replace("N m", "kg"))).expect("room");
+    fs::write(folder.path().join("good.toml"), format!("{model}{log}")).expect("writable");
+    fs::write(folder.path().join("unit.toml"), format!("{model}{}", log.replace("N m", "kg"))).expect("writable");
     fs::write(
         folder.path().join("effect.toml"),
         format!("{model}[[effect]]\nid = \"J3_stribek\"\nparameters = {{}}\n{log}"),
     )
-    .expect("room");
+    .expect("writable");
     fs::write(
         folder.path().join("parameter.toml"),
         format!("{model}[[effect]]\nid = \"J3_stribeck\"\nparameters = {{ stribek = \"1 N m\" }}\n{log}"),
     )
-    .expect("room");
-    fs::write(folder.path().join("short.csv"), "t,q,u\n0,0,1\n0.1,0,1\n").expect("room");
+    .expect("writable");
+    fs::write(folder.path().join("short.csv"), "t,q,u\n0,0,1\n0.1,0,1\n").expect("writable");
     fs::write(
         folder.path().join("still.csv"),
         (0..300).fold(String::from("t,q,u\n"), |all, i| all + &format!("{},{},5\n", f64::from(i) * 0.01, i)),
     )
-    .expect("room");
+    .expect("writable");
     for (words, expected) in [
         (&["missing.toml", "short.csv"][..], "missing.toml"),
         (&["unit.toml", "short.csv"], "unit"),
@@ -107,11 +107,11 @@ fn bad_input_ends_with_2_and_leaves_nothing() {
 }
 
 #[test]
-fn signals_are_told_without_a_model() {
+fn signals_are_listed_without_a_model() {
     let output = softdock(Path::new("."), &["--signals"]);
-    let said = text(&output.stdout);
+    let printed = text(&output.stdout);
     assert!(
-        output.status.success() && ["drive:", "tau", "sensor:", "contact:"].iter().all(|word| said.contains(word)),
-        "{said}"
+        output.status.success() && ["drive:", "tau", "sensor:", "contact:"].iter().all(|word| printed.contains(word)),
+        "{printed}"
     );
 }

@@ -1,4 +1,4 @@
-//! The generated pages of docs/reference: each must be what the program gives; `docs/generate.sh` writes them.
+//! The generated pages of docs/reference must match the program; `docs/generate.sh` writes them.
 
 use crate::cli::Bench;
 use serde_json::Value;
@@ -76,7 +76,7 @@ fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// What may be dispersed.
+/// Returns the page of the parameters.
 fn parameters() -> String {
     let mut out = "\
 # Parameters
@@ -95,7 +95,7 @@ Every parameter is a legal `target` of a dispersion, and an input column `in_...
     out
 }
 
-/// What a run is judged by, its flags, and the rules of a session.
+/// Returns the page of the metrics, flags and rules of a session.
 fn metrics() -> String {
     let mut out = "\
 # Metrics, flags and rules
@@ -130,7 +130,7 @@ Each metric has two columns: `space_...` and `hil_...`. A metric without a value
     out
 }
 
-/// The catalogue of the facility's imperfections.
+/// Returns the page of the facility's effects.
 fn effects() -> String {
     let mut out = "\
 # Effects
@@ -201,7 +201,7 @@ fn file(title: &str, kind: &str, schema: &Value) -> String {
     out
 }
 
-/// What a property holds: its type in words, and the table behind it.
+/// Returns the type of a property as text, and its table.
 fn kind_of<'a>(schema: &'a Value, property: &'a Value) -> (String, Option<(&'a str, bool)>) {
     if let Some(name) = property["$ref"].as_str().and_then(|name| name.rsplit('/').next()) {
         let target = &schema["$defs"][name];
@@ -281,7 +281,7 @@ fn table<'a>(out: &mut String, schema: &'a Value, here: &'a Value, path: &str, s
 }
 
 #[test]
-fn reference_pages_are_what_the_program_gives() {
+fn reference_pages_match_the_program() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
     let writes = std::env::var_os("SOFTDOCK_WRITE_DOCS").is_some();
     let mut stale = Vec::new();

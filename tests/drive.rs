@@ -1,4 +1,4 @@
-//! `softdock drive` and `emulate` from outside: rehearsals, replays, refusals, and a process that is killed.
+//! `softdock drive` and `emulate` as processes: rehearsals, replays, rejections, and a killed process.
 
 use softdock_test_size::sized;
 use std::fs;
@@ -17,25 +17,25 @@ fn command(words: &str) -> Command {
     command
 }
 
-/// What a command that must end with this exit code says, on both its streams.
+/// Runs a command that must end with this exit code and returns its output on both streams.
 fn expect(code: i32, words: &str) -> String {
     outcome(code, &mut command(words))
 }
 
-/// The same of a command with an environment of its own.
+/// Runs a command with its own environment.
 fn outcome(code: i32, command: &mut Command) -> String {
     let output = command.output().expect("softdock starts");
-    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{command:?}\n{said}");
-    said
+    let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{command:?}\n{printed}");
+    printed
 }
 
-/// A port that nobody has just now.
+/// Returns a free port.
 pub(crate) fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
 }
 
-/// The answer that a drive has left.
+/// Returns the answer of a drive.
 fn answer_in(out: &Path) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(out.join("drive.json")).expect("an answer")).expect("JSON")
 }
@@ -43,31 +43,34 @@ fn answer_in(out: &Path) -> serde_json::Value {
 const DRIVE: &str = "drive campaigns/probe_drogue.toml --run 1244";
 
 #[test]
-fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
+fn rehearsal_log_replays_bit_identically() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
-    let said = expect(0, &format!("{DRIVE} --virtual --band-runs 20 --out {}", out.display()));
-    assert!(said.contains("PASS") && said.contains("stopped by completed"), "{said}");
+    let printed = expect(0, &format!("{DRIVE} --virtual --band-runs 20 --out {}", out.display()));
+    assert!(printed.contains("PASS") && printed.contains("stopped by completed"), "{printed}");
     for file in ["log.mcap", "log.parquet", "evidence.csv", "drive.json"] {
         assert!(out.join(file).is_file(), "{file}");
     }
     let answer = answer_in(&out);
     assert_eq!(answer["success"], true);
     assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(21));
-    let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
-    assert!(said.contains("equal, bit for bit") && said.contains("dead time"), "{said}");
+    let printed = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
+    assert!(printed.contains("equal, bit for bit") && printed.contains("dead time"), "{printed}");
     // A log is never written over.
-    let said = expect(2, &format!("{DRIVE} --virtual --no-band --out {}", out.display()));
-    assert!(said.contains("holds the log of a drive already"), "{said}");
+    let printed = expect(2, &format!("{DRIVE} --virtual --no-band --out {}", out.display()));
+    assert!(printed.contains("holds the log of a drive already"), "{printed}");
 }
 
 #[test]
-fn a_session_that_a_rule_stops_ends_with_three_and_says_what_was_found() {
+fn session_stopped_by_a_rule_exits_with_3_and_reports_the_cause() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
     let words = "drive campaigns/probe_drogue.toml --run 2 --virtual --no-band";
-    let said = expect(3, &format!("{words} --out {}", out.display()));
-    assert!(said.contains("stopped by energy_budget") && said.contains("more than 0.5 J of energy injected"), "{said}");
+    let printed = expect(3, &format!("{words} --out {}", out.display()));
+    assert!(
+        printed.contains("stopped by energy_budget") && printed.contains("more than 0.5 J of energy injected"),
+        "{printed}"
+    );
     let answer = answer_in(&out);
     assert_eq!((&answer["outcome"], &answer["success"]), (&"not_completed".into(), &false.into()));
     let stop = &answer["stop"];
@@ -79,19 +82,19 @@ fn a_session_that_a_rule_stops_ends_with_three_and_says_what_was_found() {
 }
 
 #[test]
-fn a_dry_run_with_nobody_there_is_no_pass() {
+fn dry_run_without_controllers_does_not_pass() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
     let links = format!("--robot1 rsi://127.0.0.1:{} --robot2 rsi://127.0.0.1:{}", free_port(), free_port());
     let words = format!("{DRIVE} {links} --no-band --out {}", out.display());
-    let said = outcome(3, command(&words).env("TMPDIR", folder.path()));
-    assert!(said.contains("robot 1: reports received: 0 reports"), "{said}");
+    let printed = outcome(3, command(&words).env("TMPDIR", folder.path()));
+    assert!(printed.contains("robot 1: reports received: 0 reports"), "{printed}");
     let answer = answer_in(&out);
     assert_eq!((&answer["outcome"], &answer["cause"]), (&"refused".into(), &"start_refused".into()));
 }
 
 #[test]
-fn wrong_words_are_refused_and_leave_nothing() {
+fn wrong_arguments_are_rejected_and_write_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("never");
     let cases = [
@@ -112,16 +115,16 @@ fn wrong_words_are_refused_and_leave_nothing() {
     for (words, reason) in cases {
         let words = format!("{DRIVE} {words} --no-band --out {}", out.display());
         // The robots' locks lie there: another test may hold them.
-        let said = outcome(2, command(&words).env("TMPDIR", folder.path()));
-        assert!(said.contains(reason), "{words}\n{said}");
+        let printed = outcome(2, command(&words).env("TMPDIR", folder.path()));
+        assert!(printed.contains(reason), "{words}\n{printed}");
         assert!(!out.exists(), "{words}: nothing is left");
     }
-    let said = expect(2, "drive campaigns/probe_drogue.toml --run 2000 --virtual");
-    assert!(said.contains("take one of 0 to 1999"), "{said}");
+    let printed = expect(2, "drive campaigns/probe_drogue.toml --run 2000 --virtual");
+    assert!(printed.contains("take one of 0 to 1999"), "{printed}");
 }
 
 #[test]
-fn spoiled_facility_and_effects_files_name_the_key() {
+fn damaged_facility_and_effects_files_report_the_key() {
     let folder = tempfile::tempdir().expect("a folder");
     let shipped = fs::read_to_string(root().join("campaigns/facilities/reference.toml")).expect("the facility");
     let robot = root().join("campaigns/models/kr300_r2500.toml");
@@ -138,8 +141,8 @@ fn spoiled_facility_and_effects_files_name_the_key() {
         assert!(shipped.contains(old), "{old}");
         let path = folder.path().join("facility.toml");
         fs::write(&path, shipped.replace(old, new)).expect("a file");
-        let said = expect(2, &format!("{DRIVE} --virtual --facility {}", path.display()));
-        assert!(said.contains(reason) && said.contains("facility.toml"), "{new}\n{said}");
+        let printed = expect(2, &format!("{DRIVE} --virtual --facility {}", path.display()));
+        assert!(printed.contains(reason) && printed.contains("facility.toml"), "{new}\n{printed}");
     }
     let effects = folder.path().join("effects.toml");
     for (text, reason) in [
@@ -148,18 +151,18 @@ fn spoiled_facility_and_effects_files_name_the_key() {
         ("schema = \"effects/2\"\n[set]\n", "effects/1"),
     ] {
         fs::write(&effects, text).expect("a file");
-        let said = expect(
+        let printed = expect(
             2,
             &format!("emulate campaigns/scenarios/probe_drogue.toml --effects {} --seconds 1", effects.display()),
         );
-        assert!(said.contains(reason), "{text}\n{said}");
+        assert!(printed.contains(reason), "{text}\n{printed}");
     }
-    let said = expect(2, "emulate campaigns/probe_drogue.toml --run 70000000 --seconds 1");
-    assert!(said.contains("run 70000000 of a campaign of"), "{said}");
+    let printed = expect(2, "emulate campaigns/probe_drogue.toml --run 70000000 --seconds 1");
+    assert!(printed.contains("run 70000000 of a campaign of"), "{printed}");
 }
 
 #[test]
-fn kuka_controllers_get_their_configuration() {
+fn kuka_configuration_files_are_written() {
     let folder = tempfile::tempdir().expect("a folder");
     let words = format!("--robot1 rsi://10.0.0.1:59152 --rsi-config {}", folder.path().display());
     expect(0, &format!("{DRIVE} {words}"));
@@ -168,7 +171,7 @@ fn kuka_controllers_get_their_configuration() {
 }
 
 #[test]
-fn a_tag_map_is_read_from_the_controllers_own_file() {
+fn tag_map_is_read_from_the_ethernet_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name);
     let write = |tags: &str, to: &str| {
@@ -179,31 +182,31 @@ fn a_tag_map_is_read_from_the_controllers_own_file() {
     let tags = format!("tags={}", file("first/robot1_rsi_ethernet.xml").display());
     expect(0, &write(&tags, "second"));
     assert_eq!(fs::read_to_string(file("second/robot1_rsi_ethernet.xml")).expect("the file"), written);
-    // What would move the robot when an answer is lost is refused, by drive and by emulate.
+    // A configuration that lets the robot move after a lost answer is rejected, by drive and by emulate.
     fs::write(file("bad.xml"), written.replacen("INDX=\"3\" HOLDON=\"1\"", "INDX=\"3\" HOLDON=\"0\"", 1))
         .expect("written");
     let tags = format!("tags={}", file("bad.xml").display());
     let emulate = format!("emulate campaigns/probe_drogue.toml --run 1244 --robot1 rsi://127.0.0.1:59152?{tags}");
     for words in [write(&tags, "third"), emulate] {
-        let said = expect(2, &words);
-        assert!(said.contains("bad.xml") && said.contains("ELEMENT TAG=\"AK.A2\": HOLDON is 0"), "{said}");
+        let printed = expect(2, &words);
+        assert!(printed.contains("bad.xml") && printed.contains("ELEMENT TAG=\"AK.A2\": HOLDON is 0"), "{printed}");
     }
-    let said = expect(2, &write(&format!("{tags}&type=KROSHU"), "fourth"));
-    assert!(said.contains("SENTYPE of the file"), "{said}");
+    let printed = expect(2, &write(&format!("{tags}&type=KROSHU"), "fourth"));
+    assert!(printed.contains("SENTYPE of the file"), "{printed}");
 }
 
 #[test]
-fn a_fanuc_robot_that_cannot_be_armed_is_refused_with_the_reason() {
+fn unarmable_fanuc_robot_is_rejected_with_the_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let (stream, rmi) = (free_port(), free_port());
     let words = format!("--robot2 fanuc://127.0.0.1:{stream}?rmi={rmi} --arm --go-after-check --priority 0");
     let mut drive = command(&format!("{DRIVE} {words} --out {}", folder.path().join("drive").display()));
     // Its robots' locks are apart from those of other tests.
-    let said = outcome(2, drive.env("TMPDIR", folder.path()));
+    let printed = outcome(2, drive.env("TMPDIR", folder.path()));
     // Long lines are broken.
-    let said = said.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains(&format!("robot 2 at 127.0.0.1:{rmi} cannot be armed")), "{said}");
-    assert!(said.contains("does not answer FRC_Connect_STMO: Connection refused"), "{said}");
+    let printed = printed.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(printed.contains(&format!("robot 2 at 127.0.0.1:{rmi} cannot be armed")), "{printed}");
+    assert!(printed.contains("does not answer FRC_Connect_STMO: Connection refused"), "{printed}");
     assert!(!folder.path().join("drive").exists(), "nothing was driven");
 }
 
@@ -216,7 +219,7 @@ fn until_there(path: &PathBuf, bytes: u64) {
     }
 }
 
-/// The replay of a log whose session was killed; `None` if the session came to its end before.
+/// Returns the replay of a log whose session was killed; `None` if the session ended first.
 fn replay_of_a_killed_drive() -> Option<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
@@ -227,19 +230,18 @@ fn replay_of_a_killed_drive() -> Option<String> {
     until_there(&out.join("log.mcap"), 300_000);
     child.kill().expect("killed");
     let killed = child.wait().expect("ended").code().is_none();
-    let said = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
-    assert!(said.contains("equal, bit for bit"), "{said}");
-    (killed && said.contains("ends early")).then_some(said)
+    let printed = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
+    assert!(printed.contains("equal, bit for bit"), "{printed}");
+    (killed && printed.contains("ends early")).then_some(printed)
 }
 
 #[test]
-fn a_killed_drive_leaves_a_log_that_can_be_read() {
-    // A machine that stalls the session for longer than its rules allow ends it, and its log, before it is killed.
+fn log_of_a_killed_drive_is_readable() {
+    // A machine that stalls the session for longer than its rules allow ends it, and its log, before the kill.
     assert!((0..3).any(|_| replay_of_a_killed_drive().is_some()), "no session was killed before its end");
 }
 
-/// A dry run on loopback against an emulated facility: its output, and what has met at the emulated robots, if it ran to
-/// its end.
+/// Returns the truth of a dry run on loopback against an emulated facility, or its output if it did not run to its end.
 fn dry_run_against_an_emulated_facility() -> Result<serde_json::Value, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let (out, truth) = (folder.path().join("drive"), folder.path().join("truth.json"));
@@ -268,9 +270,9 @@ fn dry_run_against_an_emulated_facility() -> Result<serde_json::Value, String> {
 }
 
 #[test]
-fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
-    // Both programs run in real time: a machine that stalls one of them for longer than the links allow ends the session,
-    // and that is right. Such a stall is no finding of this test; three in a row are.
+fn dry_run_sends_no_motion_to_an_emulated_robot() {
+    // Both programs run in real time: a machine that stalls one of them for longer than the links allow ends the
+    // session, which is correct. Only three stalls in a row are a finding of this test.
     let mut stalled = Vec::new();
     for _ in 0..3 {
         match dry_run_against_an_emulated_facility() {
@@ -283,7 +285,7 @@ fn a_dry_run_against_an_emulated_robot_asks_it_for_nothing() {
 }
 
 #[test]
-fn every_protocol_is_in_the_help_and_refuses_options_that_it_does_not_have() {
+fn every_protocol_is_in_the_help_and_rejects_foreign_options() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("never");
     let [drive, emulate] = ["drive --help", "emulate --help"].map(|words| expect(0, words));
@@ -294,8 +296,8 @@ fn every_protocol_is_in_the_help_and_refuses_options_that_it_does_not_have() {
             .for_each(|line| assert!(emulate.contains(line.as_str()), "{line}\n{emulate}"));
         let device = if row.robot.is_some() { "--robot1" } else { "--ft" };
         let words = format!("{DRIVE} {device} {}://127.0.0.1?spin=3 --no-band --out {}", row.scheme, out.display());
-        let said = outcome(2, command(&words).env("TMPDIR", folder.path()));
-        assert!(said.contains("has no option `spin`"), "{}\n{said}", row.scheme);
+        let printed = outcome(2, command(&words).env("TMPDIR", folder.path()));
+        assert!(printed.contains("has no option `spin`"), "{}\n{printed}", row.scheme);
         assert!(!out.exists(), "{}: nothing is left", row.scheme);
     }
 }

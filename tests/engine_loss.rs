@@ -1,4 +1,4 @@
-//! Devices that fail: really destroyed in mid-batch, really without memory; and what takes their place.
+//! Failing devices: destroyed in mid-batch, or without memory, and the fallback.
 
 use crate::gpu::{gpu, job_and_runs};
 use softdock_engine::cpu::CpuEngine;
@@ -9,7 +9,7 @@ use softdock_kernels::plant::Plant;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
-fn a_device_destroyed_in_mid_batch_is_an_error_and_stays_one() {
+fn destroyed_device_is_a_permanent_error() {
     let (job, runs) = job_and_runs("smoke.toml", 48);
     let mut engine = gpu();
     let destroy = engine.breaker();
@@ -19,26 +19,29 @@ fn a_device_destroyed_in_mid_batch_is_an_error_and_stays_one() {
     });
     let error = first.expect_err("the device is gone");
     assert!(matches!(error, EngineError::DeviceLost(_)), "{error:?}");
-    assert_says(&error, &["the GPU was lost in mid-batch (", "finished shards are safe", "--backend cpu"]);
+    assert_contains(&error, &["the GPU was lost in mid-batch (", "finished shards are safe", "--backend cpu"]);
     let again = engine.run(&job, &runs, &|_| true).expect_err("a lost device does not come back");
     assert!(matches!(again, EngineError::DeviceLost(_)), "{again:?}");
 }
 
-/// Asserts that an error is told with such words.
-fn assert_says(error: &EngineError, parts: &[&str]) {
-    let said = error.to_string();
+/// Asserts that the message of an error contains these parts.
+fn assert_contains(error: &EngineError, parts: &[&str]) {
+    let printed = error.to_string();
     for part in parts {
-        assert!(said.contains(part), "`{part}` in {said}");
+        assert!(printed.contains(part), "`{part}` in {printed}");
     }
 }
 
-/// Asserts that an error is told with its remedies.
-fn assert_no_room(error: &EngineError) {
+/// Asserts that an error of memory states its remedies.
+fn assert_out_of_memory(error: &EngineError) {
     assert!(matches!(error, EngineError::OutOfMemory(_)), "{error:?}");
-    assert_says(error, &["the GPU has too little memory for a batch (", "finished shards are safe", "--backend cpu"]);
+    assert_contains(
+        error,
+        &["the GPU has too little memory for a batch (", "finished shards are safe", "--backend cpu"],
+    );
 }
 
-/// llvmpipe of Mesa 22 reports no memory budget, so that nothing is refused there; a GPU without room gives no device.
+/// llvmpipe of Mesa 22 reports no memory budget, so it rejects nothing; a GPU without free memory gives no device.
 #[test]
 fn a_batch_beyond_the_memory_budget_is_an_error() {
     let (job, runs) = job_and_runs("smoke.toml", 1);
@@ -46,12 +49,12 @@ fn a_batch_beyond_the_memory_budget_is_an_error() {
         Ok(engine) => engine,
         Err(error) => {
             assert!(matches!(error, EngineError::NoAdapter(_)), "{error:?}");
-            return assert_says(&error, &["gives a device (Not enough memory", "--backend cpu"]);
+            return assert_contains(&error, &["gives a device (Not enough memory", "--backend cpu"]);
         }
     };
     let software = engine.device().contains("llvmpipe");
     match engine.run(&job, &runs, &|_| true) {
-        Err(error) => assert_no_room(&error),
+        Err(error) => assert_out_of_memory(&error),
         Ok(_) => assert!(software, "a budget of nothing has held a batch on {}", engine.device()),
     }
 }
@@ -64,7 +67,7 @@ fn a_batch_beyond_the_limits_of_the_device_is_an_error() {
     let mut model = (*job.plant).clone();
     (model.timing.substep, model.timing.substeps) = (1.6e-6, 4);
     let wide = Job::new(Plant::new(model), 1, true);
-    assert_no_room(&engine.run(&wide, &runs, &|_| true).expect_err("beyond the limit"));
+    assert_out_of_memory(&engine.run(&wide, &runs, &|_| true).expect_err("beyond the limit"));
     assert!(engine.run(&job, &runs, &|_| true).is_ok(), "a batch that fits is made by the same device");
 }
 
@@ -80,14 +83,14 @@ fn a_buffer_beyond_the_limits_of_the_device_is_an_error() {
 }
 
 #[test]
-fn the_cpu_takes_over_whole_batches_and_says_so() {
-    static TOLD: AtomicUsize = AtomicUsize::new(0);
+fn cpu_takes_over_whole_batches_and_reports_it() {
+    static REPORTED: AtomicUsize = AtomicUsize::new(0);
     let (job, runs) = job_and_runs("smoke.toml", 48);
     let first = gpu();
     let destroy = first.breaker();
     let mut engine = Failover::new(Box::new(first), |error| {
         assert!(matches!(error, EngineError::DeviceLost(_)), "{error:?}");
-        TOLD.fetch_add(1, Ordering::Relaxed);
+        REPORTED.fetch_add(1, Ordering::Relaxed);
     });
     assert!(!engine.device().starts_with("cpu"));
     let ended = AtomicUsize::new(0);
@@ -99,12 +102,12 @@ fn the_cpu_takes_over_whole_batches_and_says_so() {
     let truth = CpuEngine::new().run(&job, &runs, &|_| true).expect("the batch ends");
     assert_eq!(rows.expect("the CPU goes on"), truth, "no row of the lost device is among them");
     assert!(ended.load(Ordering::Relaxed) > 0, "progress is reported");
-    assert_eq!(TOLD.load(Ordering::Relaxed), 1);
+    assert_eq!(REPORTED.load(Ordering::Relaxed), 1);
     assert!(engine.device().starts_with("cpu f64"), "{}", engine.device());
 }
 
 #[test]
-fn a_user_who_stops_is_not_answered_by_the_cpu() {
+fn user_stop_starts_no_cpu_fallback() {
     let (job, runs) = job_and_runs("smoke.toml", 48);
     let mut engine = Failover::new(Box::new(gpu()), |error| panic!("{error}"));
     match engine.run(&job, &runs, &|_| false) {

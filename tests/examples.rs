@@ -1,4 +1,4 @@
-//! The examples run as their first lines state.
+//! The examples run as documented in their first lines.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,7 @@ fn output(name: &str, words: &[&Path]) -> String {
 }
 
 #[test]
-fn examples_run_as_they_state() {
+fn examples_run_as_documented() {
     let (folder, campaign) = (tempfile::tempdir().expect("a folder"), Path::new("campaigns/smoke.toml"));
     let results = folder.path().join("smoke");
     let text = output("run_campaign", &[campaign, &results]);

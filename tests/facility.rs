@@ -1,4 +1,4 @@
-//! A whole facility with a secret: its drives are diagnosed, the model is extended, and the campaign's verdicts follow.
+//! Whole facility with a hidden effect: diagnosis of its drives, extended model, and the campaign's verdicts.
 
 use serde_json::{Value, json};
 use softdock_campaign::{Scenario, load};
@@ -21,19 +21,19 @@ fn root() -> &'static Path {
 }
 
 /// Part A goes from rest into part B and out again, aside as it goes.
-fn told(start: &Parts<f64>, tick: usize) -> Parts<f64> {
+fn commanded(start: &Parts<f64>, tick: usize) -> Parts<f64> {
     let time = tick as f64 * 1e-3;
-    let (mut told, omega) = (*start, 3.0);
+    let (mut commanded, omega) = (*start, 3.0);
     let way = 0.12 * (1.0 - (omega * time).cos());
-    told.a.position.x += way;
-    told.a.position.y += 0.2 * way;
-    told.a.velocity.x = 0.12 * omega * (omega * time).sin();
-    told.a.velocity.y = 0.2 * told.a.velocity.x;
-    told
+    commanded.a.position.x += way;
+    commanded.a.position.y += 0.2 * way;
+    commanded.a.velocity.x = 0.12 * omega * (omega * time).sin();
+    commanded.a.velocity.y = 0.2 * commanded.a.velocity.x;
+    commanded
 }
 
 #[test]
-fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
+fn standalone_facility_is_bit_identical_to_the_emulated_one() {
     let campaign = load(&root().join("campaigns/probe_drogue.toml")).expect("it loads");
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let quiet = |run: u64| {
@@ -42,7 +42,7 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
         params
     };
     let sets: Vec<_> = (0..9).map(quiet).collect();
-    let rows: Vec<Parts<f64>> = (0..1500).map(|tick: usize| told(&plant.start, tick.saturating_sub(1))).collect();
+    let rows: Vec<Parts<f64>> = (0..1500).map(|tick: usize| commanded(&plant.start, tick.saturating_sub(1))).collect();
     let recorded = Recorded {
         step: 1e-3,
         instants: rows.len(),
@@ -58,8 +58,8 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
     for (run, (params, alone)) in sets.iter().zip(&alone).enumerate() {
         let mut facility = emulated_facility(&plant, [0; 2], run as u64, params);
         facility.stand(&rows[0]);
-        for (row, told) in rows.iter().enumerate().skip(1) {
-            let measured = facility.tick(told);
+        for (row, commanded) in rows.iter().enumerate().skip(1) {
+            let measured = facility.tick(commanded);
             let emulated = to_vec(&readings(&plant.start, &measured.parts, measured.wrench));
             touched |= measured.wrench.force.norm() > 20.0;
             assert_eq!(alone[row * width..][..width], emulated[..], "run {run}, tick {row}");
@@ -68,18 +68,18 @@ fn a_facility_alone_gives_the_bits_of_the_emulated_one() {
     assert!(touched, "the parts touch");
 }
 
-/// What a command that must succeed says.
+/// Runs a command that must succeed and returns its output.
 fn softdock(words: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
     let output = command.current_dir(root()).args(words.split_whitespace()).output().expect("softdock starts");
-    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    // A drive that fails the task ends with 1, and one that is stopped with 3; its log is there all the same.
+    let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    // A drive that fails the task ends with 1, and a stopped one with 3; its log exists in both cases.
     let codes = if words.starts_with("drive") { &[0, 1, 3][..] } else { &[0] };
-    assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "softdock {words}\n{said}");
-    said
+    assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "softdock {words}\n{printed}");
+    printed
 }
 
-/// A folder with a secret, and with what is driven and answered about it.
+/// Folder with a hidden effect, its drives and diagnoses.
 struct Secret {
     folder: TempDir,
 }
@@ -88,7 +88,7 @@ impl Secret {
     fn of(set: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("secret.toml"), format!("schema = \"effects/1\"\n[set]\n{set}\n"))
-            .expect("room");
+            .expect("writable");
         Self { folder }
     }
 
@@ -96,7 +96,7 @@ impl Secret {
         self.folder.path().join(name).display().to_string()
     }
 
-    /// Drives a run, by its number or by an experiment; gives its log.
+    /// Drives a run, by its number or by an experiment, and returns its log.
     fn driven(&self, run: &str, name: &str) -> String {
         let (effects, out) = (self.path("secret.toml"), self.path(name));
         softdock(&format!(
@@ -105,7 +105,7 @@ impl Secret {
         format!("{out}/log.parquet")
     }
 
-    /// What is said of logs.
+    /// Returns the diagnosis of logs.
     fn answer(&self, logs: &str) -> Value {
         let out = self.path("answer");
         softdock(&format!("diagnose campaigns/probe_drogue.toml {logs} --out {out}"));
@@ -113,9 +113,9 @@ impl Secret {
         serde_json::from_str(&text).expect("JSON")
     }
 
-    /// The answer to three drives; to two in the short check.
+    /// Returns the diagnosis of three drives; of two in the short check.
     fn diagnosed(&self) -> Value {
-        // The last one is judged by.
+        // The last one is held out.
         let runs = sized(&[3, 40][..], &[3, 11, 40]);
         let logs: Vec<String> = runs.iter().map(|run| self.driven(&format!("--run {run}"), &run.to_string())).collect();
         self.answer(&logs.join(" "))
@@ -123,7 +123,7 @@ impl Secret {
 }
 
 #[test]
-fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
+fn hidden_robot_lag_is_named_and_extends_the_scenario() {
     let secret = Secret::of("\"facility.robot1.lag\" = \"32 ms\"");
     let answer = secret.diagnosed();
     assert_eq!((&answer["answer"], &answer["provisional"]), (&json!("named"), &json!(true)));
@@ -138,24 +138,24 @@ fn a_robot_with_a_secret_lag_is_named_and_the_scenario_extended() {
     assert!(scenario.found[0].is_uncertain(), "with its covariance");
     softdock(&format!("check campaigns/probe_drogue.toml --model {extended} --runs 10"));
     secret.driven(&format!("--run 3 --model {extended}"), "again");
-    let said = softdock(&format!("replay --log {}", secret.path("again/log.mcap")));
-    assert!(said.contains("equal, bit for bit"), "{said}");
+    let printed = softdock(&format!("replay --log {}", secret.path("again/log.mcap")));
+    assert!(printed.contains("equal, bit for bit"), "{printed}");
 }
 
-/// The secret is what the scenario says: its robots move in its own steps, and in exact ones they would move otherwise.
+/// No effect is hidden: the robots move with the step of the scenario, and a converged step would differ.
 #[test]
-fn a_facility_without_a_secret_lacks_nothing() {
+fn facility_without_hidden_effects_gives_no_effect() {
     let answer = Secret::of("\"facility.robot1.lag\" = \"26.73 ms\"").diagnosed();
     assert_eq!((&answer["answer"], &answer["effects"]), (&json!("no_effect"), &json!([])), "{answer}");
     for finding in answer["findings"].as_array().expect("a list") {
         let what = finding["what"].as_str().expect("a finding");
-        assert!(what.starts_with("judged in the steps of the scenario"), "{what}");
+        assert!(what.starts_with("simulated with the step of the scenario"), "{what}");
     }
 }
 
-/// One drive to learn from, in which the parts slide one way: friction may as well depend on the direction.
+/// One training drive, in which the parts slide one way, so that friction is confounded with its direction dependence.
 #[test]
-fn what_drives_leave_open_is_told_by_the_run_that_the_answer_proposes() {
+fn proposed_run_resolves_an_ambiguous_diagnosis() {
     let secret = Secret::of("\"facility.errors.contact_friction\" = 0.18");
     let [learnt, held_out] = [25, 12].map(|run| secret.driven(&format!("--run {run}"), &run.to_string()));
     let answer = secret.answer(&format!("{learnt} --holdout {held_out}"));

@@ -76,7 +76,7 @@ fn applied_parameters_are_the_drawn_ones_rounded_once() {
 }
 
 #[test]
-fn a_stopped_batch_gives_back_the_runs_that_have_ended() {
+fn stopped_gpu_batch_returns_finished_runs() {
     let (job, runs) = job_and_runs("smoke.toml", 48);
     let mut engine = gpu();
     match engine.run(&job, &runs, &|_| false) {
@@ -90,7 +90,7 @@ fn a_stopped_batch_gives_back_the_runs_that_have_ended() {
 }
 
 #[test]
-fn a_stopped_batch_of_the_cpu_gives_back_the_runs_that_have_ended() {
+fn stopped_cpu_batch_returns_finished_runs() {
     let (job, runs) = job_and_runs("smoke.toml", 64);
     let whole = CpuEngine::new().run(&job, &runs, &|_| true).expect("the batch ends");
     match CpuEngine::new().run(&job, &runs, &|_| false) {

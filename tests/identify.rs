@@ -1,4 +1,4 @@
-//! Robot identification from outside: the files that it leaves, and figures that agree wherever they stand.
+//! `softdock identify` as a process: output files with consistent figures.
 
 use softdock_campaign::Robot;
 use std::fs;
@@ -25,7 +25,7 @@ fn page_summary_and_terminal_show_the_same_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     let (a, b, marks) = (recording("traj_A.csv"), recording("traj_B.csv"), recording("marks.csv"));
     let output = softdock(folder.path(), &[&a, "--validate", &b, "--marks", &marks]);
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let left = folder.path().join("results/identify_kr300_r2500");
     let page = fs::read_to_string(left.join("identify.html")).expect("a page");
@@ -35,7 +35,7 @@ fn page_summary_and_terminal_show_the_same_errors() {
     for joint in 0..6 {
         let error = 100.0 * figures["validated"][0]["joints"][joint]["relative_error"].as_f64().expect("an error");
         let shown = softdock_analysis::number::digits_of(error, 3);
-        assert!(said.contains(&shown) && page.contains(&format!(">{shown}</td>")), "axis {}: {shown}", joint + 1);
+        assert!(printed.contains(&shown) && page.contains(&format!(">{shown}</td>")), "axis {}: {shown}", joint + 1);
         assert!(error <= known[joint].as_f64().expect("a mark"), "axis {}: {error}", joint + 1);
     }
     assert!(!page.contains("http") && !page.contains(&*root().to_string_lossy()), "the page stands alone");
@@ -63,13 +63,13 @@ fn a_designed_motion_is_written_in_the_robots_own_columns() {
 }
 
 #[test]
-fn bad_input_ends_with_code_two_and_a_remedy() {
+fn bad_input_exits_with_2_and_a_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("log.csv"), "t_s,a\n0,1\n").expect("a file");
     let output = softdock(folder.path(), &["log.csv"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2));
     for part in ["log.csv:1", "no column `mot_pos_deg_1`", "r1.q.1", "name one of its columns there: t_s, a"] {
-        assert!(said.replace('\n', " ").contains(part), "`{part}` in {said}");
+        assert!(printed.replace('\n', " ").contains(part), "`{part}` in {printed}");
     }
 }

@@ -107,7 +107,7 @@ fn a_fused_product_of_constants_folds_only_where_it_is_exact() {
 
 proptest! {
     #[test]
-    fn random_programs_give_the_same_as_f64_lanes_and_trace(
+    fn random_programs_agree_between_f64_lanes_and_trace(
         steps in prop::collection::vec((any::<u8>(), any::<usize>(), any::<usize>(), any::<usize>()), 1..40),
         x in -3.0..3.0_f64, y in -3.0..3.0_f64, z in -3.0..3.0_f64,
     ) {
@@ -122,7 +122,7 @@ proptest! {
 }
 
 #[test]
-fn the_kernels_of_blocks_are_whole() {
+fn block_kernels_are_complete() {
     for kind in [
         BlockKind::Drive,
         BlockKind::Controller,

@@ -1,4 +1,4 @@
-//! The one test binary: each module proves one part of the house.
+//! Integration tests of the workspace, one module per subject, in one binary.
 
 mod bad_input;
 mod bench;
@@ -10,7 +10,6 @@ mod engine_loss;
 mod examples;
 mod facility;
 mod gpu;
-mod house;
 mod identify;
 mod kernel;
 mod one_facility;
@@ -23,3 +22,4 @@ mod slurm;
 mod step;
 mod two_writers;
 mod verify;
+mod workspace_rules;

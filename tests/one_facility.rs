@@ -1,4 +1,4 @@
-//! One facility: a draw has the same outcome in the campaign and on the robots.
+//! A draw has the same outcome in the campaign and on the robots.
 
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
@@ -169,7 +169,7 @@ fn path(job: &Job, input: RunInput) -> (Finished, Vec<[u64; 3]>) {
 }
 
 #[test]
-fn rules_change_no_bit_of_a_loop_before_they_stop_it() {
+fn rules_change_no_bit_before_they_stop_a_run() {
     let (campaign, inputs) = docking(12);
     let supervised = Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, true);
     let mut free = campaign.scenario.model.clone();
@@ -194,7 +194,7 @@ fn rules_change_no_bit_of_a_loop_before_they_stop_it() {
 }
 
 #[test]
-fn a_session_that_passes_stays_inside_every_rule() {
+fn passing_session_violates_no_rule() {
     let (campaign, inputs) = docking(60);
     let job = Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, true);
     let rows = CpuEngine::new().run(&job, &inputs, &|_| true).expect("the CPU is there");
@@ -209,7 +209,7 @@ fn a_session_that_passes_stays_inside_every_rule() {
 }
 
 #[test]
-fn contact_latch_and_interface_force_are_told_apart() {
+fn contact_latch_and_interface_force_are_distinguished() {
     let (campaign, inputs) = docking(40);
     let mut model = campaign.scenario.model.clone();
     model.facility.session_robots = None;

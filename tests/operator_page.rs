@@ -31,7 +31,7 @@ impl Drop for Running {
 
 #[test]
 #[ignore = "needs a browser: SOFTDOCK_BROWSER=chromium"]
-fn a_browser_shows_the_checks_says_go_and_stops() {
+fn browser_shows_checks_starts_and_stops() {
     let browser = std::env::var("SOFTDOCK_BROWSER").expect("SOFTDOCK_BROWSER names a Chromium");
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two, ft, http, page] = [(); 5].map(|()| free_port());
@@ -50,11 +50,11 @@ fn a_browser_shows_the_checks_says_go_and_stops() {
         .arg(folder.path().join("page.png"))
         .output()
         .expect("python3 starts");
-    let said = String::from_utf8_lossy(&shown.stderr).into_owned();
+    let printed = String::from_utf8_lossy(&shown.stderr).into_owned();
     if !shown.status.success() {
         drop(_emulated);
         let output = drive.output();
-        panic!("{said}\n{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        panic!("{printed}\n{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     }
     let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).expect("JSON");
     assert_eq!((&shown["ready"], &shown["still_ready"]), (&"ready".into(), &"ready".into()));
@@ -80,15 +80,15 @@ fn a_browser_shows_the_checks_says_go_and_stops() {
 }
 
 #[test]
-fn the_page_is_served_to_this_machine_alone() {
+fn page_is_served_on_loopback_only() {
     let drive = "drive campaigns/probe_drogue.toml --run 1244 --no-band";
-    for (address, said) in
+    for (address, printed) in
         [("0.0.0.0:0", "reachable from other machines"), ("here", "no address of an operator's page")]
     {
         let output =
             Running::start(&format!("{drive} --serve {address} --out {}", std::env::temp_dir().join("x").display()));
         let output = output.output();
         assert_eq!(output.status.code(), Some(2), "{address}");
-        assert!(String::from_utf8_lossy(&output.stderr).contains(said), "{address}: {output:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(printed), "{address}: {output:?}");
     }
 }

@@ -54,7 +54,7 @@ fn squeezed(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A folder as a clone has it, without what a new user does not need: campaigns to edit, recordings to read.
+/// Returns a folder with the files of a clone that a new user needs: campaigns and recordings.
 fn clone() -> tempfile::TempDir {
     let (root, folder) = (Path::new(env!("CARGO_MANIFEST_DIR")), tempfile::tempdir().expect("a folder"));
     copy(&root.join("campaigns"), &folder.path().join("campaigns"));
@@ -93,15 +93,15 @@ fn run_page(page: &Path) {
         let mut bash = Command::new("bash");
         bash.args(["-c", &command]).current_dir(folder.path()).env("PATH", &path).stdin(Stdio::null());
         let output = bash.output().expect("bash starts");
-        let said = String::from_utf8_lossy(&output.stdout);
+        let printed = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(step.exit_code), "{place}\n{said}\n{errors}");
-        let lines: Vec<String> = said.lines().chain(errors.lines()).map(squeezed).collect();
+        assert_eq!(output.status.code(), Some(step.exit_code), "{place}\n{printed}\n{errors}");
+        let lines: Vec<String> = printed.lines().chain(errors.lines()).map(squeezed).collect();
         let mut rest = lines.iter();
         for expected in &step.expected {
             assert!(
                 rest.any(|line| line == expected),
-                "{place}\nhas no line `{expected}`, or not there:\n{said}\n{errors}"
+                "{place}\nhas no line `{expected}`, or not there:\n{printed}\n{errors}"
             );
         }
     }

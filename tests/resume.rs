@@ -1,4 +1,4 @@
-//! Work that is interrupted, extended, started over, given or repeated, and two results side by side.
+//! Interrupted, extended, restarted, given and repeated work, and comparison of two results.
 
 use crate::cli::{Bench, assert_same, files, text};
 use serde_json::Value;
@@ -46,25 +46,25 @@ fn content_hash(bench: &Bench, shard: &str) -> String {
     reader.metadata()["softdock.content_hash"].clone()
 }
 
-/// A campaign that must be run to its end, whatever its verdict; the messages beside the answer.
+/// Runs a campaign to its end, whatever its verdict, and returns its messages.
 fn made(bench: &Bench, words: &str) -> String {
     let output = bench.softdock(words);
-    let said = text(&output.stderr);
-    assert!(matches!(output.status.code(), Some(0 | 1)), "softdock {words}\n{said}");
-    said
+    let printed = text(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "softdock {words}\n{printed}");
+    printed
 }
 
-/// A command that must be refused; the message without its line breaks.
+/// Runs a command that must be rejected and returns the message without line breaks.
 fn refused(bench: &Bench, words: &str) -> String {
     let output = bench.softdock(words);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "softdock {words}\n{}\n{said}", text(&output.stdout));
-    said.lines().map(|line| line.trim_start_matches(['│', ' ', '×', '╰', '─', '▶'])).collect::<Vec<_>>().join(" ")
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "softdock {words}\n{}\n{printed}", text(&output.stdout));
+    printed.lines().map(|line| line.trim_start_matches(['│', ' ', '×', '╰', '─', '▶'])).collect::<Vec<_>>().join(" ")
 }
 
-fn assert_says(said: &str, parts: &[&str]) {
+fn assert_contains(printed: &str, parts: &[&str]) {
     for part in parts {
-        assert!(said.contains(part), "`{part}` in\n{said}");
+        assert!(printed.contains(part), "`{part}` in\n{printed}");
     }
 }
 
@@ -87,17 +87,17 @@ fn ctrl_c_keeps_finished_runs_and_the_same_command_continues_to_the_same_files()
     let interrupt = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
     assert!(interrupt.expect("a shell").success());
     let output = child.wait_with_output().expect("its end");
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert_says(&said, &["stopped with 0 of 1 shards and ", " runs of others; the same command resumes"]);
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{printed}");
+    assert_contains(&printed, &["stopped with 0 of 1 shards and ", " runs of others; the same command resumes"]);
     let kept = TableReader::open(&bench.path("stopped/partial/shard=00000.parquet")).expect("kept").rows();
     assert!(kept > 0 && kept < 1200, "{kept} runs");
     assert!(!bench.path("stopped/runs").exists(), "no whole shard");
     let status = bench.softdock("status stopped");
-    assert_says(&text(&status.stderr), &[&format!("{kept} finished runs of unfinished shards are kept")]);
+    assert_contains(&text(&status.stderr), &[&format!("{kept} finished runs of unfinished shards are kept")]);
     let output = bench.softdock(&words("stopped"));
     assert_eq!(output.status.code(), code);
-    assert_says(
+    assert_contains(
         &text(&output.stderr),
         &[&format!("0 and {kept} runs of others there"), &format!("of {} runs", 1200 - kept)],
     );
@@ -106,17 +106,17 @@ fn ctrl_c_keeps_finished_runs_and_the_same_command_continues_to_the_same_files()
 }
 
 #[test]
-fn more_runs_extend_a_campaign_and_its_runs_stay() {
+fn more_runs_extend_a_campaign_and_keep_its_runs() {
     let bench = without_outer_loop();
     made(&bench, &format!("{RUN} whole --runs 32"));
     // Two full shards and one of four runs.
     made(&bench, &format!("{RUN} grown --runs 20"));
     let first = fs::read(bench.path("grown/runs/shard=00000.parquet")).expect("a shard");
     let output = bench.softdock(&format!("{RUN} grown --runs 32"));
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
-    assert_says(
-        &said,
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    assert_contains(
+        &printed,
         &["extended from 20 to 32 runs", "it is optional stopping", "2 and 4 runs of others there", "of 12 runs"],
     );
     assert_eq!(fs::read(bench.path("grown/runs/shard=00000.parquet")).expect("a shard"), first);
@@ -136,17 +136,17 @@ fn more_runs_extend_a_campaign_and_its_runs_stay() {
         grown[key] = whole[key].clone();
     }
     assert_eq!(grown, whole);
-    assert_says(&bench.expect(0, "status grown"), &["32 of 32 runs", "the stated confidence does not hold"]);
-    let said = refused(&bench, &format!("{RUN} grown --runs 20"));
-    assert_says(&said, &["holds a campaign of 32 runs, and 20 are asked for", "--runs 32 or more"]);
+    assert_contains(&bench.expect(0, "status grown"), &["32 of 32 runs", "the stated confidence does not hold"]);
+    let printed = refused(&bench, &format!("{RUN} grown --runs 20"));
+    assert_contains(&printed, &["holds a campaign of 32 runs, and 20 are asked for", "--runs 32 or more"]);
 }
 
 #[test]
-fn draws_that_depend_on_the_number_of_runs_are_not_extended() {
+fn draws_that_depend_on_the_run_count_are_not_extended() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} outer --runs 16"));
-    let said = refused(&bench, &format!("{RUN} outer --runs 32"));
-    assert_says(&said, &["4 outer draws share out the runs by their number", "--out DIR", "--fresh"]);
+    let printed = refused(&bench, &format!("{RUN} outer --runs 32"));
+    assert_contains(&printed, &["4 outer draws share out the runs by their number", "--out DIR", "--fresh"]);
     assert_eq!(json(&bench.path("outer/campaign.json"))["runs"], 16);
     let bench = without_outer_loop();
     bench.edit(
@@ -154,19 +154,19 @@ fn draws_that_depend_on_the_number_of_runs_are_not_extended() {
         "[sampling]\nmethod = \"lhs\"\n[[requirement]]\nid = \"SMOKE-010\"",
     );
     bench.expect(1, &format!("{RUN} lhs --runs 16"));
-    assert_says(&refused(&bench, &format!("{RUN} lhs --runs 32")), &["Latin hypercube", "the number of runs"]);
+    assert_contains(&refused(&bench, &format!("{RUN} lhs --runs 32")), &["Latin hypercube", "the number of runs"]);
 }
 
 #[test]
-fn a_campaign_with_variants_is_extended_and_started_over() {
+fn campaign_with_variants_is_extended_and_restarted() {
     let bench = without_outer_loop();
     let variants = "[[variant]]\nname = \"none\"\n[[variant]]\nname = \"fast\"\n\
                     set = { \"facility.loop_delay\" = \"9 ms\" }\n[[variant.derived]]\ntarget = \"command_hold\"\nexpr = \"0\"\n\n[traces]";
     bench.edit("[traces]", variants);
     made(&bench, &format!("{RUN} whole --runs 16"));
     made(&bench, &format!("{RUN} grown --runs 12"));
-    let said = made(&bench, &format!("{RUN} grown --runs 16"));
-    assert_says(&said, &["smoke/fast  extended from 12 to 16 runs", "1 and 4 runs of others there"]);
+    let printed = made(&bench, &format!("{RUN} grown --runs 16"));
+    assert_contains(&printed, &["smoke/fast  extended from 12 to 16 runs", "1 and 4 runs of others there"]);
     let names = |folder: &str| files(&bench.path(folder)).into_keys().collect::<Vec<_>>();
     assert_eq!(names("grown"), names("whole"));
     for variant in ["none", "fast"] {
@@ -175,13 +175,16 @@ fn a_campaign_with_variants_is_extended_and_started_over() {
     }
     refused(&bench, &format!("{RUN} g --cases whole/none/runs/shard=00000.parquet"));
     fs::write(bench.path("grown/fast/notes.txt"), "mine").expect("written");
-    assert_says(&refused(&bench, &format!("{RUN} grown --runs 16 --fresh")), &["`fast/notes.txt`"]);
+    assert_contains(&refused(&bench, &format!("{RUN} grown --runs 16 --fresh")), &["`fast/notes.txt`"]);
     fs::remove_file(bench.path("grown/fast/notes.txt")).expect("removed");
     made(&bench, &format!("{RUN} grown --runs 16 --fresh"));
     assert_same(&bench.path("grown"), &bench.path("whole"));
     // All variants are judged together.
     bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"");
-    assert_says(&refused(&bench, "judge grown/fast c/smoke.toml"), &["one variant of a comparison", "softdock judge"]);
+    assert_contains(
+        &refused(&bench, "judge grown/fast c/smoke.toml"),
+        &["one variant of a comparison", "softdock judge"],
+    );
     made(&bench, "judge grown c/smoke.toml");
     made(&bench, &format!("{RUN} anew --runs 16"));
     for variant in ["none", "fast"] {
@@ -196,13 +199,13 @@ fn a_campaign_with_variants_is_extended_and_started_over() {
 }
 
 #[test]
-fn a_changed_campaign_is_refused_with_its_keys() {
+fn changed_campaign_is_rejected_with_its_keys() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     bench.edit("at_most = \"400 N\"", "at_most = \"300 N\"");
     let scenario = fs::read_to_string(bench.path("c/scenarios/smoke.toml")).expect("the scenario");
     fs::write(bench.path("c/scenarios/smoke.toml"), format!("# a word\n{scenario}")).expect("written");
-    let said = refused(&bench, &format!("{RUN} r --runs 16 --seed 2"));
+    let printed = refused(&bench, &format!("{RUN} r --runs 16 --seed 2"));
     let parts = [
         "seed: 1 -> 2",
         "smoke.toml: requirement[2 SMOKE-020].at_most: \"400 N\" -> \"300 N\"",
@@ -210,8 +213,8 @@ fn a_changed_campaign_is_refused_with_its_keys() {
         "put the old values back",
         "--fresh",
     ];
-    assert_says(&said, &parts);
-    assert!(!said.contains(&json(&bench.path("r/campaign.json"))["hash"].to_string()), "no hash in\n{said}");
+    assert_contains(&printed, &parts);
+    assert!(!printed.contains(&json(&bench.path("r/campaign.json"))["hash"].to_string()), "no hash in\n{printed}");
 }
 
 /// Metadata and rows of every file of runs.
@@ -224,14 +227,14 @@ fn content_hash_of(path: &Path) -> String {
 }
 
 #[test]
-fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
+fn judge_equals_a_run_of_the_changed_campaign() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 32"));
     fs::create_dir_all(bench.path("old")).expect("made");
     let shard = "runs/shard=00001.parquet";
     fs::copy(bench.path("r").join(shard), bench.path("old/shard.parquet")).expect("kept");
     let hash = json(&bench.path("r/campaign.json"))["hash"].clone();
-    // A limit, a subject, a custom metric, a criterion of the task, and what is said of it.
+    // A limit, a subject, a custom metric, a criterion of the task, and its description.
     bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"\nat_least = \"1 N\"");
     bench.edit(
         "[[requirement]]\nid = \"SMOKE-010\"",
@@ -248,15 +251,15 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
         .lines()
         .map(|line| if line.starts_with("max_contact_force") { "max_contact_force = \"80 N\"" } else { line });
     fs::write(&scenario, lines.collect::<Vec<_>>().join("\n") + "\n").expect("written");
-    assert_says(
+    assert_contains(
         &refused(&bench, &format!("{RUN} r --runs 32")),
         &["no run depends on these", "softdock judge r c/smoke.toml"],
     );
     let output = bench.softdock("judge r c/smoke.toml");
-    let (said, answer) = (text(&output.stderr), text(&output.stdout));
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{said}");
-    assert_says(&said, &["judged again by a campaign that differs in", "no run was made"]);
-    assert_says(
+    let (printed, answer) = (text(&output.stderr), text(&output.stdout));
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{printed}");
+    assert_contains(&printed, &["judged again by a campaign that differs in", "no run was made"]);
+    assert_contains(
         &answer,
         &["judged again after the runs were made", "smoke.toml: requirement", "task.max_contact_force"],
     );
@@ -282,7 +285,7 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
     fs::write(bench.path("r/campaign.json"), manifest.to_string()).expect("written");
     fs::copy(bench.path("old/shard.parquet"), bench.path("r").join(shard)).expect("put back");
     for words in ["report r", "status r", &format!("{RUN} r --runs 32"), "judge r"] {
-        assert_says(&refused(&bench, words), &["was interrupted", "softdock judge r CAMPAIGN"]);
+        assert_contains(&refused(&bench, words), &["was interrupted", "softdock judge r CAMPAIGN"]);
     }
     made(&bench, "judge r c/smoke.toml");
     assert_eq!(fs::read_to_string(bench.path("r/campaign.json")).expect("the record"), whole);
@@ -290,7 +293,7 @@ fn runs_are_judged_again_as_if_they_were_made_by_the_changed_campaign() {
 }
 
 #[test]
-fn a_change_of_the_runs_themselves_is_not_judged() {
+fn judge_rejects_a_change_of_the_runs() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     let before = files(&bench.path("r"));
@@ -305,33 +308,33 @@ fn a_change_of_the_runs_themselves_is_not_judged() {
     for (file, text, old, new, key) in cases {
         assert!(text.contains(old), "{old}");
         fs::write(bench.path(file), text.replacen(old, new, 1)).expect("written");
-        assert_says(&refused(&bench, "judge r c/smoke.toml"), &["what changes the runs themselves", key]);
+        assert_contains(&refused(&bench, "judge r c/smoke.toml"), &["what changes the runs themselves", key]);
         assert_eq!(files(&bench.path("r")), before, "{key}");
         fs::write(bench.path(file), text).expect("put back");
     }
 }
 
 #[test]
-fn fresh_starts_over_and_deletes_nothing_that_others_wrote() {
+fn fresh_deletes_only_files_of_softdock() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     bench.edit("at_most = \"400 N\"", "at_most = \"399 N\"");
     fs::write(bench.path("r/notes.txt"), "mine").expect("written");
     let before = files(&bench.path("r"));
-    let said = refused(&bench, &format!("{RUN} r --runs 16 --fresh"));
-    assert_says(&said, &["is not written by softdock: `notes.txt`", "nothing was deleted"]);
+    let printed = refused(&bench, &format!("{RUN} r --runs 16 --fresh"));
+    assert_contains(&printed, &["is not written by softdock: `notes.txt`", "nothing was deleted"]);
     assert_eq!(files(&bench.path("r")), before);
     fs::remove_file(bench.path("r/notes.txt")).expect("removed");
     // The campaign that is to run lies in the folder itself.
-    let said = refused(&bench, "run r/campaign/smoke.toml --backend cpu --out r --runs 16 --fresh");
-    assert_says(&said, &["lies in the folder that --fresh would empty"]);
-    let said = made(&bench, &format!("{RUN} r --runs 16 --fresh"));
-    assert_says(&said, &["deleted ", "files of `r`, 2 shards among them"]);
+    let printed = refused(&bench, "run r/campaign/smoke.toml --backend cpu --out r --runs 16 --fresh");
+    assert_contains(&printed, &["lies in the folder that --fresh would empty"]);
+    let printed = made(&bench, &format!("{RUN} r --runs 16 --fresh"));
+    assert_contains(&printed, &["deleted ", "files of `r`, 2 shards among them"]);
     made(&bench, &format!("{RUN} new --runs 16 --fresh"));
     assert_same(&bench.path("r"), &bench.path("new"));
     fs::create_dir(bench.path("other")).expect("made");
     fs::write(bench.path("other/notes.txt"), "mine").expect("written");
-    assert_says(&refused(&bench, &format!("{RUN} other --fresh")), &["is no results folder"]);
+    assert_contains(&refused(&bench, &format!("{RUN} other --fresh")), &["is no results folder"]);
     assert!(bench.path("other/notes.txt").is_file());
 }
 
@@ -340,9 +343,9 @@ fn given_cases_are_run_without_a_verdict() {
     let bench = Bench::new();
     let table = "loop_delay,in_contact_stiffness_n_per_m\n0.004,1e5\n0.02,2e5\n0.03,3e5\n";
     fs::write(bench.path("corners.csv"), table).expect("written");
-    let said = bench.expect(1, &format!("{RUN} g --cases corners.csv"));
-    assert_says(&said, &["UNDECIDED", "given cases, no verdict", "3 of 3 runs"]);
-    assert!(!said.contains("p <= ") && !said.contains("exploring"), "{said}");
+    let printed = bench.expect(1, &format!("{RUN} g --cases corners.csv"));
+    assert_contains(&printed, &["UNDECIDED", "given cases, no verdict", "3 of 3 runs"]);
+    assert!(!printed.contains("p <= ") && !printed.contains("exploring"), "{printed}");
     let made = rows(&bench.path("g"));
     let delay = softdock_results::runs::input_fields().iter().position(|field| field.name == "loop_delay");
     assert_eq!(made.iter().map(|row| row.inputs[delay.expect("a field")]).collect::<Vec<_>>(), [0.004, 0.02, 0.03]);
@@ -363,7 +366,7 @@ fn given_cases_are_run_without_a_verdict() {
     ];
     for (table, parts) in cases {
         fs::write(bench.path("corners.csv"), table).expect("written");
-        assert_says(&refused(&bench, &format!("{RUN} g --cases corners.csv")), &parts);
+        assert_contains(&refused(&bench, &format!("{RUN} g --cases corners.csv")), &parts);
     }
     refused(&bench, &format!("{RUN} g --cases corners.csv --runs 4"));
     refused(&bench, &format!("{RUN} g --cases nothing.parquet"));
@@ -387,9 +390,9 @@ fn failed_runs_are_repeated_with_their_inputs_and_numbers() {
     bench.edit("at_most = \"400 N\"", "at_most = \"150 N\"");
     made(&bench, &format!("{RUN} r --runs 32"));
     let output = bench.softdock("run --only-failed r --backend cpu");
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert_says(&said, &["of 32 runs are repeated: ", " failed in space, ", " on the facility, 0 invalid"]);
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert_contains(&printed, &["of 32 runs are repeated: ", " failed in space, ", " on the facility, 0 invalid"]);
     let (first, again) = (rows(&bench.path("r")), rows(&bench.path("r_failed")));
     assert!(!again.is_empty() && again.len() < first.len(), "{} of {}", again.len(), first.len());
     assert!(again.iter().zip(0..).any(|(row, place)| row.run != place), "numbers with gaps");
@@ -397,7 +400,7 @@ fn failed_runs_are_repeated_with_their_inputs_and_numbers() {
         let one = &first[row.run as usize];
         assert_eq!((&one.inputs, &one.space, &one.hil, one.status), (&row.inputs, &row.space, &row.hil, row.status));
     }
-    assert_says(&text(&output.stdout), &["given cases, no verdict"]);
+    assert_contains(&text(&output.stdout), &["given cases, no verdict"]);
     // The same command resumes, and the folder stands alone.
     bench.expect(1, "run --only-failed r --backend cpu");
     let run = again[again.len() - 1].run;
@@ -406,9 +409,9 @@ fn failed_runs_are_repeated_with_their_inputs_and_numbers() {
     refused(&bench, "run --only-failed r --out r");
     refused(&bench, "run --only-failed r c/smoke.toml");
     bench.softdock(&format!("{RUN} part --runs 32 --shard 1/2"));
-    assert_says(&refused(&bench, "run --only-failed part"), &["2 of 4 shards", "finish the campaign first"]);
-    let said = bench.expect(0, "compare r r_failed");
-    assert_says(&said, &[&format!("{} pairs of runs", again.len()), "runs that changed from A to B\n  none"]);
+    assert_contains(&refused(&bench, "run --only-failed part"), &["2 of 4 shards", "finish the campaign first"]);
+    let printed = bench.expect(0, "compare r r_failed");
+    assert_contains(&printed, &[&format!("{} pairs of runs", again.len()), "runs that changed from A to B\n  none"]);
 }
 
 #[test]
@@ -417,9 +420,12 @@ fn two_results_are_compared_in_pairs_or_as_samples() {
     made(&bench, &format!("{RUN} a --runs 32"));
     bench.edit("at_most = \"400 N\"", "at_most = \"60 N\"");
     made(&bench, &format!("{RUN} b --runs 32"));
-    let said = bench.expect(0, "compare a b");
+    let printed = bench.expect(0, "compare a b");
     let key = "smoke.toml: requirement[2 SMOKE-020].at_most: \"400 N\" -> \"60 N\"";
-    assert_says(&said, &["32 pairs of runs with the same number", "SMOKE-020 (other limit)", "McNemar p = ", key]);
+    assert_contains(
+        &printed,
+        &["32 pairs of runs with the same number", "SMOKE-020 (other limit)", "McNemar p = ", key],
+    );
     let compared: Value = serde_json::from_str(&bench.expect(0, "compare a b --json")).expect("JSON");
     let failures = &compared["requirements"][1]["loops"]["space"];
     let count = |key: &str| failures[key]["count"].as_u64().expect("a count");
@@ -440,21 +446,24 @@ fn two_results_are_compared_in_pairs_or_as_samples() {
     assert_eq!(compared["changes"][0]["key"], "requirement[2 SMOKE-020].at_most");
     // Another seed: other draws, no pairs.
     made(&bench, &format!("{RUN} c2 --runs 32 --seed 5"));
-    let said = bench.expect(0, "compare b c2");
-    assert_says(&said, &["two independent samples", "keys that differ\n  none"]);
-    assert!(!said.contains("McNemar"), "{said}");
+    let printed = bench.expect(0, "compare b c2");
+    assert_contains(&printed, &["two independent samples", "keys that differ\n  none"]);
+    assert!(!printed.contains("McNemar"), "{printed}");
     bench.softdock(&format!("{RUN} part --runs 32 --shard 1/2"));
-    assert_says(&bench.expect(3, "compare b part"), &["incomplete", "16 pairs"]);
+    assert_contains(&bench.expect(3, "compare b part"), &["incomplete", "16 pairs"]);
     refused(&bench, "compare a c");
     // Cases that are numbered from 0 are no draws of another campaign.
     fs::write(bench.path("corners.csv"), "loop_delay\n0.004\n0.02\n").expect("written");
     made(&bench, &format!("{RUN} corners --cases corners.csv"));
-    let said = bench.expect(0, "compare b corners");
-    assert_says(&said, &["two independent samples", "no independent sample", "the tables of given cases differ"]);
+    let printed = bench.expect(0, "compare b corners");
+    assert_contains(
+        &printed,
+        &["two independent samples", "no independent sample", "the tables of given cases differ"],
+    );
 }
 
 #[test]
-fn results_of_an_older_format_are_refused() {
+fn results_of_an_older_format_are_rejected() {
     let bench = Bench::new();
     made(&bench, &format!("{RUN} r --runs 16"));
     let manifest = bench.path("r/campaign.json");
@@ -463,8 +472,8 @@ fn results_of_an_older_format_are_refused() {
     let before = files(&bench.path("r"));
     let again = format!("{RUN} r --runs 16");
     for words in [again.clone(), format!("{again} --fresh"), "report r".to_owned(), "replay r 3".to_owned()] {
-        let said = refused(&bench, &words);
-        assert_says(&said, &["holds results of", "\"results/1\"", "reads \"results/4\""]);
+        let printed = refused(&bench, &words);
+        assert_contains(&printed, &["holds results of", "\"results/1\"", "reads \"results/4\""]);
     }
     assert_eq!(files(&bench.path("r")), before);
 }

@@ -1,4 +1,4 @@
-//! Campaigns as array jobs of a real Slurm cluster on loopback: a node dies, shards are lost, two writers meet.
+//! Campaigns as array jobs of a Slurm cluster on loopback: failed node, lost shards, two writers.
 
 use crate::cli::{Bench, files, text};
 use softdock_test_size::sized;
@@ -23,16 +23,16 @@ impl Cluster {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/slurm/cluster.sh");
         let mut command = Command::new("bash");
         command.arg(script).arg(words[0]).arg(&self.folder).args(&words[1..]);
-        // Its daemons keep what they inherit: nothing of this process may wait for them.
+        // The daemons keep inherited handles, so this process must not wait for them.
         let status = command.stdin(std::process::Stdio::null()).status().expect("bash starts");
         assert!(status.success(), "cluster.sh {words:?}");
     }
 
     fn command(&self, mut command: Command) -> String {
         let output = command.env("SLURM_CONF", self.folder.join("slurm.conf")).output().expect("it starts");
-        let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
-        assert!(output.status.success(), "{command:?}\n{said}\n{}", self.logs());
-        said
+        let printed = format!("{}{}", text(&output.stdout), text(&output.stderr));
+        assert!(output.status.success(), "{command:?}\n{printed}\n{}", self.logs());
+        printed
     }
 
     fn slurm(&self, program: &str, words: &[&str]) -> String {
@@ -101,8 +101,8 @@ fn an_array_job_survives_a_dead_node_and_gives_the_files_of_one_process() {
     let cluster = Cluster::start(bench.path("cluster"));
 
     // One of two nodes dies with everything that runs there.
-    let said = cluster.command(bench.command("submit c/smoke.toml --slurm --backend cpu --out shared"));
-    assert!(said.contains("16 tasks make the runs"), "{said}");
+    let printed = cluster.command(bench.command("submit c/smoke.toml --slurm --backend cpu --out shared"));
+    assert!(printed.contains("16 tasks make the runs"), "{printed}");
     let begin = Instant::now();
     while shards(&bench, "shared").len() < 3 {
         assert!(begin.elapsed() < Duration::from_secs(120), "{}", cluster.logs());
@@ -146,9 +146,9 @@ fn an_array_job_survives_a_dead_node_and_gives_the_files_of_one_process() {
     assert_eq!(changed, [3, 11]);
 
     // The same array twice at once: two writers for each shard.
-    let said =
+    let printed =
         cluster.command(bench.command("submit c/smoke.toml --slurm --backend cpu --out twice --tasks 4 --dry-run"));
-    let scripts: Vec<&str> = said.lines().collect();
+    let scripts: Vec<&str> = printed.lines().collect();
     let arrays = [0, 1].map(|_| cluster.slurm("sbatch", &["--parsable", scripts[0]]).trim().to_owned());
     let after = format!("--dependency=afterany:{}", arrays.join(":"));
     cluster.slurm("sbatch", &["--parsable", &after, scripts[1]]);
@@ -159,18 +159,18 @@ fn an_array_job_survives_a_dead_node_and_gives_the_files_of_one_process() {
 #[test]
 fn scripts_for_slurm_state_the_campaign_and_its_parts() {
     let bench = Bench::new();
-    let said = bench.expect(
+    let printed = bench.expect(
         0,
         "submit c/smoke.toml --slurm --out out --dry-run --tasks 4 --backend cpu --sbatch=--time=00:10:00 --runs 640",
     );
-    let scripts: Vec<String> = said.lines().map(|path| fs::read_to_string(path).expect("a script")).collect();
+    let scripts: Vec<String> = printed.lines().map(|path| fs::read_to_string(path).expect("a script")).collect();
     let place = bench.path("out");
     let worker = format!("worker {} --part array/4 --backend cpu &", place.display());
     for line in ["#SBATCH --array=0-3", "#SBATCH --requeue", "#SBATCH --time=00:10:00", &worker] {
         assert!(scripts[0].contains(line), "{line}\n{}", scripts[0]);
     }
     assert!(scripts[1].contains(&format!("finish {}", place.display())), "{}", scripts[1]);
-    // The parts as tasks of an array, by hand; a task that is none is refused.
+    // The parts as tasks of an array, by hand; an invalid task is rejected.
     for index in ["0", "1", "2", "3"] {
         let mut command = bench.command("worker out --part array/4 --backend cpu");
         let output = command.env("SLURM_ARRAY_TASK_ID", index).output().expect("it starts");

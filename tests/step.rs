@@ -32,24 +32,24 @@ fn flowing(bytes: &[u8]) -> String {
     text(bytes).split(signs).filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// A face 70 mm before the drogue's bottom stands 110 mm deep in the probe's head: every run would end invalid.
+/// A face 70 mm before the drogue's bottom is 110 mm deep in the probe's head: every run would be invalid.
 #[test]
-fn parts_that_overlap_beyond_the_penetration_limit_are_refused_by_check_and_run() {
+fn overlap_beyond_the_penetration_limit_is_rejected() {
     let bench = Bench::new();
     // The head's front is at x = 15 mm, and the face at x = -95 mm.
     let solid = "[[part_b.solid]]\nshape = \"plane\"\nposition = [\"-95 mm\", \"0 mm\", \"0 mm\"]\n\n[contact]";
     edit_scenario(&bench, "[contact]", solid);
     for words in ["check c/smoke.toml", "run c/smoke.toml --backend cpu --out refused"] {
         let output = bench.softdock(words);
-        let said = flowing(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{words}: {said}");
+        let printed = flowing(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words}: {printed}");
         for part in [
             "`part_a.point[1]` overlaps `part_b.solid[2]` by 110 mm",
             "start.gap",
             "30 mm",
             "write gap = \"120 mm\" or more",
         ] {
-            assert!(said.contains(part), "`{part}` of {words} in\n{said}");
+            assert!(printed.contains(part), "`{part}` of {words} in\n{printed}");
         }
     }
     assert!(!bench.path("refused").exists(), "nothing is written");
@@ -64,10 +64,10 @@ fn a_task_may_start_in_contact_and_check_reports_the_overlap() {
     let bench = Bench::new();
     let solid = "[[part_b.solid]]\nshape = \"plane\"\nposition = [\"12 mm\", \"0 mm\", \"0 mm\"]\n\n[contact]";
     edit_scenario(&bench, "[contact]", solid);
-    let said = bench.expect(0, "check c/smoke.toml --step 20");
+    let printed = bench.expect(0, "check c/smoke.toml --step 20");
     let part =
         "the parts overlap: part_a.point[1] in part_b.solid[2] by 3 mm (more than task.max_depth, 30 mm, is refused)";
-    assert!(said.contains(part), "{said}");
+    assert!(printed.contains(part), "{printed}");
     let draws = &stepped(&bench, "--step 20")["facilities"][0]["draws"];
     // The offset along the approach has a standard deviation of 1 mm.
     assert!(draws["overlapping_starts"].as_u64().expect("a count") >= 18, "{draws}");
@@ -80,7 +80,7 @@ fn a_task_may_start_in_contact_and_check_reports_the_overlap() {
 #[test]
 fn check_reports_the_nominal_run_of_the_engine() {
     let bench = Bench::new();
-    let said = bench.expect(0, "check c/smoke.toml");
+    let printed = bench.expect(0, "check c/smoke.toml");
     for part in [
         "first touch",
         "part_a.point[1] on part_b.solid[1]",
@@ -93,7 +93,7 @@ fn check_reports_the_nominal_run_of_the_engine() {
         "on cpu f64",
         "extrapolated from",
     ] {
-        assert!(said.contains(part), "`{part}` in\n{said}");
+        assert!(printed.contains(part), "`{part}` in\n{printed}");
     }
     let campaign = softdock_campaign::load(&bench.path("c/smoke.toml")).expect("the campaign");
     let plant = Plant::new(campaign.scenario.model.clone()).with_effects(campaign.effects());
@@ -102,7 +102,7 @@ fn check_reports_the_nominal_run_of_the_engine() {
     assert_eq!(run.flags & flags::INVALID, 0);
     let nominal = &stepped(&bench, "")["facilities"][0]["nominal"];
     for (name, metrics) in [("space", &run.space), ("facility", &run.hil)] {
-        let told = &nominal[name];
+        let row = &nominal[name];
         for (key, value) in [
             ("touch_time_s", metrics.touch_time),
             ("peak_contact_force_n", metrics.peak_contact_force),
@@ -113,11 +113,11 @@ fn check_reports_the_nominal_run_of_the_engine() {
             ("end_time_s", metrics.end_time),
         ] {
             // The parser of JSON rounds the last digit.
-            assert!(is_near(told[key].as_f64().expect("a number"), value), "{key} {name}: {told}");
+            assert!(is_near(row[key].as_f64().expect("a number"), value), "{key} {name}: {row}");
         }
-        assert_eq!(told["outcome"], "pass");
+        assert_eq!(row["outcome"], "pass");
         // The head rests on the drogue's bottom, 80 mm deep on the axis.
-        let touch = &told["touch"];
+        let touch = &row["touch"];
         assert_eq!((&touch["point"], &touch["solid"]), (&Value::from(1), &Value::from(1)));
         assert!((touch["place_in_b_m"][0].as_f64().expect("a place") - 0.08).abs() < 1e-3, "{touch}");
     }
@@ -127,12 +127,12 @@ fn check_reports_the_nominal_run_of_the_engine() {
 fn an_invalid_nominal_run_is_reported_with_its_flag() {
     let bench = Bench::new();
     edit_scenario(&bench, "max_depth = \"30 mm\"", "max_depth = \"0.01 mm\"");
-    let said = bench.expect(0, "check c/smoke.toml");
+    let printed = bench.expect(0, "check c/smoke.toml");
     assert!(
-        said.contains("invalid by the flag space_penetration: the space loop passed the penetration limit"),
-        "{said}"
+        printed.contains("invalid by the flag space_penetration: the space loop passed the penetration limit"),
+        "{printed}"
     );
-    assert!(said.contains("with task.max_depth 0.01 mm"), "{said}");
+    assert!(printed.contains("with task.max_depth 0.01 mm"), "{printed}");
     assert_eq!(stepped(&bench, "")["facilities"][0]["nominal"]["invalid_flags"][0], "space_penetration");
 }
 

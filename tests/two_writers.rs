@@ -1,4 +1,4 @@
-//! Several processes in one results folder: they share the work, or one of them is refused; nothing is overwritten.
+//! Several processes in one results folder: they share the work, or one is rejected; nothing is overwritten.
 
 use crate::cli::{Bench, assert_same, text};
 use std::process::{Child, Stdio};
@@ -22,7 +22,7 @@ fn processes_of_one_campaign_share_its_shards_and_give_the_files_of_one_process(
 }
 
 #[test]
-fn of_two_campaigns_started_in_one_new_folder_one_is_refused() {
+fn second_campaign_in_a_new_folder_is_rejected() {
     let bench = Bench::new();
     for round in 0..5 {
         let words = |seed: u64| format!("run c/smoke.toml --backend cpu --seed {seed} --out new{round}");
@@ -30,7 +30,7 @@ fn of_two_campaigns_started_in_one_new_folder_one_is_refused() {
             let output = child.wait_with_output().expect("an end");
             (output.status.code().expect("an exit code"), text(&output.stderr))
         });
-        let refused: Vec<&String> = codes.iter().filter(|(code, _)| *code == 2).map(|(_, said)| said).collect();
+        let refused: Vec<&String> = codes.iter().filter(|(code, _)| *code == 2).map(|(_, printed)| printed).collect();
         assert_eq!(refused.len(), 1, "{codes:?}");
         assert!(refused[0].contains("seed: "), "{}", refused[0]);
         bench.expect(0, &format!("verify new{round}"));
@@ -38,7 +38,7 @@ fn of_two_campaigns_started_in_one_new_folder_one_is_refused() {
 }
 
 #[test]
-fn a_folder_in_which_runs_are_made_is_neither_judged_nor_emptied() {
+fn folder_with_active_writers_is_neither_judged_nor_cleared() {
     let bench = Bench::new();
     bench.edit("runs = 64", "runs = 4000");
     let mut running = bench.until_first_shard("run c/smoke.toml --backend cpu --out out", "out");
@@ -47,7 +47,7 @@ fn a_folder_in_which_runs_are_made_is_neither_judged_nor_emptied() {
         assert_eq!(output.status.code(), Some(2), "{words}");
         assert!(text(&output.stderr).contains("another softdock process works in `out`"), "{}", text(&output.stderr));
     }
-    // A process that is killed gives its locks back, and leaves nothing that blocks the next one.
+    // A killed process releases its locks and blocks no successor.
     running.kill().expect("killed");
     running.wait().expect("ended");
     let output = bench.softdock("run c/smoke.toml --backend cpu --out out --shard 1/500");

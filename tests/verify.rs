@@ -1,4 +1,4 @@
-//! `softdock verify`: whatever is changed in a results folder shows.
+//! `softdock verify` detects any change in a results folder.
 
 use crate::cli::{Bench, text};
 use softdock_test_size::sized;
@@ -26,8 +26,8 @@ fn whole() -> Bench {
 #[test]
 fn one_changed_bit_anywhere_in_a_results_folder_is_found() {
     let bench = whole();
-    let said = bench.softdock("verify r");
-    assert_eq!(said.status.code(), Some(0), "{}{}", text(&said.stdout), text(&said.stderr));
+    let printed = bench.softdock("verify r");
+    assert_eq!(printed.status.code(), Some(0), "{}{}", text(&printed.stdout), text(&printed.stderr));
     let size = |file: &PathBuf| fs::metadata(file).expect("a file").len();
     // The folder's lock is empty.
     let files: Vec<PathBuf> = files_below(&bench.path("r")).into_iter().filter(|file| size(file) > 0).collect();
@@ -52,8 +52,8 @@ fn one_changed_bit_anywhere_in_a_results_folder_is_found() {
         let output = bench.softdock("verify r");
         let name = files[file].display();
         assert!(matches!(output.status.code(), Some(1..=3)), "bit {bit} of byte {at} of {name} is not found");
-        let said = text(&output.stderr);
-        assert!(!said.contains("panicked"), "bit {bit} of byte {at} of {name}: {said}");
+        let printed = text(&output.stderr);
+        assert!(!printed.contains("panicked"), "bit {bit} of byte {at} of {name}: {printed}");
         bytes[at as usize] ^= 1 << bit;
         fs::write(&files[file], &bytes).expect("written");
     }
@@ -61,7 +61,7 @@ fn one_changed_bit_anywhere_in_a_results_folder_is_found() {
 }
 
 #[test]
-fn damaged_and_stray_shards_are_named_and_made_again_without_a_doubled_run() {
+fn damaged_and_stray_shards_are_reported_and_rerun_once() {
     let bench = whole();
     let summary = fs::read(bench.path("r/summary.json")).expect("a summary");
     fs::copy(bench.path("r/runs/shard=00000.parquet"), bench.path("r/runs/shard=00000 (copy).parquet"))
@@ -72,37 +72,37 @@ fn damaged_and_stray_shards_are_named_and_made_again_without_a_doubled_run() {
     bytes[middle] ^= 4;
     fs::write(&shard, bytes).expect("written");
 
-    let said = bench.softdock("status r");
-    let words = text(&said.stdout);
-    assert_eq!(said.status.code(), Some(3), "{words}");
+    let printed = bench.softdock("status r");
+    let words = text(&printed.stdout);
+    assert_eq!(printed.status.code(), Some(3), "{words}");
     assert!(words.contains("ignored  runs/shard=00001.parquet: damaged"), "{words}");
     assert!(words.contains("ignored  runs/shard=00000 (copy).parquet"), "{words}");
-    let said = bench.softdock("verify r");
-    assert_eq!(said.status.code(), Some(1), "{}", text(&said.stdout));
+    let printed = bench.softdock("verify r");
+    assert_eq!(printed.status.code(), Some(1), "{}", text(&printed.stdout));
 
-    let said = bench.softdock("run c/smoke.toml --backend cpu --out r");
-    assert!(text(&said.stderr).contains("1 shards to make"), "{}", text(&said.stderr));
-    // The stray file is still named, and counts for nothing.
+    let printed = bench.softdock("run c/smoke.toml --backend cpu --out r");
+    assert!(text(&printed.stderr).contains("1 shards to make"), "{}", text(&printed.stderr));
+    // The stray file is still reported and ignored.
     fs::remove_file(bench.path("r/runs/shard=00000 (copy).parquet")).expect("removed");
-    assert_eq!(bench.softdock("report r").status.code(), said.status.code());
+    assert_eq!(bench.softdock("report r").status.code(), printed.status.code());
     assert!(fs::read(bench.path("r/summary.json")).expect("a summary") == summary, "the same runs, each once");
     assert_eq!(bench.softdock("verify r").status.code(), Some(0));
 }
 
 #[test]
-fn runs_of_two_builds_do_not_go_together() {
+fn runs_of_two_builds_are_not_mixed() {
     let bench = whole();
     let manifest = bench.path("r/campaign.json");
     let text_of = fs::read_to_string(&manifest).expect("the manifest");
     let value: serde_json::Value = serde_json::from_str(&text_of).expect("JSON");
     let commit = value["made_by"]["commit"].as_str().expect("a commit").to_owned();
-    // The folder says that another build has made its runs: then its own shards are strangers.
+    // The folder states another build, so its shards do not belong to it.
     fs::write(&manifest, text_of.replace(&commit, "000000000000")).expect("written");
-    let said = bench.softdock("run c/smoke.toml --backend cpu --out r");
-    assert_eq!(said.status.code(), Some(2));
-    let words = text(&said.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    let printed = bench.softdock("run c/smoke.toml --backend cpu --out r");
+    assert_eq!(printed.status.code(), Some(2));
+    let words = text(&printed.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("(commit 000000000000) has made") && words.contains("--fresh"), "{words}");
-    let said = bench.softdock("status r");
-    assert_eq!(said.status.code(), Some(3), "{}", text(&said.stdout));
-    assert!(text(&said.stdout).contains("commit is `"), "{}", text(&said.stdout));
+    let printed = bench.softdock("status r");
+    assert_eq!(printed.status.code(), Some(3), "{}", text(&printed.stdout));
+    assert!(text(&printed.stdout).contains("commit is `"), "{}", text(&printed.stdout));
 }

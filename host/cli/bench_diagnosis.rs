@@ -7,8 +7,8 @@ use crate::words::{Exit, json, say, warn};
 use softdock_bench::cases::{CaseDone, count_missing, lay_out_case, run_missing, score_files, selected};
 use softdock_bench::plan::{Case, Wanted, plan, shard};
 use softdock_bench::record::Ledger;
-use softdock_bench::score::{Score, score, scored};
-use softdock_bench::words;
+use softdock_bench::score::{GauntletScore, score, scored};
+use softdock_bench::{GauntletError, summary_text};
 use std::path::Path;
 
 /// Judges the diagnosis.
@@ -44,7 +44,7 @@ fn lay_out(all: &[Case], id: &str, folder: &Path) -> miette::Result<Exit> {
 }
 
 /// Runs the part of the cases that is asked for; nothing of a truth is printed before the score.
-fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> softdock_bench::Result<()> {
+fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), GauntletError> {
     let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
     let own = shard(selected(all, args.only.as_deref().unwrap_or(""), &args.multiples)?, number, of);
     let ledger = Ledger::open(folder, number, of)?;
@@ -52,7 +52,7 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> softdock_bench
     run_missing(own, &ledger, &stopped, &mut |CaseDone { done, missing, record, seconds_left }| {
         let seconds = record.cost.diagnosis + record.cost.rest;
         let cost = match &record.answer {
-            None => "no bench shows such a size".to_owned(),
+            None => "size out of range".to_owned(),
             Some(_) => format!("{seconds:.1} s"),
         };
         warn(format!("{done} of {missing}  {}: {cost}  {seconds_left:.0} s left", record.case));
@@ -60,9 +60,9 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> softdock_bench
 }
 
 /// Writes the score and prints it.
-fn report(args: &BenchDiagnosisArgs, folder: &Path, score: &Score) -> miette::Result<()> {
+fn report(args: &BenchDiagnosisArgs, folder: &Path, score: &GauntletScore) -> miette::Result<()> {
     let (figures, files) = score_files(score, &args.command()).map_err(gauntlet_failed)?;
     let written = write(folder, &files)?;
-    say(if args.json { json(&figures) } else { format!("{}\n{}", words::text(score), listed(&written)) });
+    say(if args.json { json(&figures) } else { format!("{}\n{}", summary_text::text(score), listed(&written)) });
     Ok(())
 }

@@ -6,12 +6,12 @@ use crate::progress::Terminal;
 use crate::reports::{diagnosis_failed, listed, paths, session_failed, write};
 use crate::words::{Exit, explain, json, say, warn};
 use miette::IntoDiagnostic;
-use softdock_diagnosis::answer::Verdict;
-use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
-use softdock_diagnosis::experiment::Experiment;
+use softdock_diagnosis::answer::DiagnosisVerdict;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
+use softdock_diagnosis::experiment::ProposedExperiment;
 use softdock_diagnosis::signals_text::signals_text;
 use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
-use softdock_diagnosis::{isolability, words};
+use softdock_diagnosis::{answer_text, isolability};
 use softdock_engine::EngineError;
 use softdock_engine::simulator::Simulator;
 use softdock_farm::{FarmError, ModelComparison, device_failure};
@@ -24,7 +24,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(signals_text());
         return Ok(Exit::Done);
     };
-    let options = Options {
+    let options = DiagnosisOptions {
         hold_out_from: args.hold_out_from,
         hold_out_experiments: args.hold_out_experiments,
         without: args.without.clone(),
@@ -36,7 +36,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
     // Before any number: what these channels can show at all.
     warn(isolability::text(&prepared.isolability));
     let (mut diagnosis, judged) = prepared.diagnose().map_err(diagnosis_failed)?;
-    if model.campaign().is_some() && diagnosis.answer == Verdict::Ambiguous {
+    if model.campaign().is_some() && diagnosis.answer == DiagnosisVerdict::Ambiguous {
         // The answer is there already, and must not be lost for want of a facility file.
         diagnosis.proposed = proposed(&model, &args.facility, &diagnosis, &judged).unwrap_or_else(|error| {
             warn(format!("no run is proposed to drive next: {error}; name the facility file with --facility"));
@@ -54,7 +54,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> miette::Result<Exit> {
         say(json(&work.figures));
     } else {
         let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");
-        say(format!("{}\n\n{comparison}{}", words::text(&diagnosis), listed(&written)));
+        say(format!("{}\n\n{comparison}{}", answer_text::text(&diagnosis), listed(&written)));
     }
     Ok(Exit::Done)
 }
@@ -65,7 +65,7 @@ fn proposed(
     facility: &Path,
     diagnosis: &Diagnosis,
     judged: &[Judged],
-) -> miette::Result<Option<Experiment>> {
+) -> miette::Result<Option<ProposedExperiment>> {
     let Some(campaign) = model.campaign() else { return Ok(None) };
     let folder = tempfile::tempdir().into_diagnostic()?;
     let rehearsed = rehearse_runs(campaign, facility, folder.path()).map_err(session_failed)?;

@@ -7,10 +7,10 @@ use softdock_analysis::number::significant;
 use softdock_campaign::Robot;
 use softdock_diagnosis::identify::excitation::{DesignOptions, design};
 use softdock_diagnosis::identify::files::{identification_files, motion_files};
-use softdock_diagnosis::identify::marks::read_marks;
 use softdock_diagnosis::identify::motion::Preparation;
+use softdock_diagnosis::identify::published_errors::read_published_errors;
 use softdock_diagnosis::identify::report::terminal;
-use softdock_diagnosis::identify::{Options, identify as identify_robot};
+use softdock_diagnosis::identify::{IdentificationOptions, identify as identify_robot};
 use softdock_diagnosis::result_files::FiguresAndFiles;
 
 /// Identifies what is asked.
@@ -22,8 +22,8 @@ pub(crate) fn identify(args: &IdentifyArgs) -> miette::Result<Exit> {
 
 fn robot(args: &RobotArgs, prior: &Robot) -> miette::Result<Exit> {
     let preparation = Preparation { cutoff: args.cutoff, period: args.period };
-    let options = Options { preparation, lambda: args.weight, ..Options::default() };
-    let marks = args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_marks(path, prior.joints.len()));
+    let options = IdentificationOptions { preparation, lambda: args.weight, ..IdentificationOptions::default() };
+    let marks = args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_published_errors(path, prior.joints.len()));
     let marks = marks.map_err(diagnosis_failed)?;
     let found =
         identify_robot(prior, &paths(&args.logs), &paths(&args.validate), &options).map_err(diagnosis_failed)?;

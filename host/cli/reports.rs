@@ -17,12 +17,12 @@ pub(crate) fn session_failed(error: SessionError) -> Report {
 }
 
 /// An error of a diagnosis or an identification with its remedy.
-pub(crate) fn diagnosis_failed(error: softdock_diagnosis::Error) -> Report {
+pub(crate) fn diagnosis_failed(error: softdock_diagnosis::DiagnosisError) -> Report {
     refuse(&error, error.remedy())
 }
 
 /// An error of the gauntlet with its remedy.
-pub(crate) fn gauntlet_failed(error: softdock_bench::Error) -> Report {
+pub(crate) fn gauntlet_failed(error: softdock_bench::GauntletError) -> Report {
     refuse(&error, error.remedy())
 }
 

@@ -24,7 +24,7 @@ pub(super) fn run(model: Model, params: &[Params<f64>]) -> Vec<Finished> {
     CpuEngine::new().run(&job, &numbered(params), &|_| true).expect("nobody stops the batch")
 }
 
-/// Asserts |value / expected - 1| <= tolerance and says what was compared.
+/// Asserts |value / expected - 1| <= tolerance and reports the comparison.
 #[track_caller]
 pub(super) fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
     let error = value / expected - 1.0;

@@ -102,7 +102,7 @@ fn jacobi(u: f64, m: f64) -> ([f64; 3], f64) {
 }
 
 #[test]
-fn a_torque_free_body_tumbles_as_euler_and_poinsot_say() {
+fn torque_free_body_tumbles_as_euler_and_poinsot() {
     let i = [1.0f64, 2.0, 3.0];
     let start_rate = vec3(0.3f64, 0.0, 1.0);
     let energy2 = i[0] * 0.09 + i[2];

@@ -62,7 +62,7 @@ fn an_undamped_bounce_in_space_returns_the_speed_and_keeps_momentum() {
 }
 
 #[test]
-fn restitution_grows_with_dead_time_as_the_exact_series_says() {
+fn restitution_grows_with_dead_time_as_the_exact_series() {
     let found = restitutions(&SERIES.map(|(theta, _)| (theta, 0.0)));
     for ((theta, exact), e) in SERIES.into_iter().zip(found) {
         assert_close(&format!("e({theta})"), e, exact, 5e-3);
@@ -70,7 +70,7 @@ fn restitution_grows_with_dead_time_as_the_exact_series_says() {
 }
 
 #[test]
-fn a_sensor_that_is_later_than_the_loops_delay_holds_is_dead_time_as_well() {
+fn sensor_delay_beyond_the_loop_delay_adds_dead_time() {
     for (theta, exact) in SERIES.into_iter().filter(|(theta, _)| *theta >= 0.3) {
         let whole = bounce(theta, 0.0);
         let later = Params { loop_delay: 0.4 * DELAY, sensor_delay_error: 0.6 * DELAY, ..whole };
@@ -108,9 +108,9 @@ fn damped_bounces_match_the_table_over_delay_and_damping() {
     }
 }
 
-/// Least damping ratio at which a bounce creates no energy, by interpolation between two guesses.
+/// Least damping ratio at which a bounce injects no energy, by interpolation between two guesses.
 #[test]
-fn the_energy_neutral_damping_lies_where_the_series_puts_it() {
+fn energy_neutral_damping_matches_the_series() {
     let table = [(0.05, 1.0173), (0.10, 1.0376), (0.20, 1.0895), (0.30, 1.1626), (0.40, 1.2735), (0.50, 1.4795)];
     let guesses: Vec<_> =
         table.iter().flat_map(|(theta, ratio)| [0.98, 1.02].map(|f| (*theta, f * ratio * theta / 2.0))).collect();
@@ -121,7 +121,7 @@ fn the_energy_neutral_damping_lies_where_the_series_puts_it() {
 }
 
 #[test]
-fn beyond_theta_0_574_no_damping_keeps_a_bounce_from_creating_energy() {
+fn beyond_theta_0_574_every_damping_injects_energy() {
     let at = |theta: f64| restitutions(&(1..=24).map(|i| (theta, 0.05 * f64::from(i))).collect::<Vec<_>>());
     let least = |found: Vec<f64>| found.into_iter().fold(f64::INFINITY, f64::min);
     let (below, above) = (least(at(0.56)), least(at(0.59)));

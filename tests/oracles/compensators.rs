@@ -24,7 +24,8 @@ fn with(mut model: Model, kind: CompensatorKind, pulls: bool) -> Model {
     model
 }
 
-/// A spring with natural frequency times delay `theta` and damping ratio `zeta` on a compensator that knows it all.
+/// A spring with natural frequency times delay `theta` and damping ratio `zeta`, with an exact model in the
+/// compensator.
 fn known(theta: f64, zeta: f64) -> Params<f64> {
     let w = theta / DELAY;
     let stiffness = MASS * w * w;
@@ -105,7 +106,7 @@ fn a_bounce_under_a_first_order_lead_has_the_tabulated_restitution() {
 }
 
 #[test]
-fn a_low_pass_on_the_derivative_costs_what_its_lag_costs() {
+fn low_pass_on_the_derivative_costs_its_lag() {
     // F + c s F / (1 + lag s) on e^(-hs): for lag << h the lead falls short by c lag s^2, a growth of theta^2 w lag / 2.
     let (theta, lag) = (0.1, 1e-3);
     let params = Params { compensator_lag: lag, ..known(theta, 0.0) };
@@ -138,11 +139,11 @@ fn a_smith_predictor_is_as_good_as_its_stiffness() {
 }
 
 #[test]
-fn a_bounce_on_a_predicted_spring_gains_only_what_the_late_touch_costs() {
+fn predicted_spring_injects_only_the_energy_of_late_contact() {
     let thetas = [0.05, 0.1, 0.2, 0.3, 0.5];
     let found = bounces(CompensatorKind::Smith, false, &thetas.map(|theta| known(theta, 0.0)));
     for (theta, e) in thetas.into_iter().zip(found) {
-        // The depth now, as the model knows it since the touch was felt.
+        // Current depth, known to the model since the touch was measured.
         let exact = restitution(theta, |now, _| now[0]);
         println!("smith, theta {theta}: e = {e:.6}, {exact:.6} by steps");
         assert_close(&format!("e({theta})"), e, exact, 5e-3);
@@ -164,7 +165,7 @@ fn virtual_damping_needs_the_margin_of_its_characteristic_equation() {
 }
 
 #[test]
-fn virtual_damping_with_the_margin_of_the_energy_neutral_column_creates_no_energy() {
+fn virtual_damping_with_the_energy_neutral_margin_injects_no_energy() {
     // F-exit ratios b/(k h) at which a bounce with a *delayed* damper gives back its energy.
     let column = [
         (0.02, 1.0066),
@@ -216,7 +217,7 @@ fn a_compensator_without_numbers_changes_no_bit() {
 /// Restitution that must not be passed with 2 % of the energy allowed: e^2 = 1.02.
 const TARGET: f64 = 1.00996;
 
-/// What a run under an energy observer has shown.
+/// Result of a run under an energy observer.
 struct Account {
     restitution: f64,
     /// The same bounce in space.
@@ -285,7 +286,7 @@ fn check_accounts(kind: CompensatorKind, runs: u64) {
 }
 
 #[test]
-fn under_passivity_control_the_observed_energy_never_falls_below_what_is_allowed() {
+fn observed_energy_stays_above_its_bound_under_passivity_control() {
     check_accounts(CompensatorKind::Passivity, 300);
     check_accounts(CompensatorKind::LeadPassivity, 300);
 }
@@ -311,7 +312,7 @@ fn a_switched_lead_brings_the_bounce_nearer_to_space_than_its_parts() {
 
 #[test]
 #[ignore = "the full size of the test above"]
-fn in_ten_thousand_runs_the_observed_energy_never_falls_below_what_is_allowed() {
+fn observed_energy_stays_above_its_bound_in_10000_runs() {
     check_accounts(CompensatorKind::Passivity, 10_000);
     check_accounts(CompensatorKind::LeadPassivity, 10_000);
 }

@@ -87,7 +87,7 @@ fn friction_of_the_mounted_parts_goes_with_twice_the_angle_from_part_bs_y_axis()
 }
 
 #[test]
-fn parts_that_adhere_pull_as_the_spring_goes_on_and_part_at_the_stated_force() {
+fn adhesive_parts_separate_at_the_stated_force() {
     for (law, n) in [(NormalLaw::Linear, 1.0), (NormalLaw::Power { exponent: 1.5 }, 1.5)] {
         let (m, p) = (plant(law), Params { contact_adhesion: 4.0, ..params() });
         let reach = f64::powf(4.0 / STIFFNESS, 1.0 / n);
@@ -102,7 +102,7 @@ fn parts_that_adhere_pull_as_the_spring_goes_on_and_part_at_the_stated_force() {
 
 /// A spring and damper that adheres: half a period of damped oscillation between two steps of a potential.
 #[test]
-fn a_bounce_of_parts_that_adhere_loses_what_the_parting_takes_or_sticks() {
+fn adhesive_bounce_loses_the_separation_energy_or_sticks() {
     let (mass, speed, stiffness, zeta): (f64, f64, f64, f64) = (50.0, 0.1, 5e4, 0.2);
     let damping = 2.0 * zeta * (mass * stiffness).sqrt();
     let e = (-PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();

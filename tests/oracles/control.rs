@@ -12,7 +12,7 @@ use softdock_kernels::vector::{Vec3, vec3};
 /// Turn of the base at the start \[rad/s\].
 const SPIN: Vec3<f64> = vec3(0.05, 0.1, -0.08);
 
-/// Thrusters that pull and turn the base while its arm is controlled.
+/// Thrusters that accelerate and turn the base while its arm is controlled.
 const THRUST: Thrust = Thrust::Approach {
     speed_gain: 50.0,
     lateral_stiffness: 20.0,
@@ -72,7 +72,7 @@ fn computed_torque_holds_the_posture_while_the_base_moves() {
 }
 
 #[test]
-fn computed_torque_answers_as_the_stated_second_order_system() {
+fn computed_torque_responds_as_the_second_order_system() {
     // q'' = -w^2 q - 2 w q' from q = 0 at rate v: q = v t exp(-w t), at most v / (e w).
     let mut peak = [0.0f64; 6];
     let rate = [0.02, -0.03, 0.04, 0.02, -0.05, 0.03];

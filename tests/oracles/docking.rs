@@ -1,4 +1,4 @@
-//! The shipped docking campaign, a few runs of it: what happens is what should.
+//! A few runs of the shipped docking campaign: touch, capture and validity.
 
 use softdock_engine::cpu::CpuEngine;
 use softdock_engine::{Engine, Job, RunInput, is_noisy};

@@ -84,7 +84,7 @@ fn pushed(params: &Params<f64>, substep: f64, count: usize, force: f64) -> Vec<f
 }
 
 #[test]
-fn a_fixture_rings_at_its_frequency_about_what_it_gives_way() {
+fn fixture_oscillates_at_its_frequency_about_its_deflection() {
     let (compliance, frequency, force) = (2e-6, 40.0, -300.0);
     let params =
         Params { fixture_compliance: compliance, fixture_frequency: frequency, fixture_damping: 0.0, ..Params::null() };
@@ -105,7 +105,7 @@ fn a_fixture_rings_at_its_frequency_about_what_it_gives_way() {
 }
 
 #[test]
-fn a_contact_lasts_longer_on_a_fixture_that_gives_way() {
+fn contact_lasts_longer_on_a_compliant_fixture() {
     // A mount far quicker than the contact is a spring in series: 1/k + c.
     let (mass, stiffness, compliance) = (50.0, 5e4, 1e-5);
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
@@ -131,7 +131,7 @@ fn bouncing(change: impl Fn(&mut Params<f64>)) -> (Metrics<f64>, Metrics<f64>) {
 }
 
 #[test]
-fn a_short_contact_does_not_feel_the_mass_that_sways() {
+fn short_contact_does_not_excite_the_sloshing_mass() {
     let share = 0.4;
     let hanging: [fn(&mut Params<f64>); 2] = [
         |p| (p.slosh_share, p.slosh_frequency) = (0.4, 0.2),
@@ -149,7 +149,7 @@ fn a_short_contact_does_not_feel_the_mass_that_sways() {
 }
 
 #[test]
-fn a_target_that_is_hit_beside_its_centre_of_mass_gives_way_by_turning() {
+fn eccentric_impact_is_reduced_by_target_rotation() {
     let offset = 0.2;
     let (space, hil) = bouncing(|p| p.target_com_error = vec3(0.0, offset, 0.0));
     let mobility = 0.01 + 0.01 + offset * offset / 10.0;

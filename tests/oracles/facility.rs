@@ -1,4 +1,4 @@
-//! The reference facility's robots joint by joint: the sine test, the lag that stands for it, feedforward and gears.
+//! Robots of the reference facility joint by joint: sine test, equivalent lag, feedforward and gears.
 
 use super::bench::{job, numbered};
 use softdock_engine::Engine;
@@ -19,7 +19,7 @@ fn sine_test() -> Model {
     scenario("facility_sine.toml")
 }
 
-/// What the facility's loop says of some parameters.
+/// Returns the facility metrics of some parameters.
 fn run(model: &Model, params: &[Params<f64>]) -> Vec<Metrics<f64>> {
     let rows = CpuEngine::new().run(&job(model.clone(), params), &numbered(params), &|_| true);
     rows.expect("nobody stops the batch").into_iter().map(|row| row.hil).collect()
@@ -39,7 +39,7 @@ fn response(model: &Model, frequencies: &[f64], change: impl Fn(&mut Params<f64>
 }
 
 #[test]
-fn the_sine_test_of_the_reference_facility_comes_out() {
+fn sine_test_of_the_reference_facility_is_reproduced() {
     let (gain, lag) = response(&sine_test(), &[1.0], |_| {})[0];
     println!("gain {gain:.4}, lag {lag:.2} degrees");
     assert!((gain - 0.8).abs() < 0.05, "gain {gain}");
@@ -53,7 +53,7 @@ const ZERO: f64 = 71.81e-3;
 
 /// The lag level against the joints, over the band in which docking happens.
 #[test]
-fn the_lag_level_follows_as_the_joint_level_does() {
+fn lag_level_follows_like_the_joint_level() {
     let mut joints = sine_test();
     joints.timing.max_ticks = 13_000;
     let mut lagging = joints.clone();
@@ -115,7 +115,7 @@ fn feedforward_lowers_error_and_overshoot_of_the_velocity_response() {
 
 /// Twice the gear ratio: more bandwidth while the acceleration limits the robot, less speed.
 #[test]
-fn a_higher_gear_ratio_buys_bandwidth_with_speed() {
+fn higher_gear_ratio_trades_speed_for_bandwidth() {
     let model = sine_test();
     let gain = |ratio: f64, frequency: f64, amplitude: f64| {
         let mut p = Params { test_frequency: frequency, test_amplitude: amplitude, ..model.nominal };

@@ -179,7 +179,7 @@ fn crooked(draw: &mut impl FnMut() -> f64, parallel: bool) -> Model {
 }
 
 #[test]
-fn joints_of_a_free_floating_arm_accelerate_as_the_dense_mass_matrix_says() {
+fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
     for case in 0..12 {
         let mut draw = drawn(case);
         let m = Plant::new(crooked(&mut draw, case % 3 == 0));

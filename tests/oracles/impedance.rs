@@ -74,7 +74,7 @@ fn the_correction_is_that_of_mass_damper_and_spring() {
 
 /// A constant bias of the sensor pushes an ideal robot as a step of force pushes mass, damper and spring.
 #[test]
-fn an_ideal_robot_moves_as_its_impedance_says() {
+fn ideal_robot_moves_as_its_impedance() {
     let (model, [mass, damping, stiffness]) = model(0.0);
     let force = 40.0;
     let params =

@@ -83,7 +83,7 @@ fn inserted(lateral: f64, moment: f64) -> f64 {
 }
 
 #[test]
-fn a_peg_on_two_points_jams_where_the_diagram_says() {
+fn peg_on_two_points_jams_as_in_the_diagram() {
     // M / (r F) + mu (1 + lambda) F_lateral / F = +- lambda, with lambda = l / (2 r mu) = 2.5 and r F = 0.2 N m.
     for lateral in [0.0, 10.0, -5.0] {
         for sign in [-1.0, 1.0] {
@@ -132,7 +132,7 @@ fn two_point_length(peg: f64, bore: f64, tilt: f64) -> f64 {
 }
 
 #[test]
-fn a_tilted_peg_touches_twice_where_the_geometry_says() {
+fn tilted_peg_has_two_contacts_as_in_the_geometry() {
     // D = 50 mm, clearance ratio 0.002: l = (D - d cos t) / sin t.
     let (bore, peg) = (0.025, 0.025 * 0.998);
     for (tilt, exact) in [(0.3f64.to_radians(), 0.0192), (0.01, 0.2 * 2.0 * peg)] {

@@ -1,4 +1,4 @@
-//! One run is one run: instruction set, order, batch and lane change no bit of it.
+//! A run is independent, bit by bit, of instruction set, order, batch and lane.
 
 use super::bench::{at, closing, inertia, job, numbered, two_bodies};
 use softdock_engine::cpu::CpuEngine;

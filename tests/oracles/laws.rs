@@ -33,7 +33,7 @@ fn rate_dependent_springs_return_the_exact_speed() {
 }
 
 #[test]
-fn a_hertzian_impact_lasts_and_sinks_as_hertz_says() {
+fn hertzian_impact_has_duration_and_depth_of_hertz() {
     let (mass, speed, stiffness): (f64, f64, f64) = (50.0, 0.1, 9e5);
     let row = bounces(NormalLaw::Power { exponent: 1.5 }, &[closing(mass, speed, stiffness, 0.0)])[0];
     let depth = (5.0 * mass * speed * speed / (4.0 * stiffness)).powf(0.4);

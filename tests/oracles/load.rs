@@ -1,4 +1,4 @@
-//! What the sensor carries: weight, inertia force, drift and tare against what they must leave in the fed-back wrench.
+//! Load of the sensor: weight, inertia force, drift and tare, against the expected fed-back wrench.
 
 use super::bench::{closing, job, two_bodies};
 use softdock_engine::RunInput;
@@ -45,7 +45,7 @@ fn assert_near(what: &str, found: Vec3<f64>, expected: Vec3<f64>, tolerance: f64
 }
 
 #[test]
-fn a_load_that_is_known_leaves_nothing_in_the_wrench() {
+fn known_load_is_fully_compensated() {
     let turning = Params { chaser_rate: vec3(0.3, -0.4, 0.5), ..quiet() };
     for w in fed_back(apart(Some(LOAD), false), turning) {
         assert_near("force", w.force, Vec3::zero(), 1e-9);
@@ -54,7 +54,7 @@ fn a_load_that_is_known_leaves_nothing_in_the_wrench() {
 }
 
 #[test]
-fn an_inertia_force_that_is_not_compensated_is_felt() {
+fn uncompensated_inertia_force_is_measured() {
     // Part A's origin is the base's centre: the load's centre turns about it, -m w x (w x c).
     let rate = vec3(0.0, 0.0, 2.0);
     let blind = SensorLoad { inertia_compensated: false, ..LOAD };
@@ -67,7 +67,7 @@ fn an_inertia_force_that_is_not_compensated_is_felt() {
 }
 
 #[test]
-fn a_wrong_mass_is_felt_until_the_tare_and_after_it_with_the_attitude() {
+fn wrong_mass_is_measured_before_the_tare_and_with_attitude_after() {
     let (error, rate) = (0.03, 0.8);
     let wrong = Params { load_mass_error: error, chaser_rate: vec3(0.0, rate, 0.0), ..quiet() };
     let weight = LOAD.gravity * (-error * LOAD.mass);
@@ -87,7 +87,7 @@ fn a_wrong_mass_is_felt_until_the_tare_and_after_it_with_the_attitude() {
 }
 
 #[test]
-fn a_wrong_centre_is_felt_as_a_moment_alone() {
+fn wrong_centre_is_measured_as_a_moment_only() {
     let error = vec3(0.004, 0.0, 0.0);
     let w = last(apart(Some(LOAD), false), Params { load_centre_error: error, ..quiet() });
     assert_near("force", w.force, Vec3::zero(), 1e-9);
@@ -95,7 +95,7 @@ fn a_wrong_centre_is_felt_as_a_moment_alone() {
 }
 
 #[test]
-fn a_tare_takes_off_the_bias_with_its_own_error_and_leaves_the_drift() {
+fn tare_removes_the_bias_up_to_its_error_and_not_the_drift() {
     let params = Params {
         sensor_bias_force: vec3(1.0, -2.0, 3.0),
         sensor_bias_moment: vec3(0.1, 0.2, -0.3),

@@ -58,7 +58,7 @@ fn energy_limits_along_the_stiffness_are_met_within_two_percent() {
 }
 
 #[test]
-fn the_folds_lie_where_no_damping_helps_any_more() {
+fn folds_lie_where_no_damping_stabilises() {
     // Linear: kappa_max at b h/m = 0.948166; energy: at zeta = 0.6343 and theta = 0.57390.
     let greatest = |limit, around: f64| {
         let factors = sized(&[0.96, 1.0, 1.04][..], &[0.92, 0.96, 1.0, 1.04, 1.08]);

@@ -129,7 +129,7 @@ fn an_effect_at_its_null_value_changes_no_bit() {
     }
 }
 
-/// What no run has may be left out: kernels and lanes without a single effect's terms give the bits of those with all.
+/// Terms of effects that no run has are optional: kernels and lanes without them give the same bits.
 #[test]
 fn an_effect_that_is_left_out_changes_no_bit() {
     let compared = [(model(), plain()), (jointed(), plain_with_joints())];

@@ -91,7 +91,7 @@ fn the_step_and_whole_steps_of_delay_grow_as_their_characteristic_equation() {
 }
 
 #[test]
-fn damping_that_holds_the_discrete_loop_is_that_of_its_roots() {
+fn damping_limit_of_the_discrete_loop_matches_its_roots() {
     // b_crit / (k dt) of the semi-implicit loop with the damper delayed too.
     let (step, mass) = (1e-3, 100.0);
     for (w_dt, steps, ratio) in

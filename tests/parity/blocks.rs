@@ -245,7 +245,7 @@ fn tosses() -> (Recorded, Vec<Vec<f64>>) {
 }
 
 #[test]
-fn a_block_gives_on_the_device_what_its_rust_text_gives() {
+fn block_on_the_device_matches_its_rust_function() {
     // f32 has 6e-8 of an angle of 0.1 rad, and 2000 steps; a gain of 3e4 N m/rad makes 1e-2 N m of that. What friction
     // and teeth decide at zero speed may fall half a step apart.
     // A reading of 100 N has 1e-5 N, a step's edge (1 N wide) up to four times that and the moments less; a depth of 1 mm
@@ -275,9 +275,9 @@ fn a_block_gives_on_the_device_what_its_rust_text_gives() {
     }
 }
 
-/// One thread may fetch the answer that another one waits for: that device is not lost.
+/// One thread may fetch the answer for another; the device is not lost.
 #[test]
-fn a_device_answers_threads_that_ask_at_once() {
+fn device_serves_concurrent_threads() {
     let (whole, sets) = bodies();
     let beginning = |all: &[f64]| all[..all.len() / INSTANTS * 20].to_vec();
     let (inputs, late) = (beginning(&whole.inputs), beginning(&whole.late));

@@ -205,7 +205,7 @@ const UNDECIDED_SHARE: f64 = 0.4;
 /// So many samples may be beyond their allowance: an event (slip, touch, a quantum of the sensor) that no repetition met.
 const MISSED_SHARE: f64 = 0.02;
 
-/// What one sample leaves: state, results, delay lines.
+/// Returns the output of a sample: state, results, delay lines.
 fn flat(lane: &LaneState, results: &[f64]) -> Vec<f64> {
     [&lane.state[..], results, &lane.lines].concat()
 }
@@ -455,7 +455,7 @@ fn status(row: &Row<Call>) -> u32 {
 }
 
 #[test]
-fn every_function_of_the_frame_and_one_tick_give_what_their_rust_twins_give() {
+fn frame_functions_and_a_tick_match_their_rust_twins() {
     for gpu in adapters() {
         let mut faults = Vec::new();
         println!("{:<16} {:>9} {:>8} {:>9}  reason", "function", "roundings", "allowed", "undecided");

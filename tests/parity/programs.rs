@@ -1,4 +1,4 @@
-//! Random programs as emitted WGSL on the device, against what they give in f64.
+//! Random programs as emitted WGSL on the device, against their f64 results.
 
 use super::rounding::evaluate;
 use super::samples::Stream;
@@ -14,7 +14,7 @@ const PROGRAMS: usize = 96;
 const INPUTS: usize = 128;
 /// Beyond this an f32 intermediate may overflow.
 const LARGE: f64 = 1e18;
-/// A result bounded no better than this says little: a floor or a comparison was too close to call.
+/// A result with a wider bound is not informative: a floor or a comparison was too close to call.
 const LOOSE: f64 = 1e-3;
 
 fn random_program(number: usize) -> Function {
@@ -69,6 +69,6 @@ fn random_programs_stay_within_the_rounding_of_their_own_operations_on_the_devic
         }
         let share = sharp as f64 / (PROGRAMS * INPUTS) as f64;
         println!("{compared} results compared, {share:.3} of all bounded to a thousandth");
-        assert!(share > 0.8, "only {share} of the results say something");
+        assert!(share > 0.8, "only {share} of the results are informative");
     }
 }

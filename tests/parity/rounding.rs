@@ -1,4 +1,4 @@
-//! Carries out a trace in f64 and, beside each value, encloses what rounding to f32 may make of it.
+//! Evaluates a trace in f64 with an enclosure of the f32 rounding of each value.
 //!
 //! The enclosure is interval arithmetic in which every operation adds its own rounding (Higham, Accuracy and Stability
 //! of Numerical Algorithms, 2nd ed., 3.3, gives the running error analysis that it follows). Where a comparison or a

@@ -103,7 +103,7 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
     cases
 });
 
-/// Short dockings with a compensator that looks back, and with one that remembers.
+/// Short dockings with a compensator that uses past samples, and with one that has internal state.
 pub(crate) const PREDICTED: &str = "smoke, Smith predictor";
 pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
 
@@ -111,7 +111,7 @@ fn compensated(model: &mut Model, kind: CompensatorKind) {
     model.facility.compensator = Compensator { kind, pulls: false };
 }
 
-/// One that remembers, behind a tared sensor with a load.
+/// A compensator with internal state, behind a tared sensor with a load.
 fn observed(model: &mut Model) {
     compensated(model, CompensatorKind::LeadPassivity);
     model.facility.tared = true;

@@ -17,7 +17,7 @@ const UNDECIDED: f64 = 1e-4;
 /// Drivers re-associate sums (lavapipe does, for the centre of mass, its step and the lever to a part, and for the
 /// velocity of a turning part's point): roundings then fall on other intermediate values than those of the enclosure.
 const ASSOCIATION: f64 = 2.0;
-/// A bound so many times what is seen would find nothing.
+/// A bound larger than this many times the observed error would detect nothing.
 pub(crate) const SLACK: f64 = 100.0;
 /// So many outputs of a function may be beyond what is allowed for that reason.
 const UNDECIDED_SHARE: f64 = 0.02;
@@ -74,7 +74,7 @@ fn groups(functions: &[Function]) -> Vec<&[Function]> {
     out
 }
 
-/// An entry point that calls every function once on inputs and leaves its results, all behind one another.
+/// Returns an entry point that calls every function once on inputs and stores the concatenated results.
 fn module(kernel: &Kernel, functions: &[Function]) -> String {
     let mut text = kernel.text.clone();
     text += "\n@group(0) @binding(0) var<storage, read_write> given: array<f32>;\n\
@@ -207,7 +207,7 @@ pub(crate) fn group(name: &str) -> &str {
 }
 
 #[test]
-fn every_stage_function_gives_what_its_rust_text_gives() {
+fn stage_functions_match_their_rust_functions() {
     for gpu in adapters() {
         let mut found = Found::default();
         let in_short = |case: &&Case| is_full() || SHORT.contains(&case.name);

@@ -37,7 +37,7 @@ pub(crate) struct Row<T> {
     pub(crate) name: &'static str,
     /// Allowed error over the largest size of the field among the samples, in f32 roundings (6.0e-8).
     pub(crate) allowed: f64,
-    /// Why so much.
+    /// Reason of the bound.
     pub(crate) reason: &'static str,
     /// Its Rust twin.
     pub(crate) twin: T,
@@ -204,7 +204,7 @@ fn defined(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_function_of_the_kernels_has_its_row_and_every_row_its_function() {
+fn every_kernel_function_has_a_row_and_every_row_a_function() {
     let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<BTreeSet<String>>();
     let all = owned(stage_rows::<0>().iter().map(|row| row.name).collect());
     let of_joints = owned(joint_rows().iter().map(|row| row.name).collect());

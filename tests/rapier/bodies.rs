@@ -101,7 +101,7 @@ fn distance(found: Vec3<f64>, other: Vector) -> f64 {
 }
 
 #[test]
-fn a_tumbling_body_turns_as_in_rapier() {
+fn tumbling_body_matches_rapier() {
     let (rate, time) = (vec3(0.3, 0.5, -0.4), 5.0);
     let mut model = two_bodies(2.5e-4, time, 10.0);
     let [i, _] = INERTIAS;
@@ -117,7 +117,7 @@ fn a_tumbling_body_turns_as_in_rapier() {
 }
 
 #[test]
-fn an_off_centre_collision_without_friction_ends_as_in_rapier() {
+fn frictionless_off_centre_collision_matches_rapier() {
     let (speed, shift, masses) = (0.5, 0.4, [100.0, 300.0]);
     let apart = f64::sqrt(4.0 * RADIUS * RADIUS - shift * shift) + 0.01;
     let balls = [vec3(0.0, 0.3, 0.1), vec3(0.0, -0.2, 0.0)];

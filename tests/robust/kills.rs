@@ -1,4 +1,4 @@
-//! A program that is killed at any moment: the same command again gives the files of an undisturbed one, byte for byte.
+//! A program killed at any moment: repeating the command gives the same bytes as an undisturbed one.
 
 use crate::mutations::Stream;
 use crate::workshop::{Workshop, assert_same, copy};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A command, what its folder begins with, and how often it is killed.
+/// Command with its initial folder and number of kills.
 struct Work {
     command: &'static str,
     /// Folder whose copy the command changes; empty: it begins with nothing.
@@ -61,14 +61,14 @@ fn killed_after(workshop: &Workshop, command: &str, time: Duration) -> bool {
     child.wait().expect("its end").code().is_none()
 }
 
-/// The last phase of a command that has left its traces in a folder.
+/// Returns the last phase of a command with traces in a folder.
 fn phase(out: &Path) -> &'static str {
     let order = ["report.html", "summary.json", "half_step.parquet", "traces", "runs", "campaign.json"];
     order.into_iter().find(|name| out.join(name).exists()).unwrap_or("nothing")
 }
 
 #[test]
-fn killed_commands_end_in_the_same_bytes_when_they_are_repeated() {
+fn repeated_killed_commands_give_the_same_bytes() {
     let workshop = prepared();
     let works = [
         Work { command: "run c/smoke.toml --backend cpu --runs 64 --out o", begin: "", out: "o", kills: sized(2, 48) },
@@ -103,7 +103,7 @@ fn killed_commands_end_in_the_same_bytes_when_they_are_repeated() {
                 killed_after(&workshop, work.command, whole.mul_f64(stream.below(1_000) as f64 / 1_000.0));
             }
             let again = workshop.run(work.command, Duration::from_secs(120));
-            assert_eq!(again.code, code, "{context}\n{}\n{}", again.answer, again.said);
+            assert_eq!(again.code, code, "{context}\n{}\n{}", again.answer, again.printed);
             assert_same(&undisturbed, &workshop.path(work.out), &context);
         }
     }

@@ -1,4 +1,4 @@
-//! Inputs beyond every limit, through the program: rejected with exit code 2, a place and a remedy, and nothing is made.
+//! Inputs beyond every limit: rejected with exit code 2, a place and a remedy, without output.
 
 use crate::workshop::Workshop;
 use softdock_results::{Column, ColumnKind, Table, Values, write_table};
@@ -9,7 +9,7 @@ use std::path::Path;
 const CHECK: &str = "check b/campaign.toml";
 const RUN: &str = "run b/campaign.toml --backend cpu --runs 8 --out o";
 
-/// Spoils one place of a file and expects both commands to reject it.
+/// Damages one place of a file and expects both commands to reject it.
 fn rejected(file: &str, old: &str, new: &str, parts: &[&str]) {
     let workshop = Workshop::new();
     workshop.edit(file, old, new);
@@ -105,7 +105,7 @@ fn links_in_a_results_folder_are_followed_once_and_never_deleted_through() {
         std::os::unix::fs::symlink(workshop.path("r"), workshop.path("r").join(name)).expect("a link in a circle");
     }
     let ended = workshop.run("verify r", crate::watchdog::LIMIT);
-    assert!(matches!(ended.code, Some(0..=3)), "{:?}: {}", ended.code, ended.said);
+    assert!(matches!(ended.code, Some(0..=3)), "{:?}: {}", ended.code, ended.printed);
 }
 
 /// A Parquet file of a few megabytes whose column would take gigabytes.
@@ -182,7 +182,7 @@ fn pipes_devices_and_folders_in_the_place_of_files_are_rejected_at_once() {
     let answers = [
         softdock_diagnosis::recording::grid::read(&pipe, &rig).err(),
         softdock_diagnosis::identify::log::Recording::read(&pipe, &robot).err(),
-        softdock_diagnosis::identify::marks::read_marks(&pipe, 6).err(),
+        softdock_diagnosis::identify::published_errors::read_published_errors(&pipe, 6).err(),
     ];
     for error in answers {
         let error = error.expect("a pipe");

@@ -1,4 +1,4 @@
-//! Inputs that are damaged, oversized or no files, and a program that is killed: nothing crashes, hangs or misleads.
+//! Damaged, oversized and special files as inputs, and a killed program: no crash, hang or wrong result.
 
 mod kills;
 mod limits;

@@ -5,7 +5,7 @@ use crate::watchdog::Watchdog;
 use crate::workshop::{Workshop, copy, root};
 use softdock_campaign::{Campaign, Cases, Rig, Robot, Scenario, Station, manifest};
 use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::marks::read_marks;
+use softdock_diagnosis::identify::published_errors::read_published_errors;
 use softdock_diagnosis::recording::grid;
 use softdock_realtime::log::mcap::Setup;
 use softdock_realtime::log::reader::read_log;
@@ -165,7 +165,7 @@ fn trajectory(path: &Path) -> bool {
 }
 
 fn marks(path: &Path) -> bool {
-    read_marks(path, 6).is_ok()
+    read_published_errors(path, 6).is_ok()
 }
 
 fn rsi(path: &Path) -> bool {
@@ -246,17 +246,17 @@ fn made() -> Workshop {
 }
 
 thread_local! {
-    /// Where the last panic of this thread was, and what it said.
+    /// Place and message of the last panic of this thread.
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
 #[test]
-fn damaged_inputs_give_problems_and_never_a_panic_or_a_hang() {
+fn damaged_inputs_give_problems_without_panic_or_hang() {
     let whole = made();
     for input in &INPUTS {
         assert!((input.read)(&whole.path(input.file)), "the whole {} is not accepted", input.file);
     }
-    // Panics of the Parquet library are caught and become errors: they are no news.
+    // Panics of the Parquet library are caught and become errors, so they are not printed.
     let usual = std::panic::take_hook();
     let caught = Arc::new(AtomicUsize::new(0));
     let counted = caught.clone();
@@ -328,7 +328,7 @@ const COMMANDS: [(&str, &str, bool); 7] = [
 ];
 
 #[test]
-fn the_program_ends_damaged_inputs_with_an_exit_code_and_without_a_folder() {
+fn damaged_inputs_give_an_exit_code_and_no_folder() {
     let workshop = made();
     for case in 0..sized(14, 140) {
         let (file, command, may_make) = COMMANDS[case % COMMANDS.len()];
@@ -337,7 +337,7 @@ fn the_program_ends_damaged_inputs_with_an_exit_code_and_without_a_folder() {
         let damaged = mutate(&bytes, &mut Stream::new(1_000_000 + case as u64));
         fs::write(&path, damaged).expect("written");
         let ended = workshop.run(command, Duration::from_secs(20));
-        let context = format!("case {case}, {file}: {command}: {:?}\n{}", ended.code, ended.said);
+        let context = format!("case {case}, {file}: {command}: {:?}\n{}", ended.code, ended.printed);
         assert!(matches!(ended.code, Some(0..=3)), "{context}");
         let is_made = workshop.path("o").exists();
         assert!(!is_made || may_make && ended.code != Some(2), "{context}");

@@ -20,8 +20,8 @@ pub(crate) struct Workshop {
 pub(crate) struct Ended {
     /// Exit code; `None` if a signal ended it, or if it took too long.
     pub(crate) code: Option<i32>,
-    /// What it wrote beside the answer, without line breaks and frames.
-    pub(crate) said: String,
+    /// Its messages on stderr, without line breaks and frames.
+    pub(crate) printed: String,
     /// Its answer.
     pub(crate) answer: String,
 }
@@ -73,16 +73,16 @@ impl Workshop {
             }
         };
         let text = |name: &str| String::from_utf8_lossy(&fs::read(self.path(name)).expect("its output")).into_owned();
-        let said = text("said.txt");
-        let lines = said.lines().map(|line| line.trim_start_matches(['│', ' ', '×', '╰', '─', '▶']));
-        Ended { code, said: lines.collect::<Vec<_>>().join(" "), answer: text("answer.txt") }
+        let printed = text("said.txt");
+        let lines = printed.lines().map(|line| line.trim_start_matches(['│', ' ', '×', '╰', '─', '▶']));
+        Ended { code, printed: lines.collect::<Vec<_>>().join(" "), answer: text("answer.txt") }
     }
 
     /// Runs a command that must end with one of these codes.
     pub(crate) fn ended(&self, codes: &[i32], words: &str) -> Ended {
         let ended = self.run(words, Duration::from_secs(120));
         let is_expected = ended.code.is_some_and(|code| codes.contains(&code));
-        assert!(is_expected, "softdock {words}: {:?}\n{}\n{}", ended.code, ended.answer, ended.said);
+        assert!(is_expected, "softdock {words}: {:?}\n{}\n{}", ended.code, ended.answer, ended.printed);
         ended
     }
 
@@ -91,11 +91,11 @@ impl Workshop {
         let before = names(self.folder.path());
         let begin = Instant::now();
         let ended = self.run(words, crate::watchdog::LIMIT);
-        assert_eq!(ended.code, Some(2), "softdock {words} after {:?}\n{}", begin.elapsed(), shortened(&ended.said));
+        assert_eq!(ended.code, Some(2), "softdock {words} after {:?}\n{}", begin.elapsed(), shortened(&ended.printed));
         for part in parts {
-            assert!(ended.said.contains(part), "softdock {words}: `{part}` in\n{}", shortened(&ended.said));
+            assert!(ended.printed.contains(part), "softdock {words}: `{part}` in\n{}", shortened(&ended.printed));
         }
-        assert!(ended.said.len() < 400_000, "softdock {words}: {} bytes of message", ended.said.len());
+        assert!(ended.printed.len() < 400_000, "softdock {words}: {} bytes of message", ended.printed.len());
         assert_eq!(names(self.folder.path()), before, "softdock {words} made something");
     }
 }

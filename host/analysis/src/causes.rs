@@ -64,7 +64,7 @@ mod tests {
     use softdock_results::runs::Phase;
 
     #[test]
-    fn a_cause_is_a_sentence_with_value_limit_time_and_phase() {
+    fn cause_states_value_limit_time_and_phase() {
         let cause = |id: &str, value: Option<f64>, limit: Option<f64>| Cause {
             id: id.to_owned(),
             time: Some(1.5),
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn every_criterion_and_every_rule_has_words_and_a_unit() {
+    fn every_criterion_and_rule_has_text_and_unit() {
         for criterion in CRITERIA {
             assert_ne!(cause_text(criterion.id, None), criterion.id);
             assert_eq!(cause_unit(criterion.id), criterion.unit);

@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_well() {
+    fn numbers_are_rounded_to_significant_digits() {
         assert_eq!(
             [0.0, 250.0, 0.00012, 1.234_56e-5, -0.170_4, 2.0e6].map(|value| significant(value, 3)),
             ["0", "250", "0.00012", "1.23e-5", "-0.17", "2e6"]

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pairs_differ_by_nothing_and_without_pairs_nothing_is_known() {
+    fn equal_pairs_differ_by_zero_and_no_pairs_give_the_full_interval() {
         let (difference, interval) = PairedFailures { both: 5, neither: 95, ..Default::default() }.difference(0.95);
         assert!(difference == 0.0 && interval.lo < 0.0 && interval.hi > 0.0 && interval.hi < 0.05, "{interval:?}");
         let nothing = PairedFailures::default();
@@ -132,7 +132,7 @@ mod tests {
 
     /// Of pairs with known rates, at least 93 in 100 intervals hold the difference, and a correlation narrows them.
     #[test]
-    fn paired_intervals_hold_the_difference_with_their_confidence() {
+    fn paired_intervals_have_their_coverage() {
         let mut state = 11_u64;
         let mut uniform = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

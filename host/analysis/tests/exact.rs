@@ -43,7 +43,7 @@ fn allowed_failures_of_round_campaigns() {
 }
 
 #[test]
-fn failure_rate_that_passes_nine_times_in_ten() {
+fn failure_rate_that_passes_with_90_percent_probability() {
     for (runs, rate) in [(852, 0.00012), (1_970, 0.00056), (5_704, 0.00123), (20_000, 0.00183), (100_000, 0.00229)] {
         let allowed = allowed_failures(runs, 0.9973, 0.9).expect("enough runs");
         assert!((tolerated_rate(runs, allowed) - rate).abs() < 5.0e-6, "{runs}: {}", tolerated_rate(runs, allowed));
@@ -91,7 +91,7 @@ fn bounds_at_the_edges() {
 }
 
 #[test]
-fn two_sided_intervals_hold_the_share_and_mirror() {
+fn two_sided_intervals_contain_the_share_and_are_symmetric() {
     for (count, cases) in [(1, 20), (7, 20), (19, 20), (300, 1_000)] {
         let (one, other) = (clopper_pearson(count, cases, 0.95), clopper_pearson(cases - count, cases, 0.95));
         let share = count as f64 / cases as f64;
@@ -112,13 +112,13 @@ fn wilks_tolerance_limits() {
 }
 
 #[test]
-fn nonsense_has_no_plan() {
+fn invalid_rates_have_no_plan() {
     assert_eq!(smallest_runs(0, 1.0, 0.9), None);
     assert_eq!(smallest_runs(0, 0.99, 1.0), None);
 }
 
 #[test]
-fn the_plan_says_what_the_campaign_allows() {
+fn plan_states_the_allowed_failures_of_the_campaign() {
     let text = plan_text(0.9973, 0.9, Some(3_000));
     assert!(text.starts_with("99.73 % of all cases, shown with 90 % confidence\n"), "{text}");
     for line in [
@@ -133,7 +133,7 @@ fn the_plan_says_what_the_campaign_allows() {
 }
 
 #[test]
-fn shares_over_draws_hold_their_chance_and_their_spread() {
+fn shares_over_draws_have_their_mean_and_variance() {
     let chance = clopper_pearson(400, 2000, 0.95);
     let (share, alone) = pooled(&[(400, 2000)], 0.95);
     assert_eq!((share, alone), (0.2, chance), "one draw has no spread");

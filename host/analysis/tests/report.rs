@@ -53,7 +53,7 @@ fn page(results: &Path, requirements: &[Requirement], runs: u64) -> (String, Sum
 }
 
 #[test]
-fn the_page_has_every_section_and_figure_and_needs_no_network() {
+fn page_has_every_section_and_figure_and_needs_no_network() {
     let (temporary, requirements) = (tempfile::tempdir().unwrap(), requirements());
     let kept = std::env::var("SOFTDOCK_KEEP_RESULTS").map(PathBuf::from);
     let results = kept.unwrap_or(temporary.path().to_owned());
@@ -101,7 +101,7 @@ fn the_same_results_give_the_same_page() {
 }
 
 #[test]
-fn an_incomplete_or_empty_campaign_still_has_a_page() {
+fn incomplete_or_empty_campaign_has_a_page() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     let (empty, _) = page(results.path(), &requirements, RUNS);
     assert!(empty.contains("8 of 8 shards are missing"));
@@ -128,7 +128,7 @@ fn a_requirement_on_success_has_counts_instead_of_a_histogram() {
 }
 
 #[test]
-fn a_large_campaign_is_thinned_for_the_figures_and_says_so() {
+fn large_campaign_is_thinned_in_figures_and_reports_it() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     // A plan of more runs than figures hold; the shards at hand are enough to see the stride.
     write_shards(results.path(), 250_000, 0..4);

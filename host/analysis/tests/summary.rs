@@ -95,7 +95,7 @@ fn the_worst_run_and_the_tolerance_limit_are_order_statistics() {
 }
 
 #[test]
-fn report_only_takes_invalid_runs_out_of_the_verdict_but_not_out_of_the_report() {
+fn report_only_excludes_invalid_runs_from_the_verdict_not_from_the_report() {
     let (results, requirements) = whole(RUNS);
     let mut facts = facts(&requirements, RUNS);
     let strict = summarise_folder(results.path(), &facts).unwrap();
@@ -110,7 +110,7 @@ fn report_only_takes_invalid_runs_out_of_the_verdict_but_not_out_of_the_report()
 }
 
 #[test]
-fn an_incomplete_campaign_may_fail_early_and_never_passes_early() {
+fn incomplete_campaign_may_fail_early_and_never_pass_early() {
     let (results, mut requirements) = (tempfile::tempdir().unwrap(), requirements());
     let empty = summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap();
     assert_eq!((empty.exit_code, empty.verdict), (3, Verdict::Undecided));
@@ -308,7 +308,7 @@ fn parity_measures_differences_and_flips() {
 }
 
 #[test]
-fn the_terminal_text_is_aligned_and_gives_no_share_without_its_interval() {
+fn terminal_text_is_aligned_and_every_share_has_an_interval() {
     let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
     write_campaign(results.path(), RUNS);
     let text = verdict_text(&summarise_folder(results.path(), &facts(&requirements, RUNS)).unwrap());

@@ -1,4 +1,4 @@
-//! Whether stated probabilities are frequencies: reliability curve and expected calibration error.
+//! Calibration of stated probabilities: reliability curve and expected calibration error.
 
 use serde::Serialize;
 use softdock_analysis::Share;
@@ -6,19 +6,19 @@ use softdock_analysis::Share;
 /// Bins of the curve, of equal width; stated probabilities crowd near 1.
 const BINS: usize = 10;
 
-/// One bin of the reliability curve.
+/// Bin of the reliability curve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bin {
     /// Mean of the stated probabilities.
     pub stated: f64,
-    /// Share of the names that were right.
+    /// Share of right names.
     pub right: Share,
 }
 
-/// How well stated probabilities agree with frequencies.
+/// Agreement of stated probabilities with frequencies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Calibration {
-    /// Bins that hold names, by rising probability.
+pub struct ProbabilityCalibration {
+    /// Bins with names, by rising probability.
     pub bins: Vec<Bin>,
     /// Mean distance of stated probability and frequency, bins weighted by their names (Naeini, Cooper and Hauskrecht
     /// 2015); none without names.
@@ -27,8 +27,8 @@ pub struct Calibration {
     pub brier: Option<f64>,
 }
 
-/// Of names: stated probability, and whether the name was right.
-pub fn calibration(names: &[(f64, bool)]) -> Calibration {
+/// Computes the calibration from the stated probability of each name and whether it is right.
+pub fn calibration(names: &[(f64, bool)]) -> ProbabilityCalibration {
     let mut bins: Vec<Vec<(f64, bool)>> = vec![Vec::new(); BINS];
     for (p, right) in names {
         bins[((p * BINS as f64) as usize).min(BINS - 1)].push((*p, *right));
@@ -43,7 +43,7 @@ pub fn calibration(names: &[(f64, bool)]) -> Calibration {
     let off = |bin: &Bin| (bin.stated * bin.right.cases as f64 - bin.right.count as f64).abs() / count;
     let brier = names.iter().map(|(p, right)| (p - f64::from(u8::from(*right))).powi(2)).sum::<f64>() / count;
     let some = !names.is_empty();
-    Calibration { error: some.then(|| bins.iter().map(off).sum()), brier: some.then_some(brier), bins }
+    ProbabilityCalibration { error: some.then(|| bins.iter().map(off).sum()), brier: some.then_some(brier), bins }
 }
 
 #[cfg(test)]

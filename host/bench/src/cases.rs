@@ -1,29 +1,30 @@
-//! Cases of a plan at work: those that are asked for, those that are missing, one written for inspection.
+//! Execution of the cases of a plan: selection, missing cases, and a case written for inspection.
 
 use crate::plan::Case;
-use crate::record::{Ledger, Record, done};
-use crate::score::Score;
-use crate::trial::{Bench, lay_out};
-use crate::{Error, Result, page};
+use crate::record::{CaseRecord, Ledger, done};
+use crate::score::GauntletScore;
+use crate::trial::{TrialRunner, lay_out};
+use crate::{GauntletError, Result, page};
 use serde_json::Value;
 use softdock_results::ResultFile;
 use std::path::Path;
 use std::time::Instant;
 
-/// A case that has just ended, and how far the work is.
+/// Finished case with the progress.
 #[derive(Debug)]
 pub struct CaseDone<'a> {
     /// Cases done since the start.
     pub done: usize,
     /// Cases that were missing at the start.
     pub missing: usize,
-    /// The case's record.
-    pub record: &'a Record,
+    /// Record of the case.
+    pub record: &'a CaseRecord,
     /// Estimate of the time to the end \[s\].
     pub seconds_left: f64,
 }
 
-/// The cases whose name contains a text and whose size is one of these multiples; of any size if none is given.
+/// Returns the cases whose name contains `text` and whose size is one of `multiples`; of any size if `multiples` is
+/// empty.
 ///
 /// # Errors
 /// If there is no such case.
@@ -34,24 +35,24 @@ pub fn selected(all: &[Case], text: &str, multiples: &[f64]) -> Result<Vec<Case>
     if own.is_empty() {
         let sized = if multiples.is_empty() { "" } else { " and such a multiple" };
         let (all, one) = ("no case of this size and these plants", all[0].id());
-        return Err(Error::Unknown { what: format!("{all} has `{text}` in its name{sized}; one is `{one}`") });
+        return Err(GauntletError::Unknown { what: format!("{all} has `{text}` in its name{sized}; one is `{one}`") });
     }
     Ok(own)
 }
 
-/// Writes model and recordings of the case of a name into a folder, ready for a diagnosis; the truth is sealed there.
+/// Writes model and recordings of a case into a folder for a diagnosis, and seals the truth there.
 ///
 /// # Errors
-/// If there is no such case, or no bench can show as much as it hides.
+/// If there is no such case, or its size is beyond the range of the generator.
 pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<()> {
     let Some(case) = all.iter().find(|case| case.id() == *id) else {
         let other = all[0].id();
         let what = format!("no case `{id}` of this size and these plants; another is `{other}`");
-        return Err(Error::Unknown { what });
+        return Err(GauntletError::Unknown { what });
     };
     if !lay_out(case, folder)? {
-        let what = format!("no bench can show as much as `{id}` hides; the same of a smaller multiple can be shown");
-        return Err(Error::Unknown { what });
+        let what = format!("the size of `{id}` is beyond the range of the generator; use a smaller multiple");
+        return Err(GauntletError::Unknown { what });
     }
     Ok(())
 }
@@ -68,12 +69,12 @@ pub fn run_missing(
 ) -> Result<()> {
     let known = done(ledger.folder())?;
     let missing: Vec<Case> = cases.into_iter().filter(|case| !known.contains(&case.id())).collect();
-    let (mut bench, begin) = (Bench::new(ledger)?, Instant::now());
+    let (mut runner, begin) = (TrialRunner::new(ledger)?, Instant::now());
     for (number, case) in missing.iter().enumerate() {
         if stopped() {
             return Ok(());
         }
-        let record = bench.run(case)?;
+        let record = runner.run(case)?;
         let (done, elapsed) = (number + 1, begin.elapsed().as_secs_f64());
         let seconds_left = elapsed / done as f64 * (missing.len() - done) as f64;
         report(CaseDone { done, missing: missing.len(), record: &record, seconds_left });
@@ -81,7 +82,7 @@ pub fn run_missing(
     Ok(())
 }
 
-/// Number of the cases that no worker has finished.
+/// Returns the number of cases that no worker has finished.
 ///
 /// # Errors
 /// If the records cannot be read.
@@ -90,11 +91,11 @@ pub fn count_missing(all: &[Case], folder: &Path) -> Result<usize> {
     Ok(all.iter().filter(|case| !known.contains(&case.id())).count())
 }
 
-/// Figures and files of a score that `command` has made.
+/// Returns figures and files of a score made by `command`.
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.
-pub fn score_files(score: &Score, command: &str) -> Result<(Value, Vec<ResultFile>)> {
+pub fn score_files(score: &GauntletScore, command: &str) -> Result<(Value, Vec<ResultFile>)> {
     let figures = serde_json::to_value(score).expect("a score has string keys");
     let text = serde_json::to_string_pretty(&figures).expect("a value has string keys") + "\n";
     let files = vec![ResultFile::new("score.html", page::page(score, command)?), ResultFile::new("score.json", text)];

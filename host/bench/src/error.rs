@@ -1,29 +1,29 @@
-//! What can go wrong with a case or with its records.
+//! Errors of cases and their records.
 
 use std::path::{Path, PathBuf};
 
-/// Result of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+/// Result with this crate's error.
+pub(crate) type Result<T> = std::result::Result<T, GauntletError>;
 
-/// Why a case could not be run or scored.
+/// Error of a case or of its records.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// The generator refuses a case of the plan.
+pub enum GauntletError {
+    /// The generator rejects a case of the plan.
     #[error(transparent)]
     Recordings(#[from] softdock_gauntlet::Error),
     /// A generated model file is not understood.
-    #[error("the model of a generated bench: {0}")]
+    #[error("the model file of a generated rig: {0}")]
     Model(String),
     /// The oracle's recordings cannot be used.
     #[error(transparent)]
-    Diagnosis(#[from] softdock_diagnosis::Error),
+    Diagnosis(#[from] softdock_diagnosis::DiagnosisError),
     /// A figure of the page cannot be drawn.
     #[error(transparent)]
     Page(#[from] softdock_analysis::AnalysisError),
     /// A file cannot be written.
     #[error(transparent)]
     Results(#[from] softdock_results::ResultsError),
-    /// A file is no input: no regular file, too large, no text.
+    /// A file is not a valid input: not a regular file, too large, or not text.
     #[error(transparent)]
     Input(#[from] softdock_input::InputError),
     /// A file cannot be read or written.
@@ -31,10 +31,10 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What the file system says.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// A line of the records is damaged, or a sealed answer is not the one that was sealed.
+    /// A line of the records is damaged, or a truth does not match its seal.
     #[error("{}: {what}", path.display())]
     Damaged {
         /// The file.
@@ -42,25 +42,25 @@ pub enum Error {
         /// What is wrong.
         what: String,
     },
-    /// A name that the plan does not know.
+    /// A name is not in the plan.
     #[error("{what}")]
     Unknown {
-        /// What is wrong, with what could be written.
+        /// What is wrong, with the valid names.
         what: String,
     },
 }
 
-impl Error {
-    /// What to do about it.
+impl GauntletError {
+    /// Returns the action that resolves the error.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Recordings(_) | Self::Model(_) | Self::Diagnosis(_) => {
-                "this is a fault of the plan: please report it"
+                "this is a defect of the plan; please report it"
             }
             Self::Input(error) => error.remedy(),
             Self::Page(_) | Self::Results(_) | Self::File { .. } => "check the path and its permissions",
             Self::Damaged { .. } => "remove the folder and run the cases again",
-            Self::Unknown { .. } => "write one of those",
+            Self::Unknown { .. } => "use one of the listed names",
         }
     }
 

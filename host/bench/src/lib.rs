@@ -1,16 +1,14 @@
-//! Judges the diagnosis by recordings whose cause is known: plan, sealed answers, oracle, score.
+//! Gauntlet: the scored test set of the diagnosis, from recordings with known causes.
 //!
-//! A [`plan`] lists cases: what the generator hides, how large, with which noise. The [`oracle`] says how large an effect
-//! must be before anybody could see it in these data; sizes are multiples of that. A [`trial`] seals the truth, diagnoses
-//! the recordings, and only then measures what the truth is needed for; its [`record`] is one line. The [`score`] opens
-//! the seals and counts, with exact bounds.
+//! A [`plan`] lists cases: hidden effect, size, and noise. The [`oracle`] determines the detection limit of an effect
+//! in these data; sizes are multiples of it. A [`trial`] seals the truth, diagnoses the recordings, and only then
+//! computes what requires the truth; its [`record`] is one line. The [`score`] opens the seals and counts, with exact
+//! bounds.
 
 mod baseline;
 pub mod calibration;
 pub mod cases;
 mod error;
-mod exhibit;
-mod measure;
 pub mod oracle;
 pub mod outcome;
 pub mod page;
@@ -18,9 +16,12 @@ pub mod parameters;
 pub mod plan;
 pub mod plant;
 pub mod record;
+mod recordings_folder;
 pub mod score;
 pub mod seal;
+pub mod summary_text;
 pub mod trial;
-pub mod words;
+mod true_gain;
 
-pub use error::{Error, Result};
+pub use error::GauntletError;
+pub(crate) use error::Result;

@@ -1,37 +1,37 @@
-//! What an answer is worth beside the truth.
+//! Grade of an answer against the truth.
 
-use crate::plant::Plant;
-use crate::record::{Answer, Said};
+use crate::plant::GauntletPlant;
+use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::seal::{Asks, SealedTruth};
 use serde::Serialize;
 use softdock_kernels::effects::{GROUPS, code, share_group};
 
-/// What an answer is worth.
+/// Grade of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// The truth, or nothing where nothing is hidden.
+pub enum AnswerGrade {
+    /// The truth, or no effect where nothing is hidden.
     Right,
     /// Ambiguous, with the truth in the list.
     Listed,
-    /// Of several hidden effects some, and nothing false.
+    /// Some of several hidden effects, and no false one.
     Partly,
-    /// A relative of what the library lacks, as ambiguous, with the experiment that splits them.
+    /// A confounded partner of the excluded effect, as ambiguous, with the discriminating experiment.
     Partner,
-    /// Said to be in no library.
+    /// Reported as outside the library.
     NotInLibrary,
-    /// Said to be there, but too small to matter.
+    /// Reported as without practical effect.
     NotPractical,
-    /// Nothing found.
+    /// No effect reported.
     Missed,
-    /// The recordings were refused.
+    /// The recordings were rejected.
     Refused,
-    /// A name that is false, or a list without the truth; where nothing is hidden, any answer but nothing.
+    /// A false name, or a list without the truth; where nothing is hidden, any finding.
     Wrong,
 }
 
-impl Outcome {
-    /// All of them.
+impl AnswerGrade {
+    /// All grades.
     pub const ALL: [Self; 9] = [
         Self::Right,
         Self::Listed,
@@ -44,7 +44,7 @@ impl Outcome {
         Self::Wrong,
     ];
 
-    /// In words.
+    /// Returns the name of the grade.
     pub fn word(self) -> &'static str {
         match self {
             Self::Right => "right",
@@ -60,69 +60,71 @@ impl Outcome {
     }
 }
 
-/// The worth of an answer.
-pub fn outcome(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
-    match (truth.asks, answer.said) {
-        (_, Said::Refused) => Outcome::Refused,
-        (Asks::Null, Said::NoEffect) => Outcome::Right,
-        (_, Said::NoPracticalEffect) => Outcome::NotPractical,
-        (Asks::Null, _) => Outcome::Wrong,
-        (_, Said::NoEffect) => Outcome::Missed,
-        (_, Said::NotInLibrary) if names_falsely(plant, truth, answer) => Outcome::Wrong,
-        (Asks::Outside | Asks::LeftOut, Said::NotInLibrary) => Outcome::Right,
-        (_, Said::NotInLibrary) => Outcome::NotInLibrary,
-        // What was left out cannot be named, or it was not left out.
-        (Asks::LeftOut, Said::Named) => Outcome::Wrong,
-        (_, Said::Named) => named(plant, truth, answer),
-        (_, Said::Ambiguous) => ambiguous(plant, truth, answer),
+/// Grades an answer.
+pub fn outcome(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> AnswerGrade {
+    match (truth.asks, answer.verdict) {
+        (_, RecordedVerdict::Refused) => AnswerGrade::Refused,
+        (Asks::Null, RecordedVerdict::NoEffect) => AnswerGrade::Right,
+        (_, RecordedVerdict::NoPracticalEffect) => AnswerGrade::NotPractical,
+        (Asks::Null, _) => AnswerGrade::Wrong,
+        (_, RecordedVerdict::NoEffect) => AnswerGrade::Missed,
+        (_, RecordedVerdict::NotInLibrary) if names_falsely(plant, truth, answer) => AnswerGrade::Wrong,
+        (Asks::Outside | Asks::LeftOut, RecordedVerdict::NotInLibrary) => AnswerGrade::Right,
+        (_, RecordedVerdict::NotInLibrary) => AnswerGrade::NotInLibrary,
+        // An effect excluded from the library cannot be named.
+        (Asks::LeftOut, RecordedVerdict::Named) => AnswerGrade::Wrong,
+        (_, RecordedVerdict::Named) => named(plant, truth, answer),
+        (_, RecordedVerdict::Ambiguous) => ambiguous(plant, truth, answer),
     }
 }
 
-/// Whether some block names what is not there, whatever is said of the others.
-fn names_falsely(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> bool {
-    let is_named = |block: &str| answer.blocks.iter().any(|(own, said)| own == block && *said == Said::Named);
+/// Returns whether any block names an effect that is not hidden.
+fn names_falsely(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> bool {
+    let is_named =
+        |block: &str| answer.blocks.iter().any(|(own, verdict)| own == block && *verdict == RecordedVerdict::Named);
     let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
     answer.effects.iter().any(|effect| is_named(&effect.block) && !is_true(&effect.id))
 }
 
-fn named(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
+fn named(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> AnswerGrade {
     let is_true = |id: &str| truth.hidden.iter().any(|hidden| plant.is_right(&hidden.id, id));
     let is_found = |hidden: &str| answer.effects.iter().any(|effect| plant.is_right(hidden, &effect.id));
     if answer.effects.iter().any(|effect| !is_true(&effect.id)) {
-        return Outcome::Wrong;
+        return AnswerGrade::Wrong;
     }
     match truth.hidden.iter().all(|hidden| is_found(&hidden.id)) {
-        true => Outcome::Right,
-        false => Outcome::Partly,
+        true => AnswerGrade::Right,
+        false => AnswerGrade::Partly,
     }
 }
 
-fn ambiguous(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Outcome {
+fn ambiguous(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> AnswerGrade {
     let lists = |hidden: &str| answer.effects.iter().any(|effect| plant.is_right(hidden, &effect.id));
     if truth.hidden.iter().all(|hidden| lists(&hidden.id)) {
-        return Outcome::Listed;
+        return AnswerGrade::Listed;
     }
     let partner = |hidden: &str| {
         let relative = answer.effects.iter().any(|effect| share_group(hidden, &effect.id));
-        relative && answer.partner_missing && answer.experiment.as_ref().is_some_and(|told| splits(hidden, told))
+        relative
+            && answer.partner_missing
+            && answer.experiment.as_ref().is_some_and(|proposed| splits(hidden, proposed))
     };
     match truth.asks == Asks::LeftOut && truth.hidden.iter().any(|hidden| partner(&hidden.id)) {
-        true => Outcome::Partner,
-        false => Outcome::Wrong,
+        true => AnswerGrade::Partner,
+        false => AnswerGrade::Wrong,
     }
 }
 
-/// Whether a proposed experiment is that of a group to which an effect belongs.
+/// Returns whether a proposed experiment is that of a group of the effect.
 fn splits(hidden: &str, proposed: &str) -> bool {
     let has = |members: &[&str]| members.iter().any(|member| code(member) == code(hidden));
     GROUPS.iter().any(|group| has(group.members) && proposed.contains(group.splits))
 }
 
-/// Whether everything that an answer finds lies in the blocks where something is hidden; none if it finds nothing, or
-/// nothing is hidden.
-pub fn block_is_right(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Option<bool> {
+/// Returns whether all findings are in blocks with a hidden effect; `None` without findings or hidden effects.
+pub fn block_is_right(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> Option<bool> {
     let hidden: Vec<&str> = truth.hidden.iter().map(|hidden| plant.block(&hidden.id)).collect();
-    let found = answer.blocks.iter().filter(|(_, said)| *said >= Said::NoPracticalEffect);
+    let found = answer.blocks.iter().filter(|(_, verdict)| *verdict >= RecordedVerdict::NoPracticalEffect);
     let found: Vec<&str> = found.map(|(block, _)| block.as_str()).collect();
     (!hidden.is_empty() && !found.is_empty()).then(|| found.iter().all(|block| hidden.contains(block)))
 }
@@ -131,7 +133,7 @@ pub fn block_is_right(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Op
 pub(crate) mod tests {
     use super::*;
     use crate::plant::PLANTS;
-    use crate::record::Effect;
+    use crate::record::NamedCause;
     use crate::seal::Hidden;
 
     pub(crate) fn truth(asks: Asks, hidden: &[&str]) -> SealedTruth {
@@ -147,15 +149,16 @@ pub(crate) mod tests {
         }
     }
 
-    pub(crate) fn answer(said: Said, effects: &[&str]) -> Answer {
+    pub(crate) fn answer(verdict: RecordedVerdict, effects: &[&str]) -> RecordedAnswer {
         let block = |id: &str| PLANTS[0].block(id).to_owned();
-        let of = |id: &&str| Effect { id: (*id).to_owned(), block: block(id), p: 0.99, parameters: Default::default() };
-        Answer {
-            said,
+        let of =
+            |id: &&str| NamedCause { id: (*id).to_owned(), block: block(id), p: 0.99, parameters: Default::default() };
+        RecordedAnswer {
+            verdict,
             effects: effects.iter().map(of).collect(),
             blocks: vec![
-                ("R2 reference to torque".to_owned(), Said::NoEffect),
-                ("R3 torque to motion".to_owned(), said),
+                ("R2 reference to torque".to_owned(), RecordedVerdict::NoEffect),
+                ("R3 torque to motion".to_owned(), verdict),
             ],
             partner_missing: false,
             experiment: None,
@@ -165,60 +168,70 @@ pub(crate) mod tests {
         }
     }
 
-    fn worth(asks: Asks, hidden: &[&str], said: Said, effects: &[&str]) -> Outcome {
-        outcome(&PLANTS[0], &truth(asks, hidden), &answer(said, effects))
+    fn worth(asks: Asks, hidden: &[&str], verdict: RecordedVerdict, effects: &[&str]) -> AnswerGrade {
+        outcome(&PLANTS[0], &truth(asks, hidden), &answer(verdict, effects))
     }
 
     #[test]
-    fn names_count_by_the_catalogues_number() {
-        use Outcome::{Listed, Missed, NotInLibrary, NotPractical, Partly, Right, Wrong};
-        let named = |hidden: &[&str], effects: &[&str]| worth(Asks::Effect, hidden, Said::Named, effects);
+    fn names_match_by_catalogue_number() {
+        use AnswerGrade::{Listed, Missed, NotInLibrary, NotPractical, Partly, Right, Wrong};
+        let named = |hidden: &[&str], effects: &[&str]| worth(Asks::Effect, hidden, RecordedVerdict::Named, effects);
         assert_eq!(named(&["J6_warm_up"], &["J6_temperature"]), Right);
         assert_eq!(named(&["J1_coulomb"], &["J18_drive_offset"]), Wrong, "J1 is not the beginning of J18");
         assert_eq!(named(&["J1_coulomb"], &["J1_coulomb", "J2_viscous"]), Wrong);
         assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag"]), Partly);
         assert_eq!(named(&["J1_coulomb", "C2_lag"], &["C2_lag", "J1_coulomb"]), Right);
-        let said = |said, effects: &[&str]| worth(Asks::Effect, &["J1_coulomb"], said, effects);
-        assert_eq!(said(Said::Ambiguous, &["J2_viscous", "J1_coulomb"]), Listed);
-        assert_eq!(said(Said::Ambiguous, &["J2_viscous"]), Wrong);
-        assert_eq!(said(Said::NotInLibrary, &[]), NotInLibrary);
-        assert_eq!(said(Said::NoEffect, &[]), Missed);
-        assert_eq!(said(Said::NoPracticalEffect, &["J1_coulomb"]), NotPractical);
-        assert_eq!(worth(Asks::Null, &[], Said::NoEffect, &[]), Right);
-        assert_eq!(worth(Asks::Null, &[], Said::NotInLibrary, &[]), Wrong);
+        let grade = |verdict, effects: &[&str]| worth(Asks::Effect, &["J1_coulomb"], verdict, effects);
+        assert_eq!(grade(RecordedVerdict::Ambiguous, &["J2_viscous", "J1_coulomb"]), Listed);
+        assert_eq!(grade(RecordedVerdict::Ambiguous, &["J2_viscous"]), Wrong);
+        assert_eq!(grade(RecordedVerdict::NotInLibrary, &[]), NotInLibrary);
+        assert_eq!(grade(RecordedVerdict::NoEffect, &[]), Missed);
+        assert_eq!(grade(RecordedVerdict::NoPracticalEffect, &["J1_coulomb"]), NotPractical);
+        assert_eq!(worth(Asks::Null, &[], RecordedVerdict::NoEffect, &[]), Right);
+        assert_eq!(worth(Asks::Null, &[], RecordedVerdict::NotInLibrary, &[]), Wrong);
     }
 
     #[test]
-    fn outside_the_library_only_a_relative_with_its_experiment_is_as_good_as_no_name() {
-        assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::NotInLibrary, &[]), Outcome::Right);
-        assert_eq!(worth(Asks::Outside, &["quadratic_drag"], Said::Named, &["J2_viscous"]), Outcome::Wrong);
-        assert_eq!(worth(Asks::Outside, &["stribeck_squared"], Said::Named, &["J3_stribeck"]), Outcome::Right);
-        assert_eq!(worth(Asks::LeftOut, &["S7_noise"], Said::Named, &["S7_noise"]), Outcome::Wrong);
+    fn confounded_partner_with_experiment_counts_for_a_form_outside_the_library() {
+        assert_eq!(worth(Asks::Outside, &["quadratic_drag"], RecordedVerdict::NotInLibrary, &[]), AnswerGrade::Right);
+        assert_eq!(
+            worth(Asks::Outside, &["quadratic_drag"], RecordedVerdict::Named, &["J2_viscous"]),
+            AnswerGrade::Wrong
+        );
+        assert_eq!(
+            worth(Asks::Outside, &["stribeck_squared"], RecordedVerdict::Named, &["J3_stribeck"]),
+            AnswerGrade::Right
+        );
+        assert_eq!(worth(Asks::LeftOut, &["S7_noise"], RecordedVerdict::Named, &["S7_noise"]), AnswerGrade::Wrong);
         let truth = truth(Asks::LeftOut, &["J14_payload"]);
-        let mut relative = answer(Said::Ambiguous, &["J15_link_inertia"]);
-        assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Wrong);
+        let mut relative = answer(RecordedVerdict::Ambiguous, &["J15_link_inertia"]);
+        assert_eq!(outcome(&PLANTS[0], &truth, &relative), AnswerGrade::Wrong);
         relative.partner_missing = true;
         let scale = GROUPS.iter().find(|group| group.id == "G5").expect("a group");
         relative.experiment = Some(scale.splits.to_owned());
-        assert_eq!(outcome(&PLANTS[0], &truth, &relative), Outcome::Partner);
+        assert_eq!(outcome(&PLANTS[0], &truth, &relative), AnswerGrade::Partner);
     }
 
     #[test]
-    fn a_false_name_in_one_block_is_not_excused_by_another_that_finds_nothing_known() {
-        let mut answer = answer(Said::NotInLibrary, &["C2_lag"]);
-        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::NotInLibrary);
-        answer.blocks[0].1 = Said::Named;
-        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), Outcome::Wrong);
-        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C2_lag"]), &answer), Outcome::NotInLibrary);
+    fn false_name_in_a_block_is_wrong_despite_not_in_library_in_another() {
+        let mut answer = answer(RecordedVerdict::NotInLibrary, &["C2_lag"]);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), AnswerGrade::NotInLibrary);
+        answer.blocks[0].1 = RecordedVerdict::Named;
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C6_hold"]), &answer), AnswerGrade::Wrong);
+        assert_eq!(outcome(&PLANTS[0], &truth(Asks::Effect, &["C2_lag"]), &answer), AnswerGrade::NotInLibrary);
     }
 
     #[test]
-    fn a_finding_in_another_block_is_in_the_wrong_block() {
+    fn finding_in_another_block_is_in_the_wrong_block() {
         let right = |hidden: &str| {
-            block_is_right(&PLANTS[0], &truth(Asks::Effect, &[hidden]), &answer(Said::Named, &["J1_coulomb"]))
+            block_is_right(
+                &PLANTS[0],
+                &truth(Asks::Effect, &[hidden]),
+                &answer(RecordedVerdict::Named, &["J1_coulomb"]),
+            )
         };
         assert_eq!((right("J1_coulomb"), right("C2_lag")), (Some(true), Some(false)));
-        let nothing = answer(Said::NoEffect, &[]);
+        let nothing = answer(RecordedVerdict::NoEffect, &[]);
         assert_eq!(block_is_right(&PLANTS[0], &truth(Asks::Effect, &["J1_coulomb"]), &nothing), None);
     }
 }

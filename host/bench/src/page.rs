@@ -1,11 +1,11 @@
-//! The score's page: marks, confusion matrix, reliability curve, other methods; one self-contained HTML file.
+//! HTML page of a score: criteria, confusion matrix, reliability curve, baseline methods.
 
 use crate::Result;
-use crate::outcome::Outcome;
+use crate::outcome::AnswerGrade;
 use crate::plant::order;
-use crate::score::{Row, Score, median};
+use crate::score::{GauntletScore, Row, median};
 use crate::seal::Asks;
-use crate::words::{asks, found, met, shared};
+use crate::summary_text::{asks, found, met, shared};
 use serde::Serialize;
 use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
@@ -34,7 +34,7 @@ struct Page {
     command: String,
 }
 
-/// What was hidden, and how often which outcome came, size by size.
+/// Counts of grades for a hidden effect and size.
 #[derive(Serialize)]
 struct Line {
     hidden: String,
@@ -44,7 +44,7 @@ struct Line {
     outcomes: Vec<String>,
 }
 
-/// The confusion matrix of a plant at one size: what was hidden down, what was answered across.
+/// Confusion matrix of a plant at a size: rows are hidden effects, columns are answers.
 #[derive(Serialize)]
 struct Confusion {
     title: String,
@@ -59,11 +59,11 @@ struct Cell {
     share: f64,
 }
 
-/// The page as text; `command` is what repeats it.
+/// Renders the page as HTML; `command` is the command that reproduces it.
 ///
 /// # Errors
 /// A figure that cannot be drawn.
-pub fn page(score: &Score, command: &str) -> Result<String> {
+pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
     let page = Page {
         style: STYLE,
         version: env!("CARGO_PKG_VERSION"),
@@ -72,7 +72,7 @@ pub fn page(score: &Score, command: &str) -> Result<String> {
         unasked: score.unasked.len(),
         hours: score.seconds.map(|seconds| significant(seconds / 3600.0, 3)),
         marks: score.marks.iter().map(|mark| [met(mark).to_owned(), mark.demand.clone(), found(mark)]).collect(),
-        outcomes: Outcome::ALL.map(Outcome::word).into(),
+        outcomes: AnswerGrade::ALL.map(AnswerGrade::word).into(),
         rows: score.rows.iter().map(line).collect(),
         confusion: confusions(&score.rows),
         curve: curve(score)?,
@@ -104,10 +104,10 @@ pub fn page(score: &Score, command: &str) -> Result<String> {
     Ok(render("score.html", include_str!("page/score.html"), &page)?)
 }
 
-fn headline(score: &Score) -> String {
+fn headline(score: &GauntletScore) -> String {
     let asked = score.marks.iter().filter(|mark| mark.met.is_some()).count();
-    let kept = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
-    format!("{kept} of {asked} demands are met.")
+    let met = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
+    format!("{met} of {asked} criteria are met.")
 }
 
 fn multiple(row: &Row) -> String {
@@ -115,7 +115,7 @@ fn multiple(row: &Row) -> String {
 }
 
 fn line(row: &Row) -> Line {
-    let count = |outcome: &Outcome| match row.outcomes.get(outcome) {
+    let count = |outcome: &AnswerGrade| match row.outcomes.get(outcome) {
         None => String::new(),
         Some(count) => count.to_string(),
     };
@@ -123,8 +123,8 @@ fn line(row: &Row) -> Line {
         hidden: format!("{} {} {}", row.plant, asks(row), row.hidden),
         multiple: multiple(row),
         scale: row.scale.map_or(String::new(), |scale| significant(scale, 3)),
-        right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "not shown".to_owned() },
-        outcomes: Outcome::ALL.iter().map(count).collect(),
+        right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "out of range".to_owned() },
+        outcomes: AnswerGrade::ALL.iter().map(count).collect(),
     }
 }
 
@@ -158,7 +158,7 @@ fn confusions(rows: &[Row]) -> Vec<Confusion> {
 }
 
 /// Frequency over stated probability, with exact intervals.
-fn curve(score: &Score) -> Result<Option<String>> {
+fn curve(score: &GauntletScore) -> Result<Option<String>> {
     let bins = &score.calibration.bins;
     if bins.is_empty() {
         return Ok(None);
@@ -177,22 +177,22 @@ fn curve(score: &Score) -> Result<Option<String>> {
 }
 
 /// Errors of each parameter by size: number, median error of the parameter, over its bound, intervals that hold.
-fn parameters(score: &Score) -> Vec<[String; 6]> {
-    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::Compared>> = BTreeMap::new();
+fn parameters(score: &GauntletScore) -> Vec<[String; 6]> {
+    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::ParameterError>> = BTreeMap::new();
     for own in &score.parameters {
         groups.entry((&own.name, own.multiple.to_bits())).or_default().push(own);
     }
     let number = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
-    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::Compared>)| {
+    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::ParameterError>)| {
         let held: Vec<bool> = own.iter().filter_map(|own| own.held).collect();
-        let kept = held.iter().filter(|held| **held).count();
+        let covered = held.iter().filter(|held| **held).count();
         [
             name.to_owned(),
             format!("{} s*", f64::from_bits(multiple)),
             own.len().to_string(),
             number(median(own.iter().map(|own| 100.0 * own.relative))),
             number(median(own.iter().filter_map(|own| own.by_bound))),
-            if held.is_empty() { String::new() } else { format!("{kept} of {}", held.len()) },
+            if held.is_empty() { String::new() } else { format!("{covered} of {}", held.len()) },
         ]
     };
     groups.into_iter().map(of).collect()

@@ -1,36 +1,36 @@
-//! Numbers of right answers beside the truth: errors, what Cramer and Rao allow, whether the intervals hold.
+//! Parameter errors of right answers: error, Cramer-Rao bound, interval coverage.
 
-use crate::plant::{Alias, From, Plant};
-use crate::record::{Answer, Estimate};
+use crate::plant::{Alias, From, GauntletPlant};
+use crate::record::{RecordedAnswer, RecordedEstimate};
 use crate::seal::{Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// One number beside its truth.
+/// Error of a parameter against the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Compared {
+pub struct ParameterError {
     /// Effect and parameter, by the generator's names.
     pub name: String,
-    /// Size of the effect, in multiples of the smallest that could be told.
+    /// Size of the effect, in multiples of its detection limit.
     pub multiple: f64,
-    /// Whether it is the size, and not the form.
+    /// Whether it is a size, not a form parameter.
     pub is_size: bool,
     /// Unit.
     pub unit: String,
-    /// Distance from the truth, in the unit.
+    /// Absolute error, in the unit.
     pub error: f64,
-    /// The same over the hidden parameter.
+    /// Absolute error over the hidden parameter.
     pub relative: f64,
-    /// Standard deviation that Cramer and Rao allow, in the unit; none where the answer has none.
+    /// Cramer-Rao standard deviation, in the unit; `None` if the answer has none.
     pub sd: Option<f64>,
-    /// The error over that.
+    /// Error over the Cramer-Rao standard deviation.
     pub by_bound: Option<f64>,
-    /// Whether the 95 % interval holds the truth; none for a length of several numbers, which has none.
+    /// Whether the 95 % interval contains the truth; `None` for a norm of several parameters.
     pub held: Option<bool>,
 }
 
-/// The numbers of an answer that generator and fitter both know.
-pub fn compared(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Vec<Compared> {
+/// Returns the errors of the parameters that generator and diagnosis have in common.
+pub fn compared(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> Vec<ParameterError> {
     let mut all = Vec::new();
     for hidden in &truth.hidden {
         let Some(found) = answer.effects.iter().find(|effect| plant.is_right(&hidden.id, &effect.id)) else {
@@ -41,11 +41,12 @@ pub fn compared(plant: &Plant, truth: &SealedTruth, answer: &Answer) -> Vec<Comp
     all
 }
 
-fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -> Option<Compared> {
+fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, RecordedEstimate>) -> Option<ParameterError> {
     let hidden = truth.hidden.iter().find(|hidden| hidden.id == alias.effect)?;
     let place = hidden.parameters.iter().position(|parameter| parameter.name == alias.parameter)?;
     let parameter = &hidden.parameters[place];
-    let estimates: Vec<&Estimate> = alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
+    let estimates: Vec<&RecordedEstimate> =
+        alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
     let [expected, own] = expected(alias, truth, hidden, parameter.value, estimates[0].nominal)?;
     let value = match estimates[..] {
         [only] => only.value,
@@ -53,7 +54,7 @@ fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, Estimate>) -
     };
     let sd = deviation(&estimates, value);
     let error = (value - expected).abs();
-    Some(Compared {
+    Some(ParameterError {
         name: name(alias),
         multiple: truth.multiple,
         is_size: place == 0 && !matches!(alias.from, From::Along(..)),
@@ -95,7 +96,7 @@ fn expected(alias: &Alias, truth: &SealedTruth, hidden: &Hidden, value: f64, nom
 }
 
 /// Standard deviation of a number, or of the length of several that are known apart from one another.
-fn deviation(estimates: &[&Estimate], length: f64) -> Option<f64> {
+fn deviation(estimates: &[&RecordedEstimate], length: f64) -> Option<f64> {
     let sd = match estimates {
         [only] => only.sd,
         _ => estimates.iter().map(|own| (own.value / length * own.sd).powi(2)).sum::<f64>().sqrt(),
@@ -108,7 +109,7 @@ mod tests {
     use super::*;
     use crate::outcome::tests::{answer, truth};
     use crate::plant::PLANTS;
-    use crate::record::Said;
+    use crate::record::RecordedVerdict;
     use crate::seal::{Asks, Number};
 
     fn number(name: &str, value: f64, unit: &str) -> Number {
@@ -116,12 +117,12 @@ mod tests {
     }
 
     #[test]
-    fn a_number_counts_from_what_the_data_set_drew() {
+    fn parameter_error_is_relative_to_the_drawn_nominal() {
         let mut truth = truth(Asks::Effect, &["J1_coulomb"]);
         truth.hidden[0].parameters = vec![number("level", 4.0, "N m")];
         truth.nuisances = vec![number("coulomb_factor", 1.05, "")];
-        let mut answer = answer(Said::Named, &["J1_coulomb"]);
-        let estimate = Estimate { value: 25.5, lo: 24.6, hi: 26.4, sd: 0.25, nominal: 20.0 };
+        let mut answer = answer(RecordedVerdict::Named, &["J1_coulomb"]);
+        let estimate = RecordedEstimate { value: 25.5, lo: 24.6, hi: 26.4, sd: 0.25, nominal: 20.0 };
         answer.effects[0].parameters.insert("coulomb".to_owned(), estimate);
         let found = compared(&PLANTS[0], &truth, &answer);
         assert_eq!(found.len(), 1);
@@ -130,12 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn a_component_counts_with_what_was_drawn_besides() {
+    fn component_error_includes_the_drawn_nuisance() {
         let mut truth = truth(Asks::Effect, &["S1_bias"]);
         truth.hidden[0].parameters = vec![number("force", 3.0, "N"), number("unit_x", -0.5, "")];
         truth.nuisances = vec![number("bias_force_x", 0.2, "N")];
-        let mut answer = answer(Said::Named, &["S1_bias"]);
-        let estimate = Estimate { value: -1.27, lo: -1.4, hi: -1.1, sd: 0.1, nominal: 0.0 };
+        let mut answer = answer(RecordedVerdict::Named, &["S1_bias"]);
+        let estimate = RecordedEstimate { value: -1.27, lo: -1.4, hi: -1.1, sd: 0.1, nominal: 0.0 };
         answer.effects[0].parameters.insert("bias_force_x".to_owned(), estimate);
         let sensor = PLANTS.iter().find(|plant| plant.name == "sensor").expect("a plant");
         let found = compared(sensor, &truth, &answer);
@@ -144,12 +145,12 @@ mod tests {
     }
 
     #[test]
-    fn an_amplitude_is_the_length_of_sine_and_cosine() {
+    fn amplitude_is_the_norm_of_sine_and_cosine() {
         let mut truth = truth(Asks::Effect, &["J9_torque_ripple"]);
         truth.hidden[0].parameters = vec![number("amplitude", 5.0, "N m")];
-        let mut answer = answer(Said::Named, &["J9_torque_ripple"]);
+        let mut answer = answer(RecordedVerdict::Named, &["J9_torque_ripple"]);
         for (name, value) in [("ripple_sin", 3.0), ("ripple_cos", -4.1)] {
-            let estimate = Estimate { value, lo: value, hi: value, sd: 0.1, nominal: 0.0 };
+            let estimate = RecordedEstimate { value, lo: value, hi: value, sd: 0.1, nominal: 0.0 };
             answer.effects[0].parameters.insert(name.to_owned(), estimate);
         }
         let found = compared(&PLANTS[0], &truth, &answer);

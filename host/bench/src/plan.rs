@@ -1,53 +1,53 @@
-//! The list of cases: what is hidden, how large, in which noise, from which seed; the same for everybody.
+//! Plan: the reproducible list of cases with hidden effect, size, noise and seed.
 
-use crate::plant::{PLANTS, Plant, plant};
-use crate::{Error, Result};
+use crate::plant::{GauntletPlant, PLANTS, plant};
+use crate::{GauntletError, Result};
 use softdock_gauntlet::{EffectCase, NoiseColour};
 use softdock_kernels::effects::share_group;
 
-/// How many cases.
+/// Extent of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// Minutes: enough to notice that something broke.
+    /// Minutes: detects regressions.
     Ci,
-    /// Hours: enough to state rates with their bounds.
+    /// Hours: states rates with their bounds.
     Full,
 }
 
-/// Which cases are wanted.
+/// Selection of cases.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// How many.
+    /// Extent.
     pub extent: Extent,
     /// Names of plants; all if empty.
     pub plants: Vec<String>,
-    /// Draws of every effect and size, where not the extent's own.
+    /// Draws of every effect and size, instead of those of the extent.
     pub draws: Option<u64>,
 }
 
-/// What a case hides and asks.
+/// Task of a case: hidden effects and library.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Task {
+pub enum CaseTask {
     /// Nothing is hidden.
     Null,
     /// One effect of the library.
     Effect(&'static EffectCase),
-    /// A form that no library has.
+    /// A form outside the library.
     Outside(&'static EffectCase),
-    /// One effect that is taken out of the library.
+    /// One effect that is excluded from the library.
     LeftOut(&'static EffectCase),
-    /// Two effects that do not look alike.
+    /// Two effects that are not confounded.
     Pair(&'static EffectCase, &'static EffectCase),
 }
 
-/// One case.
+/// Case of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// The plant.
-    pub plant: &'static Plant,
-    /// What it hides.
-    pub task: Task,
-    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    pub plant: &'static GauntletPlant,
+    /// Task.
+    pub task: CaseTask,
+    /// Size, in multiples of the detection limit; 0 where nothing is hidden.
     pub multiple: f64,
     /// Number of the draw, from 0.
     pub draw: u64,
@@ -55,13 +55,13 @@ pub struct Case {
     pub noise: NoiseColour,
 }
 
-/// Sizes that are asked, in multiples of the smallest that an oracle could tell.
+/// Sizes, in multiples of the detection limit.
 pub const MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 16.0];
-/// Sizes at which an effect is asked that is not in the library.
+/// Sizes of effects that are excluded from the library.
 const LEFT_OUT: [f64; 3] = [1.0, 4.0, 16.0];
 /// Draws of a plant whose cases take minutes.
 const FEW_DRAWS: u64 = 4;
-/// Sizes at which an effect should be told, and at which it is plain that something is wrong.
+/// Size at which an effect should be named, and size at which a form outside the library should be reported.
 const TELLING: f64 = 4.0;
 const OBVIOUS: f64 = 16.0;
 /// Size of each of two effects.
@@ -69,11 +69,11 @@ const PAIRED: f64 = 4.0;
 /// Pairs of effects a plant.
 const PAIRS: usize = 20;
 
-/// The cases that are wanted, ordered so that any beginning of the list is a fair sample of it; cases that share their
-/// recordings' seed follow one another.
+/// Returns the selected cases, ordered so that any prefix is a representative sample. Cases with the same seed are
+/// adjacent.
 ///
 /// # Errors
-/// A plant that there is not.
+/// An unknown plant.
 pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
     let plants = plants(&wanted.plants, wanted.extent)?;
     let counts: Vec<Counts> = plants.iter().map(|plant| Counts::of(wanted, plant)).collect();
@@ -83,13 +83,13 @@ pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
 }
 
 /// Plants by their names; without names, all, or the one that takes minutes.
-fn plants(names: &[String], extent: Extent) -> Result<Vec<&'static Plant>> {
+fn plants(names: &[String], extent: Extent) -> Result<Vec<&'static GauntletPlant>> {
     if names.is_empty() {
         return Ok(if extent == Extent::Ci { vec![&PLANTS[0]] } else { PLANTS.iter().collect() });
     }
     let known = || PLANTS.iter().map(|plant| plant.name).collect::<Vec<_>>().join(", ");
     let of = |name: &String| {
-        plant(name).ok_or_else(|| Error::Unknown { what: format!("no plant `{name}`; there are {}", known()) })
+        plant(name).ok_or_else(|| GauntletError::Unknown { what: format!("no plant `{name}`; there are {}", known()) })
     };
     names.iter().map(of).collect()
 }
@@ -102,7 +102,7 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(wanted: &Wanted, plant: &Plant) -> Self {
+    fn of(wanted: &Wanted, plant: &GauntletPlant) -> Self {
         let (extent, nulls, hidden) = match wanted.extent {
             Extent::Ci => (Extent::Ci, 3, 1),
             Extent::Full if plant.slow => (Extent::Full, 3 * FEW_DRAWS, FEW_DRAWS),
@@ -121,10 +121,10 @@ impl Counts {
     }
 
     /// The cases of a plant's draw.
-    fn cases(&self, plant: &'static Plant, draw: u64) -> Vec<Case> {
+    fn cases(&self, plant: &'static GauntletPlant, draw: u64) -> Vec<Case> {
         let mut asked = Vec::new();
         if draw < self.nulls {
-            asked.push((Task::Null, 0.0));
+            asked.push((CaseTask::Null, 0.0));
         }
         if draw < self.hidden {
             asked.extend(if self.extent == Extent::Ci { few(plant) } else { all(plant) });
@@ -135,35 +135,35 @@ impl Counts {
 }
 
 /// All that can be hidden, in all sizes; of a slow plant in those at which much is asked.
-fn all(plant: &'static Plant) -> Vec<(Task, f64)> {
+fn all(plant: &'static GauntletPlant) -> Vec<(CaseTask, f64)> {
     let wanted = |multiple: &f64| !plant.slow || *multiple >= TELLING;
     let sizes = |list: &'static [f64]| list.iter().copied().filter(wanted);
     let mut asked = Vec::new();
     for effect in plant.effects() {
-        asked.extend(sizes(&MULTIPLES).map(|multiple| (Task::Effect(effect), multiple)));
-        asked.extend(sizes(&LEFT_OUT).map(|multiple| (Task::LeftOut(effect), multiple)));
+        asked.extend(sizes(&MULTIPLES).map(|multiple| (CaseTask::Effect(effect), multiple)));
+        asked.extend(sizes(&LEFT_OUT).map(|multiple| (CaseTask::LeftOut(effect), multiple)));
     }
     for form in plant.outside() {
-        asked.extend(sizes(&MULTIPLES).map(|multiple| (Task::Outside(form), multiple)));
+        asked.extend(sizes(&MULTIPLES).map(|multiple| (CaseTask::Outside(form), multiple)));
     }
-    asked.extend(pairs(plant, PAIRS).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked.extend(pairs(plant, PAIRS).into_iter().map(|(a, b)| (CaseTask::Pair(a, b), PAIRED)));
     asked
 }
 
-/// Every other effect where it should be told, and one of everything else.
-fn few(plant: &'static Plant) -> Vec<(Task, f64)> {
-    let mut asked: Vec<(Task, f64)> =
-        plant.effects().step_by(2).map(|effect| (Task::Effect(effect), TELLING)).collect();
+/// Every other effect at the size where it should be named, and one case of every other task.
+fn few(plant: &'static GauntletPlant) -> Vec<(CaseTask, f64)> {
+    let mut asked: Vec<(CaseTask, f64)> =
+        plant.effects().step_by(2).map(|effect| (CaseTask::Effect(effect), TELLING)).collect();
     // It has many relatives.
     let payload = plant.effects().find(|effect| effect.id == "J14_payload");
-    asked.extend(payload.map(|effect| (Task::LeftOut(effect), OBVIOUS)));
-    asked.extend(plant.outside().next().map(|form| (Task::Outside(form), OBVIOUS)));
-    asked.extend(pairs(plant, 1).into_iter().map(|(a, b)| (Task::Pair(a, b), PAIRED)));
+    asked.extend(payload.map(|effect| (CaseTask::LeftOut(effect), OBVIOUS)));
+    asked.extend(plant.outside().next().map(|form| (CaseTask::Outside(form), OBVIOUS)));
+    asked.extend(pairs(plant, 1).into_iter().map(|(a, b)| (CaseTask::Pair(a, b), PAIRED)));
     asked
 }
 
 /// Pairs of effects that no group has in common, spread evenly over all such pairs.
-fn pairs(plant: &Plant, most: usize) -> Vec<(&'static EffectCase, &'static EffectCase)> {
+fn pairs(plant: &GauntletPlant, most: usize) -> Vec<(&'static EffectCase, &'static EffectCase)> {
     let effects: Vec<&'static EffectCase> = plant.effects().collect();
     let all = (0..effects.len()).flat_map(|a| (a + 1..effects.len()).map(move |b| (a, b)));
     let all: Vec<_> = all.map(|(a, b)| (effects[a], effects[b])).filter(|(a, b)| !share_group(a.id, b.id)).collect();
@@ -172,40 +172,40 @@ fn pairs(plant: &Plant, most: usize) -> Vec<(&'static EffectCase, &'static Effec
 }
 
 impl Case {
-    /// What tells it from all others; a legal file name.
+    /// Returns the unique id, which is a valid file name.
     pub fn id(&self) -> String {
         let size = if self.multiple > 0.0 { format!(".x{}", self.multiple) } else { String::new() };
         format!("{}{size}.{}", self.subject(), self.draw)
     }
 
-    /// Plant and task, whatever the size and the draw.
+    /// Returns plant and task, without size and draw.
     pub fn subject(&self) -> String {
         let what = match self.task {
-            Task::Null => "null".to_owned(),
-            Task::Effect(effect) => format!("effect.{}", effect.id),
-            Task::Outside(form) => format!("outside.{}", form.id),
-            Task::LeftOut(effect) => format!("left_out.{}", effect.id),
-            Task::Pair(a, b) => format!("pair.{}+{}", a.id, b.id),
+            CaseTask::Null => "null".to_owned(),
+            CaseTask::Effect(effect) => format!("effect.{}", effect.id),
+            CaseTask::Outside(form) => format!("outside.{}", form.id),
+            CaseTask::LeftOut(effect) => format!("left_out.{}", effect.id),
+            CaseTask::Pair(a, b) => format!("pair.{}+{}", a.id, b.id),
         };
         format!("{}.{what}", self.plant.name)
     }
 
-    /// Ids of what is hidden.
+    /// Returns the hidden effects.
     pub fn hidden(&self) -> Vec<&'static EffectCase> {
         match self.task {
-            Task::Null => Vec::new(),
-            Task::Effect(effect) | Task::Outside(effect) | Task::LeftOut(effect) => vec![effect],
-            Task::Pair(a, b) => vec![a, b],
+            CaseTask::Null => Vec::new(),
+            CaseTask::Effect(effect) | CaseTask::Outside(effect) | CaseTask::LeftOut(effect) => vec![effect],
+            CaseTask::Pair(a, b) => vec![a, b],
         }
     }
 
-    /// Seed of the recordings: cases that hide the same in the same draw differ in size alone, and the pairs of a draw in
-    /// what they hide alone, so that the scale of an effect is found once for all its pairs.
+    /// Returns the seed of the recordings. Cases with the same effect and draw differ only in size, and pairs of a draw
+    /// only in their effects, so that detection limits are computed once.
     pub fn seed(&self) -> u64 {
         let hidden = match self.task {
-            Task::Null => "",
-            Task::Effect(effect) | Task::Outside(effect) | Task::LeftOut(effect) => effect.id,
-            Task::Pair(..) => "pairs",
+            CaseTask::Null => "",
+            CaseTask::Effect(effect) | CaseTask::Outside(effect) | CaseTask::LeftOut(effect) => effect.id,
+            CaseTask::Pair(..) => "pairs",
         };
         let text = format!("{} {hidden} {}", self.plant.name, self.draw);
         let hash = blake3::hash(text.as_bytes());
@@ -214,8 +214,8 @@ impl Case {
     }
 }
 
-/// The part of a plan that belongs to one of several workers, the first being number 1. Cases that share their recordings'
-/// seed stay together, so that no oracle is asked twice.
+/// Returns the cases of worker `number` (from 1) of `of` workers. Cases with the same seed stay together, so that no
+/// oracle runs twice.
 pub fn shard(cases: Vec<Case>, number: usize, of: usize) -> Vec<Case> {
     let (mut group, mut last) = (0, None);
     let mut own = Vec::new();
@@ -243,24 +243,24 @@ mod tests {
     }
 
     #[test]
-    fn every_case_has_an_id_of_its_own_and_a_quick_plant_300_nulls() {
+    fn case_ids_are_unique_and_a_quick_plant_has_300_nulls() {
         let cases = full(&[]);
         let ids: BTreeSet<String> = cases.iter().map(Case::id).collect();
         assert_eq!(ids.len(), cases.len());
         assert!(ids.iter().all(|id| id.chars().all(|c| c.is_ascii_alphanumeric() || "._+".contains(c))), "{ids:?}");
-        let nulls = cases.iter().filter(|case| case.task == Task::Null && case.plant.name == "drive");
+        let nulls = cases.iter().filter(|case| case.task == CaseTask::Null && case.plant.name == "drive");
         let colours = NoiseColour::ALL.map(|colour| nulls.clone().filter(|case| case.noise == colour).count());
         assert_eq!(colours, [100; 3]);
     }
 
     #[test]
-    fn a_slow_plant_is_asked_for_four_draws_of_what_should_be_told() {
+    fn slow_plant_has_four_draws_of_detectable_effects() {
         let cases = full(&["facility"]);
         let draws =
-            |task: &dyn Fn(&Task) -> bool| cases.iter().filter(|case| task(&case.task)).map(|case| case.draw).max();
-        assert_eq!(draws(&|task| matches!(task, Task::Effect(_))), Some(3));
-        assert_eq!(draws(&|task| *task == Task::Null), Some(11));
-        assert!(cases.iter().all(|case| case.task == Task::Null || [4.0, 16.0].contains(&case.multiple)));
+            |task: &dyn Fn(&CaseTask) -> bool| cases.iter().filter(|case| task(&case.task)).map(|case| case.draw).max();
+        assert_eq!(draws(&|task| matches!(task, CaseTask::Effect(_))), Some(3));
+        assert_eq!(draws(&|task| *task == CaseTask::Null), Some(11));
+        assert!(cases.iter().all(|case| case.task == CaseTask::Null || [4.0, 16.0].contains(&case.multiple)));
     }
 
     #[test]
@@ -274,14 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn pairs_look_nothing_alike() {
+    fn paired_effects_share_no_group() {
         let pairs = pairs(&PLANTS[0], PAIRS);
         assert_eq!(pairs.len(), PAIRS);
         assert!(pairs.iter().all(|(a, b)| !share_group(a.id, b.id)));
     }
 
     #[test]
-    fn a_plant_that_there_is_not_is_refused_with_those_that_there_are() {
+    fn unknown_plant_is_rejected_with_the_list_of_plants() {
         let wanted = Wanted { extent: Extent::Ci, plants: vec!["wheel".to_owned()], draws: None };
         let message = plan(&wanted).expect_err("no such plant").to_string();
         assert!(message.contains("wheel") && message.contains("drive"), "{message}");

@@ -1,45 +1,45 @@
-//! The plants that are judged, one row each: what the generator and the fitter call the same thing.
+//! Plants of the gauntlet: mapping of effects and parameters between generator and diagnosis.
 //!
-//! A further plant is one more row: its rig, in which block its effects act, and which of its parameters can be compared.
+//! A new plant is one more row: its rig, the blocks of its effects, and the comparable parameters.
 
 use softdock_gauntlet::{EffectCase, Rig, effects, outside};
 use softdock_kernels::effects::{GROUPS, code};
 
-/// A plant.
+/// Plant of the gauntlet.
 #[derive(Debug)]
-pub struct Plant {
-    /// Its name on the command line and in the ids of cases.
+pub struct GauntletPlant {
+    /// Name on the command line and in case ids.
     pub name: &'static str,
-    /// The bench that makes its recordings.
+    /// Generator of its recordings.
     pub rig: Rig,
-    /// Beginnings of effects' ids, and the block of the loop where those act; the first that fits counts.
+    /// Prefixes of effect ids with their block; the first match counts.
     blocks: &'static [(&'static str, &'static str)],
-    /// Effects of the generator's catalogue that no library of the fitter has: forms outside, to the fitter.
+    /// Effects of the generator's catalogue that are outside the library of the diagnosis.
     unknown: &'static [&'static str],
-    /// Forms outside the generator's catalogue that a hypothesis of the library describes all the same.
+    /// Forms outside the generator's catalogue that a hypothesis of the library describes.
     close: &'static [(&'static str, &'static str)],
-    /// Parameters that both know.
+    /// Comparable parameters.
     aliases: &'static [Alias],
-    /// Whether the baselines of other methods are made for it.
+    /// Whether baseline methods run on it.
     pub baselines: bool,
-    /// Whether a case takes minutes: then the full size has few of them.
+    /// Whether a case takes minutes: the full extent then has few of them.
     pub slow: bool,
 }
 
-/// A parameter of the generator and what the fitter calls it.
+/// Parameter of the generator with its names in the diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alias {
     /// The generator's id of the effect.
     pub effect: &'static str,
     /// The generator's name of the parameter.
     pub parameter: &'static str,
-    /// The fitter's names; of several, the parameter is the length of the vector.
+    /// Names in the diagnosis; the parameter is the norm of several.
     pub fields: &'static [&'static str],
-    /// What the parameter counts from.
+    /// Reference of the parameter.
     pub from: From,
 }
 
-/// What a hidden parameter counts from.
+/// Reference of a hidden parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum From {
     /// Nothing.
@@ -84,8 +84,8 @@ const fn on_model(effect: &'static str, parameter: &'static str, fields: &'stati
 }
 
 /// All plants.
-pub const PLANTS: &[Plant] = &[
-    Plant {
+pub const PLANTS: &[GauntletPlant] = &[
+    GauntletPlant {
         name: "drive",
         rig: Rig::Drive { link_encoder: false },
         blocks: &[
@@ -125,7 +125,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: true,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "robot",
         rig: Rig::Robot,
         blocks: &[("", "R3 torque to motion, axis 2")],
@@ -146,7 +146,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: true,
     },
-    Plant {
+    GauntletPlant {
         name: "sensor",
         rig: Rig::Sensor,
         blocks: &[("", "R5 force to reading")],
@@ -180,7 +180,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "contact",
         rig: Rig::Contact,
         blocks: &[("", "R5 motion to force")],
@@ -203,7 +203,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "command",
         rig: Rig::Command,
         blocks: &[("", "R1 command sent to command received")],
@@ -221,7 +221,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "body",
         rig: Rig::Body,
         blocks: &[("", "R6 wrench to motion")],
@@ -248,7 +248,7 @@ pub const PLANTS: &[Plant] = &[
         baselines: false,
         slow: false,
     },
-    Plant {
+    GauntletPlant {
         name: "facility",
         rig: Rig::Facility,
         blocks: &[("C", "R2 command to motion"), ("robot_", "R2 command to motion"), ("", "R5 motion to wrench")],
@@ -273,41 +273,41 @@ pub const PLANTS: &[Plant] = &[
     },
 ];
 
-impl Plant {
-    /// Effects that the library can name.
+impl GauntletPlant {
+    /// Returns the effects in the library.
     pub fn effects(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
         effects(self.rig).iter().filter(|effect| !self.unknown.contains(&effect.id))
     }
 
-    /// What no library names.
+    /// Returns the effects outside the library.
     pub fn outside(&self) -> impl Iterator<Item = &'static EffectCase> + use<'_> {
         effects(self.rig).iter().filter(|effect| self.unknown.contains(&effect.id)).chain(outside(self.rig))
     }
 
-    /// The block where something hidden acts.
+    /// Returns the block in which a hidden effect acts.
     pub fn block(&self, hidden: &str) -> &'static str {
         self.blocks.iter().find(|(start, _)| hidden.starts_with(start)).map_or("", |(_, block)| block)
     }
 
-    /// Whether a name of the library is right for something hidden: the catalogue's number is the same, or the form is.
+    /// Returns whether a named effect is right for a hidden one: same catalogue number or same form.
     pub fn is_right(&self, hidden: &str, named: &str) -> bool {
         let own = self.effects().any(|effect| effect.id == hidden) && code(hidden) == code(named);
         own || self.close.iter().any(|(form, name)| *form == hidden && code(name) == code(named))
     }
 
-    /// The parameters of something hidden that can be compared.
+    /// Returns the comparable parameters of a hidden effect.
     pub fn aliases(&self, hidden: &str) -> impl Iterator<Item = &'static Alias> + use<'_> {
         let hidden = hidden.to_owned();
         self.aliases.iter().filter(move |alias| alias.effect == hidden)
     }
 }
 
-/// The plant of a name.
-pub fn plant(name: &str) -> Option<&'static Plant> {
+/// Returns the plant of a name.
+pub fn plant(name: &str) -> Option<&'static GauntletPlant> {
     PLANTS.iter().find(|plant| plant.name == name)
 }
 
-/// Where an effect stands in the catalogue: by letter and number, forms of no number behind.
+/// Returns the sort key of an effect: letter and number, forms without a number last.
 pub fn order(id: &str) -> (bool, String, u32, String) {
     let code = code(id);
     let letters: String = code.chars().take_while(char::is_ascii_alphabetic).collect();
@@ -315,13 +315,13 @@ pub fn order(id: &str) -> (bool, String, u32, String) {
     (number.is_none(), letters, number.unwrap_or(0), id.to_owned())
 }
 
-/// Whether an effect has no mean, so that no difference of recordings shows it.
+/// Returns whether an effect has zero mean, so that differences of recordings do not show it.
 pub fn is_random(id: &str) -> bool {
     let random = GROUPS.iter().find(|group| group.id == "G9");
     random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
 }
 
-/// Whether an effect hides others whatever is known of it: noise, and a reading in steps.
+/// Returns whether an effect masks others: noise and quantisation.
 pub fn hides_others(id: &str) -> bool {
     is_random(id) || code(id) == "S6"
 }
@@ -329,22 +329,22 @@ pub fn hides_others(id: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exhibit::{Exhibit, read};
+    use crate::recordings_folder::{RecordingsFolder, read};
     use softdock_diagnosis::block::MeasuredBlock;
-    use softdock_diagnosis::diagnosis::Options;
+    use softdock_diagnosis::diagnosis::DiagnosisOptions;
     use softdock_diagnosis::library::Hypothesis;
     use softdock_gauntlet::{NoiseColour, generate};
     use softdock_kernels::effects::share_group;
 
     /// The blocks of a plant with their libraries.
-    fn blocks(plant: &Plant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+    fn blocks(plant: &GauntletPlant) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
         let healthy = generate(plant.rig, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-        let exhibit = Exhibit::of(&healthy).expect("room");
-        read(exhibit.path(), &[], &Options::default()).expect("good recordings").blocks(1)
+        let recordings = RecordingsFolder::of(&healthy).expect("writable");
+        read(recordings.path(), &[], &DiagnosisOptions::default()).expect("good recordings").blocks(1)
     }
 
     #[test]
-    fn the_table_says_what_the_libraries_have() {
+    fn plant_table_matches_the_libraries() {
         for plant in PLANTS {
             let blocks = blocks(plant);
             let library = |hidden: &str| {
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_compared_by_the_catalogues_number() {
+    fn right_names_are_compared_by_catalogue_number() {
         assert_eq!(["J3_stribeck", "K10_fixture", "quadratic_drag"].map(code), ["J3", "K10", "quadratic"]);
         assert!(share_group("J6_warm_up", "J2_viscous") && !share_group("J7_backlash", "C6_hold"));
         assert!(share_group("K4_friction", "S3_gain") && !share_group("K4_friction", "K1_stiffness"));

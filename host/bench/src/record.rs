@@ -1,116 +1,117 @@
-//! What a case leaves: one line of JSON, appended and flushed when the case is done.
+//! Record of a case: one line of JSON, appended and flushed when the case is done.
 
-use crate::oracle::Scale;
-use crate::{Error, Result};
+use crate::oracle::DetectionLimit;
+use crate::{GauntletError, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use softdock_diagnosis::answer::Verdict;
+use softdock_diagnosis::answer::DiagnosisVerdict;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What a diagnosis says at the end.
+/// Verdict of a diagnosis in a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Said {
-    /// The recordings cannot be judged.
+pub enum RecordedVerdict {
+    /// The recordings were rejected.
     Refused,
-    /// Nothing is wrong.
+    /// No effect.
     NoEffect,
-    /// Hardly anything is wrong.
+    /// No practical effect.
     NoPracticalEffect,
-    /// These causes.
+    /// Named causes.
     Named,
-    /// One of these causes.
+    /// One of several causes.
     Ambiguous,
-    /// Something that is in no library.
+    /// A cause outside the library.
     NotInLibrary,
 }
 
-impl From<Verdict> for Said {
-    fn from(verdict: Verdict) -> Self {
+impl From<DiagnosisVerdict> for RecordedVerdict {
+    fn from(verdict: DiagnosisVerdict) -> Self {
         match verdict {
-            Verdict::NoEffect => Self::NoEffect,
-            Verdict::NoPracticalEffect => Self::NoPracticalEffect,
-            Verdict::Named => Self::Named,
-            Verdict::Ambiguous => Self::Ambiguous,
-            Verdict::NotInLibrary => Self::NotInLibrary,
+            DiagnosisVerdict::NoEffect => Self::NoEffect,
+            DiagnosisVerdict::NoPracticalEffect => Self::NoPracticalEffect,
+            DiagnosisVerdict::Named => Self::Named,
+            DiagnosisVerdict::Ambiguous => Self::Ambiguous,
+            DiagnosisVerdict::NotInLibrary => Self::NotInLibrary,
         }
     }
 }
 
-/// The answer to a case.
+/// Answer for a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Answer {
+pub struct RecordedAnswer {
     /// The verdict.
-    pub said: Said,
-    /// The causes that it names or lists, the most probable first.
-    pub effects: Vec<Effect>,
-    /// The blocks with their verdicts.
-    pub blocks: Vec<(String, Said)>,
-    /// Whether it says that a cause that looks alike was not in the library.
+    #[serde(rename = "said")]
+    pub verdict: RecordedVerdict,
+    /// Named or listed causes, the most probable first.
+    pub effects: Vec<NamedCause>,
+    /// Blocks with their verdicts.
+    pub blocks: Vec<(String, RecordedVerdict)>,
+    /// Whether a confounded cause was excluded from the library.
     pub partner_missing: bool,
-    /// The experiment that it proposes, in words.
+    /// Description of the proposed experiment.
     pub experiment: Option<String>,
-    /// Held-out gain where most was found: value and 95 % interval.
+    /// Held-out gain of the block with the most severe verdict: value and 95 % interval.
     pub gain: Option<[f64; 3]>,
-    /// 95 % interval of the gain on a motion that was not recorded.
+    /// 95 % interval of the gain on an unrecorded motion.
     #[serde(default)]
     pub gain_elsewhere: Option<[f64; 2]>,
-    /// Why the recordings cannot be judged.
+    /// Reason of the rejection.
     pub refusal: Option<String>,
 }
 
-/// A cause of an answer.
+/// Cause of an answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Effect {
-    /// The library's id.
+pub struct NamedCause {
+    /// Id in the library.
     pub id: String,
-    /// The block where it is found.
+    /// Block in which it acts.
     pub block: String,
     /// Stated probability.
     pub p: f64,
-    /// Its numbers.
-    pub parameters: BTreeMap<String, Estimate>,
+    /// Parameters.
+    pub parameters: BTreeMap<String, RecordedEstimate>,
 }
 
-/// A number of an answer.
+/// Parameter estimate of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct RecordedEstimate {
     /// Best value, SI.
     pub value: f64,
-    /// 95 % interval.
+    /// Lower bound of the 95 % interval.
     pub lo: f64,
-    /// Its upper end.
+    /// Upper bound.
     pub hi: f64,
     /// Standard deviation by the curvature of the likelihood and the priors alone: the Cramer-Rao value.
     pub sd: f64,
-    /// What the model file says.
+    /// Nominal value.
     pub nominal: f64,
 }
 
-/// What the answer's model gains on ever more recordings, against the model as it is.
+/// True gain of the answer's model over the nominal model, on further recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrueGain {
     /// On the held-out motion.
     pub held_out: f64,
-    /// On a motion that no recording shows.
+    /// On an unrecorded motion.
     pub fresh: f64,
 }
 
-/// What another method says of the same recordings: names, none where it finds nothing.
+/// Answer of a baseline method for the same recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// The method.
     pub method: String,
-    /// The name that it gives first.
+    /// First name; `None` without a finding.
     pub named: Option<String>,
-    /// What it costs \[s\].
+    /// Computing time \[s\].
     pub seconds: f64,
 }
 
-/// What a case cost \[s\].
+/// Computing time of a case \[s\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// The diagnosis.
@@ -119,35 +120,35 @@ pub struct Cost {
     pub rest: f64,
 }
 
-/// A finished case.
+/// Finished case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct CaseRecord {
     /// The case.
     pub case: String,
     /// Hash of its sealed truth.
     pub sealed: String,
-    /// The answer; none if the case cannot be asked, as no size that the bench can show is as large as the case wants.
-    pub answer: Option<Answer>,
-    /// The answers with the recordings of the experiments that ambiguous answers proposed, one experiment after the other.
+    /// Answer; `None` if the size of the case is beyond the range of the generator.
+    pub answer: Option<RecordedAnswer>,
+    /// Answers with the recordings of proposed experiments, one experiment after the other.
     #[serde(default)]
-    pub after: Vec<Answer>,
-    /// True gain, where something was named that explains the data.
+    pub after: Vec<RecordedAnswer>,
+    /// True gain, if a named cause explains the data.
     pub gain: Option<TrueGain>,
-    /// Other methods.
+    /// Baseline methods.
     pub baselines: Vec<Baseline>,
-    /// Cost.
+    /// Computing time.
     pub cost: Cost,
 }
 
-impl Record {
-    /// A case that is not answered yet, with the hash of its sealed truth.
+impl CaseRecord {
+    /// Builds the record of a case without an answer, with the hash of its sealed truth.
     pub fn of(case: String, sealed: String) -> Self {
         let (after, baselines) = (Vec::new(), Vec::new());
         Self { case, sealed, answer: None, after, gain: None, baselines, cost: Cost::default() }
     }
 }
 
-/// The line that is written before a diagnosis begins.
+/// Line with the seal, written before a diagnosis begins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SealLine {
     /// The case.
@@ -156,7 +157,7 @@ pub struct SealLine {
     pub sealed: String,
 }
 
-/// The smallest size of an effect that could be told in the recordings of a seed, as an oracle found it.
+/// Line with the detection limit of an effect in the recordings of a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScaleLine {
     /// The plant.
@@ -165,37 +166,37 @@ pub struct ScaleLine {
     pub effect: String,
     /// The seed.
     pub seed: u64,
-    /// That size; none where no size of the bench's range can be told.
-    pub scale: Option<Scale>,
+    /// Detection limit; `None` if no size in the range of the generator is detectable.
+    pub scale: Option<DetectionLimit>,
 }
 
-/// Name of the files with seals, with finished cases and with scales, one of each a worker.
+/// Prefixes of the files with seals, finished cases and detection limits, one of each per worker.
 const SEALS: &str = "seals";
 const ANSWERS: &str = "answers";
 const SCALES: &str = "scales";
 
-/// What one worker appends to.
+/// Files that a worker appends to.
 pub struct Ledger {
     folder: PathBuf,
     worker: String,
 }
 
 impl Ledger {
-    /// In a results folder, for a worker of several.
+    /// Opens the files of a worker in a results folder.
     ///
     /// # Errors
     /// A folder that cannot be made.
     pub fn open(folder: &Path, number: usize, of: usize) -> Result<Self> {
-        std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
+        std::fs::create_dir_all(folder).map_err(GauntletError::file(folder))?;
         Ok(Self { folder: folder.to_owned(), worker: format!("{number}-{of}") })
     }
 
-    /// The results folder.
+    /// Returns the results folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes down that a truth is sealed.
+    /// Records a seal.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -203,15 +204,15 @@ impl Ledger {
         self.append(SEALS, line)
     }
 
-    /// Writes a finished case down.
+    /// Records a finished case.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(&self, record: &Record) -> Result<()> {
+    pub fn finish(&self, record: &CaseRecord) -> Result<()> {
         self.append(ANSWERS, record)
     }
 
-    /// Writes a scale down, so that no worker asks for it again.
+    /// Records a detection limit for all workers.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -223,12 +224,12 @@ impl Ledger {
         let path = self.folder.join(format!("{what}-{}.jsonl", self.worker));
         let text = serde_json::to_string(line).expect("names and numbers") + "\n";
         let open = || -> std::io::Result<File> { OpenOptions::new().create(true).append(true).open(&path) };
-        // One call for the whole line: what a killed worker leaves is a line or its beginning.
-        open().and_then(|mut file| file.write_all(text.as_bytes())).map_err(Error::file(&path))
+        // One call for the whole line: a killed worker writes a line or its beginning.
+        open().and_then(|mut file| file.write_all(text.as_bytes())).map_err(GauntletError::file(&path))
     }
 }
 
-/// Ids of the cases that are done.
+/// Returns the ids of finished cases.
 ///
 /// # Errors
 /// A file that cannot be read, a line that is damaged.
@@ -236,17 +237,17 @@ pub fn done(folder: &Path) -> Result<BTreeSet<String>> {
     Ok(records(folder)?.into_iter().map(|record| record.case).collect())
 }
 
-/// All finished cases of all workers, each once and by its id.
+/// Returns all finished cases of all workers, each once, sorted by id.
 ///
 /// # Errors
 /// As [`done`].
-pub fn records(folder: &Path) -> Result<Vec<Record>> {
-    let all: BTreeMap<String, Record> =
-        lines(folder, ANSWERS)?.into_iter().map(|record: Record| (record.case.clone(), record)).collect();
+pub fn records(folder: &Path) -> Result<Vec<CaseRecord>> {
+    let all: BTreeMap<String, CaseRecord> =
+        lines(folder, ANSWERS)?.into_iter().map(|record: CaseRecord| (record.case.clone(), record)).collect();
     Ok(all.into_values().collect())
 }
 
-/// Hashes of the truths as they were sealed before the diagnoses.
+/// Returns the hashes of the sealed truths.
 ///
 /// # Errors
 /// As [`done`].
@@ -254,7 +255,7 @@ pub fn seals(folder: &Path) -> Result<BTreeMap<String, String>> {
     Ok(lines(folder, SEALS)?.into_iter().map(|line: SealLine| (line.case, line.sealed)).collect())
 }
 
-/// The scales that oracles have found for any worker.
+/// Returns the detection limits of all workers.
 ///
 /// # Errors
 /// As [`done`].
@@ -262,10 +263,10 @@ pub fn scales(folder: &Path) -> Result<Vec<ScaleLine>> {
     lines(folder, SCALES)
 }
 
-/// The lines of all workers' files. A last line without its end was being written when its worker was killed.
+/// Returns the lines of all workers' files. A last line without its end was interrupted and is ignored.
 fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
     let mut all = Vec::new();
-    for path in crate::exhibit::files(folder)? {
+    for path in crate::recordings_folder::files(folder)? {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !name.starts_with(what) || !name.ends_with(".jsonl") {
             continue;
@@ -274,7 +275,7 @@ fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         for (number, line) in whole.lines().enumerate() {
             let parsed = serde_json::from_str(line);
-            all.push(parsed.map_err(|error| Error::damaged(&path, format!("line {}: {error}", number + 1)))?);
+            all.push(parsed.map_err(|error| GauntletError::damaged(&path, format!("line {}: {error}", number + 1)))?);
         }
     }
     Ok(all)
@@ -284,21 +285,21 @@ fn lines<T: DeserializeOwned>(folder: &Path, what: &str) -> Result<Vec<T>> {
 mod tests {
     use super::*;
 
-    fn record(case: &str) -> Record {
-        Record::of(case.to_owned(), String::new())
+    fn record(case: &str) -> CaseRecord {
+        CaseRecord::of(case.to_owned(), String::new())
     }
 
     #[test]
-    fn what_is_done_is_known_after_a_crash() {
+    fn finished_cases_are_known_after_a_crash() {
         let folder = tempfile::tempdir().expect("a folder");
-        let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("room"));
-        one.finish(&record("a")).expect("room");
-        two.finish(&record("b")).expect("room");
+        let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("writable"));
+        one.finish(&record("a")).expect("writable");
+        two.finish(&record("b")).expect("writable");
         let path = folder.path().join("answers-2-2.jsonl");
         let text = std::fs::read_to_string(&path).expect("a file");
-        std::fs::write(&path, text + "{\"case\": \"c").expect("room");
+        std::fs::write(&path, text + "{\"case\": \"c").expect("writable");
         assert_eq!(done(folder.path()).expect("whole lines"), ["a".to_owned(), "b".to_owned()].into());
-        std::fs::write(&path, "{\"case\": \"c\n").expect("room");
+        std::fs::write(&path, "{\"case\": \"c\n").expect("writable");
         let message = done(folder.path()).expect_err("a damaged line").to_string();
         assert!(message.contains("line 1"), "{message}");
     }

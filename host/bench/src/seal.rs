@@ -1,60 +1,60 @@
-//! The truth of a case under seal: written before the diagnosis begins, opened and checked when it is scored.
+//! Sealed truth of a case: written before the diagnosis begins, opened and verified for the score.
 
-use crate::oracle::Scale;
-use crate::plan::{Case, Task};
-use crate::{Error, Result};
+use crate::oracle::DetectionLimit;
+use crate::plan::{Case, CaseTask};
+use crate::{GauntletError, Result};
 use serde::{Deserialize, Serialize};
 use softdock_gauntlet::{Parameter, Set};
 use softdock_results::write_file;
 use std::path::{Path, PathBuf};
 
-/// What a case hides.
+/// Truth of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SealedTruth {
     /// The case.
     pub case: String,
-    /// Its plant.
+    /// Name of the plant.
     pub plant: String,
-    /// What it asks.
+    /// Task.
     pub asks: Asks,
-    /// Size, in multiples of the smallest that an oracle could tell; 0 where nothing is hidden.
+    /// Size, in multiples of the detection limit; 0 where nothing is hidden.
     pub multiple: f64,
     /// Seed of its recordings.
     pub seed: u64,
-    /// What is hidden; nothing in a null case.
+    /// Hidden effects; empty for a null case.
     pub hidden: Vec<Hidden>,
-    /// What the data set drew within the model's tolerances.
+    /// Nuisance parameters drawn within the model's tolerances.
     pub nuisances: Vec<Number>,
 }
 
-/// What a case asks.
+/// Expected kind of answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Asks {
-    /// Whether nothing is found where nothing is hidden.
+    /// No effect, where nothing is hidden.
     Null,
     /// The name of an effect.
     Effect,
     /// The names of two.
     Pair,
-    /// Whether a form that no library has is said to be outside.
+    /// Outside the library, for a form that is not in it.
     Outside,
-    /// The same of an effect that was taken out of the library.
+    /// Outside the library, for an effect that is excluded from it.
     LeftOut,
 }
 
-/// One hidden effect.
+/// Hidden effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hidden {
     /// The generator's id.
     pub id: String,
-    /// The smallest size that could be told; none where no size of the bench's range can.
-    pub scale: Option<Scale>,
-    /// Its parameters; the first is the one that the size set.
+    /// Detection limit; `None` if no size in the range of the generator is detectable.
+    pub scale: Option<DetectionLimit>,
+    /// Parameters; the first is the size.
     pub parameters: Vec<Number>,
 }
 
-/// A named number.
+/// Named value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Number {
     /// Name.
@@ -66,8 +66,9 @@ pub struct Number {
 }
 
 impl SealedTruth {
-    /// The truth of a case whose effects have their scales; of one that cannot be asked there is no data set.
-    pub fn of(case: &Case, scales: &[Option<Scale>], set: Option<&Set>) -> Self {
+    /// Builds the truth of a case from the detection limits; `set` is `None` for a size beyond the range of the
+    /// generator.
+    pub fn of(case: &Case, scales: &[Option<DetectionLimit>], set: Option<&Set>) -> Self {
         let numbers = |list: &[Parameter]| -> Vec<Number> {
             list.iter().map(|p| Number { name: p.name.into(), value: p.value, unit: p.unit.into() }).collect()
         };
@@ -80,11 +81,11 @@ impl SealedTruth {
             case: case.id(),
             plant: case.plant.name.to_owned(),
             asks: match case.task {
-                Task::Null => Asks::Null,
-                Task::Effect(_) => Asks::Effect,
-                Task::Pair(..) => Asks::Pair,
-                Task::Outside(_) => Asks::Outside,
-                Task::LeftOut(_) => Asks::LeftOut,
+                CaseTask::Null => Asks::Null,
+                CaseTask::Effect(_) => Asks::Effect,
+                CaseTask::Pair(..) => Asks::Pair,
+                CaseTask::Outside(_) => Asks::Outside,
+                CaseTask::LeftOut(_) => Asks::LeftOut,
             },
             multiple: case.multiple,
             seed: case.seed(),
@@ -99,24 +100,24 @@ impl SealedTruth {
         }
     }
 
-    /// The true value of a hidden parameter.
+    /// Returns the true value of a hidden parameter.
     pub fn parameter(&self, effect: &str, name: &str) -> Option<f64> {
         let hidden = self.hidden.iter().find(|hidden| hidden.id == effect)?;
         hidden.parameters.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value)
     }
 
-    /// What the data set drew for a nuisance.
+    /// Returns the drawn value of a nuisance parameter.
     pub fn nuisance(&self, name: &str) -> Option<f64> {
         self.nuisances.iter().find(|nuisance| nuisance.name == name).map(|nuisance| nuisance.value)
     }
 }
 
-/// Where the truth of a case lies below a results folder.
+/// Returns the path of a sealed truth.
 fn place(folder: &Path, case: &str) -> PathBuf {
     folder.join("sealed").join(format!("{case}.json"))
 }
 
-/// Writes a truth away and gives its hash (BLAKE3, hexadecimal).
+/// Writes a truth and returns its hash (BLAKE3, hexadecimal).
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -126,7 +127,7 @@ pub fn seal(folder: &Path, truth: &SealedTruth) -> Result<String> {
     Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
 }
 
-/// Opens the truth of a case, if it is the one that was sealed.
+/// Opens the truth of a case and verifies its hash.
 ///
 /// # Errors
 /// A file that is missing, damaged, or not the one that was sealed.
@@ -134,9 +135,9 @@ pub fn open(folder: &Path, case: &str, hash: &str) -> Result<SealedTruth> {
     let path = place(folder, case);
     let bytes = softdock_input::read(&path, softdock_input::MAX_TEXT)?;
     if blake3::hash(&bytes).to_hex().as_str() != hash {
-        return Err(Error::damaged(&path, "this is not the answer that was sealed before the diagnosis"));
+        return Err(GauntletError::damaged(&path, "not the truth that was sealed before the diagnosis"));
     }
-    serde_json::from_slice(&bytes).map_err(|error| Error::damaged(&path, error))
+    serde_json::from_slice(&bytes).map_err(|error| GauntletError::damaged(&path, error))
 }
 
 #[cfg(test)]
@@ -145,16 +146,16 @@ mod tests {
     use crate::plan::{Extent, Wanted, plan};
 
     #[test]
-    fn a_truth_that_was_changed_is_not_opened() {
+    fn changed_truth_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
         let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
         let case = plan(&wanted).expect("the usual plants")[0];
         let truth = SealedTruth::of(&case, &[], None);
-        let hash = seal(folder.path(), &truth).expect("room");
+        let hash = seal(folder.path(), &truth).expect("writable");
         assert_eq!(open(folder.path(), &case.id(), &hash).expect("unchanged"), truth);
         let path = place(folder.path(), &case.id());
         let text = std::fs::read_to_string(&path).expect("a file");
-        std::fs::write(&path, text.replace("null", "pair")).expect("room");
+        std::fs::write(&path, text.replace("null", "pair")).expect("writable");
         assert!(open(folder.path(), &case.id(), &hash).expect_err("changed").to_string().contains("sealed"));
     }
 }

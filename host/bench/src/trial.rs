@@ -1,59 +1,62 @@
-//! One case from its plan to its record: scale, recordings, seal, diagnosis; and only then what needs the truth.
+//! Trial of a case: detection limit, recordings, seal, diagnosis, and only then the computations that require the
+//! truth.
 
 use crate::baseline::Baselines;
-use crate::exhibit::{Exhibit, read};
-use crate::measure::true_gain;
-use crate::oracle::{Oracle, Scale, multiplied};
-use crate::plan::{Case, Task};
+use crate::oracle::{DetectionLimit, Oracle, multiplied};
+use crate::plan::{Case, CaseTask};
 use crate::plant::{hides_others, is_random};
-use crate::record::{Answer, Effect, Estimate, Ledger, Record, Said, ScaleLine, SealLine, scales};
+use crate::record::{
+    CaseRecord, Ledger, NamedCause, RecordedAnswer, RecordedEstimate, RecordedVerdict, ScaleLine, SealLine, scales,
+};
+use crate::recordings_folder::{RecordingsFolder, read};
 use crate::seal::{SealedTruth, seal};
-use crate::{Error, Result};
+use crate::true_gain::true_gain;
+use crate::{GauntletError, Result};
 use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
-use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options};
-use softdock_diagnosis::experiment::Experiment;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
+use softdock_diagnosis::experiment::ProposedExperiment;
 use softdock_diagnosis::inference::evidence::evidence;
-use softdock_gauntlet::{EffectCase, Hidden, Stronger, Told, follow, further, generate};
+use softdock_gauntlet::{CommandedPath, EffectCase, Hidden, Stronger, follow, further, generate};
 use softdock_kernels::effects::code;
 use std::path::Path;
 use std::time::Instant;
 
-/// Experiments that an ambiguous answer may ask for, one after the other.
+/// Largest number of consecutive experiments of ambiguous answers.
 const EXPERIMENTS: u64 = 2;
 
-/// Times that the repeats are made again which a true gain is measured on: its own chance should widen no interval.
+/// Number of further sets of repeats for the true gain, so that its own sampling error is negligible.
 const AGAIN: u64 = 4;
 
-/// Runs cases one after the other; those that share a seed share their oracles.
-pub struct Bench<'a> {
+/// Runner of cases; cases with the same seed share their oracles.
+pub struct TrialRunner<'a> {
     ledger: &'a Ledger,
     oracles: Oracles<'a>,
     baselines: Baselines,
 }
 
-/// What was asked of oracles for the last seed, and the scales that they have told any worker.
+/// Oracles of the last seed, and the detection limits of all workers.
 #[derive(Default)]
 struct Oracles<'a> {
     ledger: Option<&'a Ledger>,
-    told: Vec<ScaleLine>,
+    limits: Vec<ScaleLine>,
     asked: Vec<Asked>,
 }
 
-/// How large a case hides its effects.
+/// Hidden effects of a case with their sizes.
 struct Hiding {
-    scales: Vec<Option<Scale>>,
-    /// None if the bench cannot show such sizes.
+    scales: Vec<Option<DetectionLimit>>,
+    /// `None` if the sizes are beyond the range of the generator.
     hidden: Option<Vec<Hidden>>,
 }
 
-/// The scale of an effect on the recordings of a seed.
+/// Detection limit of an effect on the recordings of a seed.
 struct Asked {
     seed: u64,
     effect: &'static EffectCase,
-    /// What is hidden besides and is noise to this effect.
+    /// Other hidden effects that act as noise.
     beside: Vec<Hidden>,
     oracle: Oracle,
-    scale: Option<Scale>,
+    scale: Option<DetectionLimit>,
 }
 
 impl Asked {
@@ -64,52 +67,56 @@ impl Asked {
         Ok(Self { seed, effect, beside, oracle, scale })
     }
 
-    /// The size that is so many times as large, if the bench can show it.
+    /// Returns the size at a multiple of the detection limit; `None` beyond the range of the generator.
     fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
         self.scale.as_ref().map_or(Ok(None), |scale| self.oracle.multiple(scale, multiple))
     }
 }
 
-impl<'a> Bench<'a> {
-    /// With a ledger to write to.
+impl<'a> TrialRunner<'a> {
+    /// Builds a runner that writes to a ledger.
     ///
     /// # Errors
     /// A ledger that cannot be read.
     pub fn new(ledger: &'a Ledger) -> Result<Self> {
-        let oracles = Oracles { ledger: Some(ledger), told: scales(ledger.folder())?, asked: Vec::new() };
+        let oracles = Oracles { ledger: Some(ledger), limits: scales(ledger.folder())?, asked: Vec::new() };
         Ok(Self { ledger, oracles, baselines: Baselines::default() })
     }
 
     /// Runs a case and writes its record.
     ///
     /// # Errors
-    /// A case that the generator refuses, files that cannot be written. What the diagnosis refuses is an answer.
-    pub fn run(&mut self, case: &Case) -> Result<Record> {
+    /// A case that the generator rejects, or files that cannot be written. A rejection by the diagnosis is an answer.
+    pub fn run(&mut self, case: &Case) -> Result<CaseRecord> {
         let begin = Instant::now();
         let Hiding { scales, hidden } = self.oracles.sized(case)?;
         let set =
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
         let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
         self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
-        let mut record = Record::of(case.id(), sealed);
+        let mut record = CaseRecord::of(case.id(), sealed);
         if let (Some(set), Some(hidden)) = (set, hidden) {
-            let exhibit = Exhibit::of(&set)?;
-            let options = Options { without: left_out(case, exhibit.path())?, ..Options::default() };
+            let recordings = RecordingsFolder::of(&set)?;
+            let options =
+                DiagnosisOptions { without: left_out(case, recordings.path())?, ..DiagnosisOptions::default() };
             let start = Instant::now();
-            let Found { answer, judged, proposed } = answer(exhibit.path(), &options);
+            let Found { answer, judged, proposed } = answer(recordings.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
-            if let Some(judged) = judged.filter(|_| answer.said == Said::Named && !matches!(case.task, Task::Null)) {
+            if let Some(judged) =
+                judged.filter(|_| answer.verdict == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
+            {
                 let (rig, seed) = (case.plant.rig, case.seed());
-                record.gain = true_gain(exhibit.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
+                record.gain = true_gain(recordings.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
             }
             record.answer = Some(answer);
             // The baselines get the recordings that the first answer had.
-            if case.plant.baselines && !matches!(case.task, Task::LeftOut(_)) {
-                record.baselines = self.baselines.answers(case, exhibit.path())?;
+            if case.plant.baselines && !matches!(case.task, CaseTask::LeftOut(_)) {
+                record.baselines = self.baselines.answers(case, recordings.path())?;
             }
-            let follow =
-                |told: &Told, number: u64| Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), told, number)?);
-            record.after = after(&follow, &exhibit, &options, proposed)?;
+            let follow = |commanded: &CommandedPath, number: u64| {
+                Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), commanded, number)?)
+            };
+            record.after = after(&follow, &recordings, &options, proposed)?;
         }
         record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
         self.ledger.finish(&record)?;
@@ -117,23 +124,22 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Writes a case's model and recordings as the diagnosis gets them, and its truth beside them; whether the bench can show
-/// such a size.
+/// Writes a case's model, recordings and sealed truth. Returns whether its size is within the range of the generator.
 ///
 /// # Errors
-/// A case that the generator refuses, a folder that cannot be written.
+/// A case that the generator rejects, or a folder that cannot be written.
 pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
     let Hiding { scales, hidden } = Oracles::default().sized(case)?;
     let Some(hidden) = hidden else { return Ok(false) };
     let set = generate(case.plant.rig, &hidden, case.noise, case.seed())?;
-    set.write(folder).map_err(Error::file(folder))?;
+    set.write(folder).map_err(GauntletError::file(folder))?;
     seal(folder, &SealedTruth::of(case, &scales, Some(&set)))?;
     Ok(true)
 }
 
 impl Oracles<'_> {
-    /// Scales of what a case hides, and how large it hides it. What hides others comes first, noise before all: it is
-    /// noise to them.
+    /// Returns the detection limits and sizes of a case's effects. Masking effects come first, noise before all,
+    /// because they act as noise on the others.
     fn sized(&mut self, case: &Case) -> Result<Hiding> {
         let mut order: Vec<(usize, &'static EffectCase)> = case.hidden().into_iter().enumerate().collect();
         order.sort_by_key(|(_, effect)| (!is_random(effect.id), !hides_others(effect.id)));
@@ -149,18 +155,18 @@ impl Oracles<'_> {
         Ok(Hiding { scales, hidden: hidden.into_iter().collect() })
     }
 
-    /// The scale of an effect beside such noise, and so many times that.
+    /// Returns the detection limit of an effect with such noise, and the size at a multiple of it.
     fn size(
         &mut self,
         case: &Case,
         effect: &'static EffectCase,
         beside: &[Hidden],
-    ) -> Result<(Option<Scale>, Option<f64>)> {
+    ) -> Result<(Option<DetectionLimit>, Option<f64>)> {
         let (plant, seed) = (case.plant.name, case.seed());
-        let is_told = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
-        // A limit has no multiples: only the oracle itself tells what shows so many times as much.
-        let can_be_told = beside.is_empty() && effect.stronger == Stronger::Larger;
-        if let Some(ScaleLine { scale, .. }) = self.told.iter().find(is_told).filter(|_| can_be_told) {
+        let is_same_effect = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
+        // For a limit, only the oracle determines the size at a multiple.
+        let has_multiples = beside.is_empty() && effect.stronger == Stronger::Larger;
+        if let Some(ScaleLine { scale, .. }) = self.limits.iter().find(is_same_effect).filter(|_| has_multiples) {
             return Ok((scale.clone(), scale.as_ref().and_then(|scale| multiplied(effect, scale, case.multiple))));
         }
         self.asked.retain(|asked| asked.seed == seed);
@@ -173,74 +179,77 @@ impl Oracles<'_> {
         };
         let asked = &self.asked[place];
         let (scale, size) = (asked.scale.clone(), asked.multiple(case.multiple)?);
-        if can_be_told {
+        if has_multiples {
             let (plant, effect) = (plant.to_owned(), effect.id.to_owned());
             self.remember(ScaleLine { plant, effect, seed, scale: scale.clone() })?;
         }
         Ok((scale, size))
     }
 
-    /// Writes a scale down for all workers.
+    /// Records a detection limit for all workers.
     fn remember(&mut self, line: ScaleLine) -> Result<()> {
         self.ledger.map_or(Ok(()), |ledger| ledger.scale(&line))?;
-        self.told.push(line);
+        self.limits.push(line);
         Ok(())
     }
 }
 
-/// Names of the library that a case goes without.
+/// Returns the names that a case excludes from the library.
 fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
-    let Task::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
-    let views = read(folder, &[], &Options::default())?.isolability;
+    let CaseTask::LeftOut(effect) = case.task else { return Ok(Vec::new()) };
+    let views = read(folder, &[], &DiagnosisOptions::default())?.isolability;
     let ids = views.iter().flat_map(|view| view.effects.iter());
     Ok(ids.filter(|id| code(id) == code(effect.id)).map(|id| (*id).to_owned()).collect())
 }
 
-/// What a diagnosis says of a folder.
+/// Answer of a diagnosis for a folder.
 struct Found {
-    answer: Answer,
-    /// The block where most was found.
+    answer: RecordedAnswer,
+    /// Block with the most severe verdict.
     judged: Option<Judged>,
-    /// The experiment that an ambiguous answer asks for.
-    proposed: Option<Experiment>,
+    /// Experiment proposed by an ambiguous answer.
+    proposed: Option<ProposedExperiment>,
 }
 
-/// Diagnoses a folder: nothing of the truth comes here.
-fn answer(folder: &Path, options: &Options) -> Found {
+/// Diagnoses a folder, without access to the truth.
+fn answer(folder: &Path, options: &DiagnosisOptions) -> Found {
     match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
         Ok((diagnosis, judged)) => {
-            let (answer, judged) = told(&diagnosis, judged);
-            Found { answer, judged, proposed: diagnosis.proposed.filter(Experiment::separates) }
+            let (answer, judged) = recorded(&diagnosis, judged);
+            Found { answer, judged, proposed: diagnosis.proposed.filter(ProposedExperiment::separates) }
         }
         Err(error) => Found { answer: refused(error.to_string()), judged: None, proposed: None },
     }
 }
 
-/// Recordings of a path that an experiment asks for, files by name and text; nothing of a bench that follows none.
-type Follow<'a> = &'a dyn Fn(&Told, u64) -> Result<Option<Vec<(String, String)>>>;
+/// Function that returns the recordings of a proposed path, by file name and text; `None` for a rig that follows no
+/// path.
+type Follow<'a> = &'a dyn Fn(&CommandedPath, u64) -> Result<Option<Vec<(String, String)>>>;
 
-/// Runs the experiments that ambiguous answers propose, and gives the answers with their recordings added.
+/// Runs the experiments that ambiguous answers propose, and returns the answers with their recordings.
 fn after(
     follow: Follow<'_>,
-    exhibit: &Exhibit,
-    options: &Options,
-    mut proposed: Option<Experiment>,
-) -> Result<Vec<Answer>> {
+    recordings: &RecordingsFolder,
+    options: &DiagnosisOptions,
+    mut proposed: Option<ProposedExperiment>,
+) -> Result<Vec<RecordedAnswer>> {
     let mut answers = Vec::new();
     for number in 1..=EXPERIMENTS {
-        let Some(Experiment { step, path, repeats, .. }) = proposed.take() else { break };
-        let Some(recordings) = follow(&Told { step_s: step, path, repeats: repeats as u64 }, number)? else { break };
-        exhibit.add(&recordings)?;
-        let found = answer(exhibit.path(), options);
+        let Some(ProposedExperiment { step, path, repeats, .. }) = proposed.take() else { break };
+        let Some(followed) = follow(&CommandedPath { step_s: step, path, repeats: repeats as u64 }, number)? else {
+            break;
+        };
+        recordings.add(&followed)?;
+        let found = answer(recordings.path(), options);
         proposed = found.proposed;
         answers.push(found.answer);
     }
     Ok(answers)
 }
 
-fn refused(refusal: String) -> Answer {
-    Answer {
-        said: Said::Refused,
+fn refused(refusal: String) -> RecordedAnswer {
+    RecordedAnswer {
+        verdict: RecordedVerdict::Refused,
         effects: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
@@ -251,18 +260,18 @@ fn refused(refusal: String) -> Answer {
     }
 }
 
-fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) {
+fn recorded(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Option<Judged>) {
     let of = |found: &EffectFound| {
         let own = judged.iter().find(|judged| judged.block.name == found.block);
         let parameters = own.map_or_else(Default::default, |own| estimates(found, own));
-        Effect { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
+        NamedCause { id: found.id.to_owned(), block: found.block.to_owned(), p: found.p, parameters }
     };
-    let blocks: Vec<(String, Said)> =
+    let blocks: Vec<(String, RecordedVerdict)> =
         diagnosis.blocks.iter().map(|block| (block.block.to_owned(), block.answer.into())).collect();
-    let mut effects: Vec<Effect> = diagnosis.effects.iter().map(of).collect();
+    let mut effects: Vec<NamedCause> = diagnosis.effects.iter().map(of).collect();
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
-    let answer = Answer {
-        said: diagnosis.answer.into(),
+    let answer = RecordedAnswer {
+        verdict: diagnosis.answer.into(),
         effects,
         blocks,
         partner_missing: diagnosis.blocks.iter().any(|block| !block.partner_missing.is_empty()),
@@ -276,14 +285,14 @@ fn told(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (Answer, Option<Judged>) 
     (answer, judged.into_iter().find(|judged| Some(judged.block.name) == main))
 }
 
-/// The numbers of a cause with what the curvature of the likelihood says of them.
-fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, Estimate> {
+/// Returns the parameters of a cause with their Cramer-Rao standard deviations.
+fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, RecordedEstimate> {
     let Judged { block, library, judgement, .. } = judged;
     // Several hypotheses may be forms of one effect.
     let is_own = |number: &usize| library[*number].effect.id == found.id;
-    let with = judgement.ranking.iter().find(|c| c.sound && c.hypotheses.iter().any(is_own));
+    let with = judgement.ranking.iter().find(|c| c.admissible && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, told): (&String, &softdock_diagnosis::answer::Estimate)| {
+    let of = |(name, estimate): (&String, &softdock_diagnosis::answer::ParameterEstimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);
@@ -292,7 +301,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
             Some((slope.abs(), block.base[unknown.field]))
         });
         let (sd, nominal) = place.unwrap_or_default();
-        (name.clone(), Estimate { value: told.value, lo: told.lo, hi: told.hi, sd, nominal })
+        (name.clone(), RecordedEstimate { value: estimate.value, lo: estimate.lo, hi: estimate.hi, sd, nominal })
     };
     found.parameters.iter().map(of).collect()
 }

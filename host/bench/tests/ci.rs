@@ -1,48 +1,51 @@
-//! The small size of the bench, run whole: nothing false is said, and what can be told is told.
+//! CI size of the gauntlet: no false name, and detectable effects are named.
 
-use softdock_bench::outcome::Outcome;
+use softdock_bench::outcome::AnswerGrade;
 use softdock_bench::page::page;
 use softdock_bench::plan::{Extent, Wanted, plan};
 use softdock_bench::record::{Ledger, done, scales};
 use softdock_bench::score::{score, scored};
 use softdock_bench::seal::Asks;
-use softdock_bench::trial::Bench;
-use softdock_bench::words::text;
+use softdock_bench::summary_text::text;
+use softdock_bench::trial::TrialRunner;
 use softdock_test_size::is_full;
 use std::collections::BTreeSet;
 
-/// Cases that may go without a name today, and get no false name either: a delay is said to be a delay or a lag, which a
-/// clock known to 0.2 ms hardly tells apart in these motions.
+/// Cases that are allowed to be ambiguous: a delay and a lag are hardly separable in these motions with a clock known
+/// to 0.2 ms.
 const UNNAMED: [&str; 1] = ["drive.effect.C1_transport_delay.x4.0"];
 
 #[test]
-fn nothing_false_is_said_and_what_can_be_told_is_told() {
+fn ci_plan_has_no_false_name_and_names_detectable_effects() {
     let folder = tempfile::tempdir().expect("a folder");
-    let ledger = Ledger::open(folder.path(), 1, 1).expect("room");
+    let ledger = Ledger::open(folder.path(), 1, 1).expect("writable");
     let mut cases = plan(&Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None }).expect("the drive");
     if !is_full() {
         let subjects = ["drive.null", "drive.effect.J3_stribeck", "drive.outside.quadratic_drag"];
         cases.retain(|case| case.draw == 0 && subjects.contains(&case.subject().as_str()));
         assert_eq!(cases.len(), subjects.len(), "{subjects:?}");
     }
-    let mut bench = Bench::new(&ledger).expect("an empty ledger");
+    let mut runner = TrialRunner::new(&ledger).expect("an empty ledger");
     for case in &cases {
-        bench.run(case).unwrap_or_else(|error| panic!("{}: {error}", case.id()));
+        runner.run(case).unwrap_or_else(|error| panic!("{}: {error}", case.id()));
     }
     assert_eq!(done(folder.path()).expect("records").len(), cases.len());
     let all = scored(folder.path()).expect("sealed truths");
     let score = score(&all);
-    let told = text(&score);
-    assert!(all.iter().all(|case| !matches!(case.outcome, None | Some(Outcome::Wrong | Outcome::Refused))), "{told}");
+    let summary = text(&score);
+    assert!(
+        all.iter().all(|case| !matches!(case.outcome, None | Some(AnswerGrade::Wrong | AnswerGrade::Refused))),
+        "{summary}"
+    );
     let named = |asks: Asks| all.iter().filter(move |case| case.truth.asks == asks);
-    assert!(named(Asks::Null).all(|case| case.outcome == Some(Outcome::Right)), "{told}");
-    assert!(named(Asks::Outside).all(|case| case.outcome == Some(Outcome::Right)), "{told}");
-    let unnamed = named(Asks::Effect).filter(|case| case.outcome != Some(Outcome::Right));
+    assert!(named(Asks::Null).all(|case| case.outcome == Some(AnswerGrade::Right)), "{summary}");
+    assert!(named(Asks::Outside).all(|case| case.outcome == Some(AnswerGrade::Right)), "{summary}");
+    let unnamed = named(Asks::Effect).filter(|case| case.outcome != Some(AnswerGrade::Right));
     let unnamed: Vec<&str> = unnamed.map(|case| case.truth.case.as_str()).collect();
-    assert!(unnamed.iter().all(|case| UNNAMED.contains(case)), "{unnamed:?}\n{told}");
-    let told = scales(folder.path()).expect("whole lines");
-    let of: BTreeSet<(&str, u64)> = told.iter().map(|line| (line.effect.as_str(), line.seed)).collect();
-    assert!(!told.is_empty() && of.len() == told.len(), "a scale is asked for once");
+    assert!(unnamed.iter().all(|case| UNNAMED.contains(case)), "{unnamed:?}\n{summary}");
+    let limits = scales(folder.path()).expect("whole lines");
+    let of: BTreeSet<(&str, u64)> = limits.iter().map(|line| (line.effect.as_str(), line.seed)).collect();
+    assert!(!limits.is_empty() && of.len() == limits.len(), "each detection limit is computed once");
     let page = page(&score, "softdock bench diagnosis").expect("a page");
     assert!(
         page.contains("drive, 4 s*") && page.contains("<svg") && !page.contains("http"),
@@ -51,11 +54,11 @@ fn nothing_false_is_said_and_what_can_be_told_is_told() {
 }
 
 #[test]
-fn a_case_that_was_not_sealed_before_it_was_diagnosed_is_not_scored() {
+fn case_without_a_seal_is_not_scored() {
     let folder = tempfile::tempdir().expect("a folder");
     let line = "{\"case\": \"drive.null.0\", \"sealed\": \"00\", \"answer\": null, \"gain\": null, \"baselines\": [], \
                 \"cost\": {\"diagnosis\": 1.0, \"rest\": 1.0}}\n";
-    std::fs::write(folder.path().join("answers-1-1.jsonl"), line).expect("room");
+    std::fs::write(folder.path().join("answers-1-1.jsonl"), line).expect("writable");
     let message = scored(folder.path()).expect_err("no seal").to_string();
     assert!(message.contains("drive.null.0 was not sealed"), "{message}");
 }

@@ -1,63 +1,63 @@
-//! What a diagnosis says of a block, and with which numbers.
+//! Answer of a diagnosis for a block: verdict, causes, parameters, gain and residual.
 
 use crate::free_run::FreeRun;
 use crate::inference::adequacy::Adequacy;
-use crate::inference::evidence::{Interval, interval};
+use crate::inference::evidence::{CredibleInterval, interval};
 use crate::inference::unknown::{Role, Unknown};
 use crate::judge::Candidate;
 use crate::library::Hypothesis;
-use crate::outside::Form;
 use crate::torque_error::TorqueError;
+use crate::unmodelled::Form;
 use crate::variance::ExcessNoise;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
 use softdock_kernels::effects::Effect;
 use std::collections::BTreeMap;
 
-/// What a diagnosis can answer.
+/// Verdict of a diagnosis, ordered by severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// Nothing is wrong that these data could show.
+pub enum DiagnosisVerdict {
+    /// No detectable model error.
     NoEffect,
-    /// Something is there by the statistics, but knowing it gains less than anybody would notice.
+    /// A statistically significant effect whose gain on held-out motion is below the practical limit.
     NoPracticalEffect,
-    /// One or several causes.
+    /// One or several causes are named.
     Named,
-    /// One of several causes, which these data cannot tell apart.
+    /// One of several causes that are confounded in these data.
     Ambiguous,
-    /// Something is wrong that no cause of the library explains.
+    /// A model error that no cause of the library explains.
     NotInLibrary,
 }
 
-impl Verdict {
-    /// Whether causes go with it.
+impl DiagnosisVerdict {
+    /// Returns whether the verdict comes with causes.
     pub(crate) fn names(self) -> bool {
         matches!(self, Self::Named | Self::Ambiguous | Self::NoPracticalEffect)
     }
 }
 
-/// A cause.
+/// Cause of an answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectFound {
     /// Catalogue id.
     pub id: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub name: &'static str,
-    /// Where it acts.
+    /// Block in which it acts.
     pub block: &'static str,
-    /// Its probability.
+    /// Posterior probability.
     pub p: f64,
-    /// Its numbers.
-    pub parameters: BTreeMap<String, Estimate>,
-    /// Their covariance in the order of their names, SI units; empty where there is none.
+    /// Parameters by name.
+    pub parameters: BTreeMap<String, ParameterEstimate>,
+    /// Covariance of the parameters in the order of their names, SI units; empty if unknown.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// A number with its 95 % interval.
+/// Estimate of a parameter with its 95 % interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Estimate {
+pub struct ParameterEstimate {
     /// Best value.
     pub value: f64,
     /// Lower bound.
@@ -68,42 +68,41 @@ pub struct Estimate {
     pub unit: String,
 }
 
-impl Estimate {
-    pub(crate) fn new(Interval { value, lo, hi }: Interval, unit: &str) -> Self {
+impl ParameterEstimate {
+    pub(crate) fn new(CredibleInterval { value, lo, hi }: CredibleInterval, unit: &str) -> Self {
         Self { value, lo, hi, unit: unit.to_owned() }
     }
 }
 
-/// A cause that was ruled out.
+/// Cause that was ruled out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RuledOut {
     /// Catalogue id.
     pub id: &'static str,
-    /// Where it would act.
+    /// Block in which it would act.
     pub block: &'static str,
-    /// By how much the best answer is more probable: natural logarithm of the odds.
+    /// Log-odds of the best answer against this cause, natural logarithm.
     pub log_odds: f64,
-    /// Whether its best numbers are not what its name says: a size that is nothing, a form that is implausible, or a drift
-    /// that is left of what drifts.
+    /// Whether its best parameters contradict its name: a size of zero, an implausible form, or a remaining drift.
     pub implausible: bool,
-    /// Root mean square of what it leaves on held-out motion, in units of the noise.
+    /// Root mean square of its residual on held-out motion, in units of the noise.
     pub residual: Option<f64>,
 }
 
-/// A cause that these data could not have shown at a plausible size.
+/// Cause that is not detectable with these data at a plausible size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NotVisible {
     /// Catalogue id.
     pub id: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub name: &'static str,
-    /// Where it would act.
+    /// Block in which it would act.
     pub block: &'static str,
-    /// Log-odds that it would have at a plausible size.
+    /// Expected log-odds at a plausible size.
     pub log_odds: f64,
 }
 
-/// The gain on held-out motion: by how much the root mean square of the residual falls.
+/// Gain on held-out motion: relative reduction of the residual's root mean square.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Gain {
     /// Best value.
@@ -112,7 +111,7 @@ pub struct Gain {
     pub lo: f64,
     /// Upper bound.
     pub hi: f64,
-    /// The same on a motion that was not recorded, if several were: some motions show an effect that others hardly have.
+    /// 95 % interval of the gain on an unrecorded motion; `None` unless several motions were recorded.
     pub elsewhere: Option<Bounds>,
 }
 
@@ -132,57 +131,57 @@ impl Gain {
     }
 }
 
-/// Root mean square of the whitened residual, in units of the noise: 1 where nothing but noise is left.
+/// Root mean square of the whitened residual, in units of the noise; noise alone gives 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Residual {
-    /// With the model as it is.
+    /// With the model as given.
     pub before: f64,
     /// With the answer.
     pub after: f64,
 }
 
-/// What something outside the library behaves like.
+/// Form of a model error that has no cause in the library.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FormFound {
     /// Its terms.
     pub terms: Vec<FormTerm>,
-    /// Whether it explains motion that no fit has seen as a named cause must; else it is a hint.
+    /// Whether it is adequate on held-out motion, as a named cause must be; otherwise it is a hint.
     pub holds: bool,
     /// Held-out gain.
     pub gain: Option<Gain>,
-    /// Root mean square of what it leaves on held-out motion, in units of the noise.
+    /// Root mean square of its residual on held-out motion, in units of the noise.
     pub residual: Option<f64>,
 }
 
-/// A term of a form.
+/// Term of a form.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FormTerm {
-    /// `dictionary`, or the catalogue id of an effect that acts beside.
+    /// `dictionary`, or the catalogue id of an additional effect.
     pub id: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub name: &'static str,
-    /// Share of the data's halves that picked it.
+    /// Share of the random halves of the data that select it (stability selection).
     pub stability: f64,
-    /// Its numbers.
-    pub parameters: BTreeMap<String, Estimate>,
+    /// Parameters by name.
+    pub parameters: BTreeMap<String, ParameterEstimate>,
 }
 
-/// The answer for a block.
+/// Answer for a block.
 #[derive(Clone, Debug, Serialize)]
 pub struct BlockAnswer {
     /// The block.
     pub block: &'static str,
     /// The answer.
-    pub answer: Verdict,
-    /// The causes: all of a combination, or the rivals of an ambiguous answer.
+    pub answer: DiagnosisVerdict,
+    /// Causes: all effects of a combination, or the rivals of an ambiguous answer.
     pub effects: Vec<EffectFound>,
-    /// What it behaves like, if no cause of the library explains it.
+    /// Form of the model error, if no cause of the library explains it.
     pub form: Option<FormFound>,
-    /// The causes that look like what is found, and were not in the library.
+    /// Causes that are confounded with the finding and were not in the library.
     pub partner_missing: Vec<&'static str>,
-    /// Log-odds of the best explanation against none, and from where on it counts.
+    /// Log-odds of the best hypothesis against the null hypothesis.
     pub log_odds: f64,
-    /// See `log_odds`.
+    /// Detection threshold of `log_odds`.
     pub threshold: f64,
     /// Held-out gain.
     pub gain: Option<Gain>,
@@ -192,35 +191,35 @@ pub struct BlockAnswer {
     pub torque_error: Option<TorqueError>,
     /// Errors of free runs of a tossed body.
     pub free_run: Option<FreeRun>,
-    /// Whether those were taken from held-out motion.
+    /// Whether gain and residual are those of held-out motion.
     pub held_out: bool,
-    /// What was ruled out, the nearest first.
+    /// Causes that were ruled out, in rising order of their log-odds.
     pub ruled_out: Vec<RuledOut>,
-    /// What these data could not have shown.
+    /// Causes that are not detectable with these data.
     pub not_visible: Vec<NotVisible>,
-    /// Causes that these data cannot tell apart, by groups of two.
+    /// Pairs of causes that are confounded in these data.
     pub alike: Vec<[&'static str; 2]>,
-    /// Nuisances that the answer pulls beyond their tolerance: name and how many tolerances.
+    /// Nuisance parameters beyond their prior: name and z-score.
     pub strained: Vec<(String, f64)>,
-    /// Number of whitened samples that the fit saw.
+    /// Number of whitened samples in the fit.
     pub samples: usize,
 }
 
 impl BlockAnswer {
-    /// The answer where something outside the library explains the data better than what is named.
+    /// Returns the answer without its causes, because a form outside the library explains the data better.
     #[must_use]
-    pub fn denied(self) -> Self {
-        Self { answer: Verdict::NotInLibrary, ..self.nameless() }
+    pub fn without_name(self) -> Self {
+        Self { answer: DiagnosisVerdict::NotInLibrary, ..self.without_effects() }
     }
 
-    /// The answer without any cause.
-    fn nameless(self) -> Self {
+    /// Returns the answer without causes.
+    fn without_effects(self) -> Self {
         let (effects, ruled_out, partner_missing) = (Vec::new(), Vec::new(), Vec::new());
         Self { effects, ruled_out, partner_missing, ..self }
     }
 
-    /// The answer where what is left may be no fault of this block: it finds nothing, and none of its library's effects
-    /// could have been shown.
+    /// Returns the answer without a finding, because another block may cause the residual: no effect of the library
+    /// counts as detectable.
     #[must_use]
     pub(crate) fn withheld(self, library: &[Hypothesis]) -> Self {
         let hidden = |hypothesis: &Hypothesis| NotVisible {
@@ -231,10 +230,17 @@ impl BlockAnswer {
         };
         let not_visible = library.iter().map(hidden).collect();
         let residual = Residual { after: self.residual.before, ..self.residual };
-        Self { answer: Verdict::NoEffect, form: None, gain: None, residual, not_visible, ..self.nameless() }
+        Self {
+            answer: DiagnosisVerdict::NoEffect,
+            form: None,
+            gain: None,
+            residual,
+            not_visible,
+            ..self.without_effects()
+        }
     }
 
-    /// The answer with what something outside the library behaves like.
+    /// Returns the answer with the form of a model error outside the library.
     #[must_use]
     pub fn with_form(mut self, form: &Form, prismatic: bool) -> Self {
         let term = |(hypothesis, share): &(Hypothesis, f64)| FormTerm {
@@ -256,12 +262,12 @@ impl BlockAnswer {
         self
     }
 
-    /// The answer with noise beyond a sensor's own, where repeats differ by more than that, and with the steps that such
-    /// noise comes from. `without` are effects that the library goes without.
+    /// Returns the answer with excess noise of a sensor, where repeats scatter by more than its own noise, and with the
+    /// quantisation that causes it. `without` lists effects that are excluded from the library.
     #[must_use]
     pub fn with_noise(self, noise: &ExcessNoise, without: &[String]) -> Self {
         let stairs = self.effects.iter().any(|effect| effect.id.starts_with("S6"));
-        // A sensor whose readings are stairs differs at their edges.
+        // A quantised reading differs between repeats at the edges of its steps.
         if noise.log_odds < self.threshold || stairs && noise.step.is_none() {
             return self;
         }
@@ -269,64 +275,65 @@ impl BlockAnswer {
         let beyond = Some(noise.beyond()).filter(|beyond| beyond.log_odds >= self.threshold);
         steps.into_iter().chain(beyond).fold(self, |answer, found| {
             match without.iter().any(|id| id == found.effect.id) {
-                true => answer.denied(),
+                true => answer.without_name(),
                 false => answer.beside(found),
             }
         })
     }
 
-    /// The answer with an effect that was not found by a fit; what nothing explains may look like it, too.
+    /// Returns the answer with an effect that was found without a fit; an unexplained residual may resemble it, too.
     #[must_use]
     pub(crate) fn beside(mut self, found: Beside) -> Self {
         let Beside { effect, name, parameters, log_odds } = found;
-        if self.answer == Verdict::NotInLibrary {
+        if self.answer == DiagnosisVerdict::NotInLibrary {
             return self;
         }
-        if self.answer < Verdict::Named {
-            // What has no practical effect is not the answer any more.
+        if self.answer < DiagnosisVerdict::Named {
+            // An effect without practical gain is no longer the answer.
             self.effects.clear();
         }
         let p = 1.0 / (1.0 + (-log_odds).exp());
         let (id, block, covariance) = (effect.id, self.block, Vec::new());
         self.effects.push(EffectFound { id, name, block, p, parameters, covariance });
         self.log_odds = self.log_odds.max(log_odds);
-        self.answer = self.answer.max(Verdict::Named);
+        self.answer = self.answer.max(DiagnosisVerdict::Named);
         self
     }
 }
 
-/// An effect that was found beside the fits: by what repeats differ by, or by the readings themselves.
+/// Effect that was found without a fit: from repeat-to-repeat variance, or from the readings themselves.
 #[derive(Clone, Debug)]
 pub(crate) struct Beside {
     /// Its row of the effect table.
     pub(crate) effect: &'static Effect,
-    /// What it is, in a few words.
+    /// Short description.
     pub(crate) name: &'static str,
-    /// Its numbers.
-    pub(crate) parameters: BTreeMap<String, Estimate>,
+    /// Parameters by name.
+    pub(crate) parameters: BTreeMap<String, ParameterEstimate>,
     /// Log-odds for it against none.
     pub(crate) log_odds: f64,
 }
 
-/// The numbers of an effect in a fit.
+/// Returns the parameters of an effect in a fit.
 pub(crate) fn parameters(
     candidate: &Candidate,
     hypothesis: &Hypothesis,
     prismatic: bool,
-) -> BTreeMap<String, Estimate> {
+) -> BTreeMap<String, ParameterEstimate> {
     let mut all = BTreeMap::new();
     for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
         let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
         if own && unknown.role != Role::Nuisance {
             let interval = interval(&unknown.prior, candidate.fitted.z[place], candidate.deviations[place]);
             let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
-            all.insert(unknown.name.clone(), Estimate::new(interval, unit));
+            all.insert(unknown.name.clone(), ParameterEstimate::new(interval, unit));
         }
     }
     all
 }
 
-/// Covariance of an effect's numbers in a fit, in the order of their names, as large as their deviations have it.
+/// Returns the covariance of an effect's parameters in a fit, in the order of their names, scaled to their standard
+/// deviations.
 pub(crate) fn covariance(candidate: &Candidate, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let (fitted, covariance) = (&candidate.fitted, candidate.covariance());
     let own = |unknown: &Unknown| unknown.role != Role::Nuisance;

@@ -1,5 +1,7 @@
-//! Combinations of effects: a beam search that adds what pays after a joint fit, and drops what no longer does.
+//! Combinations of effects by beam search: adds effects that raise the evidence of the joint fit, and drops those that
+//! no longer do.
 
+use crate::admissibility::{NEARLY_NOISE, has_nuisance_beyond_prior, is_admissible, nuisances_beyond_prior};
 use crate::block::MeasuredBlock;
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
@@ -7,12 +9,11 @@ use crate::inference::fit::{Fitted, Simulate, Start};
 use crate::inference::unknown::{Role, Unknown};
 use crate::judge::{best_entries, sized, taken, unknowns};
 use crate::library::Hypothesis;
-use crate::soundness::{NEARLY_NOISE, is_sound, is_strained, strained};
 use nalgebra::DVector;
 
-/// Combinations from which the next larger ones are made; one where the remainder of the richest tells the noise.
+/// Beam width; one if the noise is estimated from the residual of the richest hypothesis.
 const BEAM: usize = 3;
-/// Most effects of a combination that is an answer, and of one whose remainder tells the noise: more would swallow some.
+/// Largest number of effects in an answer, and in the hypothesis whose residual estimates the noise.
 const MOST: usize = 4;
 const MOST_FOR_NOISE: usize = 3;
 /// Effects that are tried on top of a combination, the most promising.
@@ -21,13 +22,13 @@ const TRIED: usize = 8;
 const PROMISING: f64 = 2.0;
 /// Mean square of whitened residuals from which on effects are looked for by signatures on top of what was found.
 const MUCH: f64 = 1.5;
-/// Correlation of a signature with what a strained nuisance took from which on its effect is tried whatever its log-odds:
-/// much of what its finite size changes besides may hide that.
+/// Correlation of a signature with the part absorbed by nuisance parameters beyond their priors, above which its effect
+/// is tried whatever its log-odds.
 const ALONG: f64 = 0.5;
-/// Log-odds by which one more effect must pay for itself, whichever it is.
+/// Log-odds that one more effect must gain.
 const PAYS: f64 = 5.0;
 
-/// What each effect of a library of so many costs, in log-odds: how improbable one more is, and which of them it is.
+/// Returns the complexity penalty of an effect in log-odds, for a library of `effects` effects.
 pub(crate) fn price(effects: usize) -> f64 {
     PAYS + (effects as f64).ln()
 }
@@ -47,9 +48,9 @@ pub(crate) struct Combiner<'a> {
     pub(crate) bank: &'a Bank,
     /// Factor by which residual variances exceed the noise's even for the best single effect.
     pub(crate) dispersion: f64,
-    /// Whether combinations must be what their names say.
+    /// Whether combinations must be admissible.
     pub(crate) strictly: bool,
-    /// Whether repeats tell the noise.
+    /// Whether the noise is estimated from repeats.
     pub(crate) repeated: bool,
     /// Whitened residuals to screen by.
     pub(crate) simulate: &'a Simulate<'a>,
@@ -64,43 +65,46 @@ impl Combiner<'_> {
         let pairs = self.paying(pairs, &all);
         let begun = if pairs.is_empty() { 1 } else { 2 };
         let mut beam = self.beam(all.iter().chain(&pairs).cloned().collect());
-        all.extend(pairs.into_iter().filter(|set| self.is_sound(set)));
+        all.extend(pairs.into_iter().filter(|set| self.is_admissible(set)));
         let most = if self.strictly { MOST } else { MOST_FOR_NOISE };
         for _ in begun..most {
-            // What leaves nothing but noise can be added to; sets without it have nothing to explain that it does not.
+            // A set that leaves only noise is extended; sets without it explain nothing more.
             if beam.first().is_some_and(|best| best.1.mean_square() < NEARLY_NOISE) {
                 beam.truncate(1);
             }
             let Some((_, best)) = beam.first() else { break };
-            // Where much is missing, one effect may change how another looks: weight moves the place where teeth part. A
-            // nuisance that is strained hides its effect, whose signature would be what is left of its size.
-            let on_top = (best.mean_square() > MUCH || is_strained(best)).then(|| self.bank_on(&eased(best)));
+            // With a large misfit, one effect may change the signature of another: weight moves the angle at which
+            // teeth separate. A nuisance parameter beyond its prior hides the effect that it imitates.
+            let on_top = (best.mean_square() > MUCH || has_nuisance_beyond_prior(best))
+                .then(|| self.bank_on(&with_nominal_nuisances(best)));
             let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, None, &all));
             let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, set)));
             let cleared = cleared.flat_map(|(bank, (members, fitted))| {
-                let eased = eased(fitted);
-                let taken = &eased.residual - &fitted.residual;
-                self.grown(bank, &(members.clone(), eased), Some(&taken), &all)
+                let with_nominal_nuisances = with_nominal_nuisances(fitted);
+                let taken = &with_nominal_nuisances.residual - &fitted.residual;
+                self.grown(bank, &(members.clone(), with_nominal_nuisances), Some(&taken), &all)
             });
-            // Where noise is what the richest explanation leaves, a strain is no measure of what is missing.
-            let relieved = beam.iter().filter(|_| self.repeated).flat_map(|set| self.relieved(set, &all));
-            let larger = self.fitted(starts.chain(cleared).chain(relieved).collect());
+            // Where the noise is estimated from the residual of the richest hypothesis, nuisance z-scores do not
+            // measure the misfit.
+            let absorbing_nuisances =
+                beam.iter().filter(|_| self.repeated).flat_map(|set| self.absorbing_nuisances(set, &all));
+            let larger = self.fitted(starts.chain(cleared).chain(absorbing_nuisances).collect());
             let paying = self.paying(larger, &all);
             if paying.is_empty() {
                 break;
             }
             beam = self.beam(paying.clone());
-            // What is no combination may still have found where one of its members has its valley.
-            if let Some(best) = beam.first().filter(|best| !self.is_sound(best)) {
+            // An inadmissible combination may still have found the minimum of one of its members.
+            if let Some(best) = beam.first().filter(|best| !self.is_admissible(best)) {
                 let parts = self.fitted(self.parts(best));
                 self.take_better(&mut all, parts);
             }
-            all.extend(paying.into_iter().filter(|set| self.is_sound(set)));
+            all.extend(paying.into_iter().filter(|set| self.is_admissible(set)));
         }
-        self.without_spare(all)
+        self.without_redundant(all)
     }
 
-    /// The sets that explain more than any of their parts does, or they are none.
+    /// Returns the sets whose evidence exceeds that of all their subsets.
     fn paying(&self, sets: Vec<Set>, all: &[Set]) -> Vec<Set> {
         let price = price(self.library.len());
         let pays = |set: &Set| {
@@ -110,9 +114,9 @@ impl Combiner<'_> {
         sets.into_iter().filter(pays).collect()
     }
 
-    /// The sets without combinations that a part of theirs makes up for, once it is fitted from where they have it: what
-    /// was added first may have stood in for what was added last.
-    fn without_spare(&self, mut all: Vec<Set>) -> Vec<Set> {
+    /// Removes combinations with a redundant effect: a subset, refitted from their parameters, explains as much. An
+    /// effect that was added first may have substituted for the one added last.
+    fn without_redundant(&self, mut all: Vec<Set>) -> Vec<Set> {
         let price = price(self.library.len());
         loop {
             all = self.ranked(all);
@@ -131,7 +135,7 @@ impl Combiner<'_> {
 
     /// Takes the sound ones of sets that are new or better than those known.
     fn take_better(&self, all: &mut Vec<Set>, sets: Vec<Set>) {
-        for set in sets.into_iter().filter(|set| self.is_sound(set)) {
+        for set in sets.into_iter().filter(|set| self.is_admissible(set)) {
             match all.iter_mut().find(|other| other.0 == set.0) {
                 Some(other) if set.1.cost() < other.1.cost() => *other = set,
                 Some(_) => {}
@@ -160,9 +164,10 @@ impl Combiner<'_> {
         evidence(&set.1, self.dispersion).log
     }
 
-    fn is_sound(&self, (members, fitted): &Set) -> bool {
+    fn is_admissible(&self, (members, fitted): &Set) -> bool {
         let base = &self.block.base;
-        !self.strictly || is_sound(base, self.library, members, fitted, &evidence(fitted, self.dispersion).covariance)
+        !self.strictly
+            || is_admissible(base, self.library, members, fitted, &evidence(fitted, self.dispersion).covariance)
     }
 
     /// Sets by their evidence, the best first.
@@ -172,12 +177,16 @@ impl Combiner<'_> {
         sets.into_iter().map(|(_, set)| set).collect()
     }
 
-    /// The best sound sets, and the best of all if that is not sound: what strains it may be what one more effect explains.
+    /// Returns the best admissible sets, and the best of all if it is inadmissible: one more effect may relax its
+    /// nuisance parameters.
     fn beam(&self, sets: Vec<Set>) -> Vec<Set> {
         let sets = self.ranked(sets);
-        let strained = sets.first().filter(|best| !self.is_sound(best)).cloned();
+        let nuisances_beyond_prior = sets.first().filter(|best| !self.is_admissible(best)).cloned();
         let most = if self.strictly { BEAM } else { 1 };
-        strained.into_iter().chain(sets.into_iter().filter(|set| self.is_sound(set)).take(most)).collect()
+        nuisances_beyond_prior
+            .into_iter()
+            .chain(sets.into_iter().filter(|set| self.is_admissible(set)).take(most))
+            .collect()
     }
 
     /// Signatures on top of a fit.
@@ -187,8 +196,8 @@ impl Combiner<'_> {
         Bank::simulate(self.library, &Fitted { residual, ..fitted.clone() }, base, self.simulate)
     }
 
-    /// A combination with one more effect, for every effect that promises something, or that changes what strained
-    /// nuisances took.
+    /// Returns the combination with one more effect, for every promising effect and every effect along the part
+    /// absorbed by nuisance parameters beyond their priors.
     fn grown(
         &self,
         bank: &Bank,
@@ -220,23 +229,24 @@ impl Combiner<'_> {
         tried.into_iter().filter_map(with).collect()
     }
 
-    /// A combination with an effect that is, or acts as, its strained nuisances (biases, say, or a delay for a clock), where
-    /// the fit has them: some effects (steps of a reading) are in phase with their very values, and lost from anywhere else.
-    fn relieved(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
+    /// Returns the combination with an effect that equals or imitates its nuisance parameters beyond their priors
+    /// (biases, or a delay for a clock offset), started at their values. Some effects (quantisation) are in phase with
+    /// these values and are not found from other starts.
+    fn absorbing_nuisances(&self, (members, fitted): &Set, known: &[Set]) -> Vec<(Vec<usize>, Start)> {
         let with = |number: usize| {
             let imitated = self.imitated(number, fitted)?;
             let (set, unknowns) = self.joined(members, number, known)?;
-            Some((set, self.taken_over(number, &imitated, from_there(unknowns, fitted))))
+            Some((set, self.with_imitated_effect(number, &imitated, from_there(unknowns, fitted))))
         };
         (0..self.library.len()).filter(|number| !self.shares(members, *number)).filter_map(with).collect()
     }
 
-    /// The fields of a fit's strained nuisances as which an effect acts, each with the effect's `z` for it; `None` if it
-    /// acts as none and is none itself.
+    /// Returns the nuisance parameters beyond their priors that an effect imitates, each with the effect's `z`; `None`
+    /// if there are none.
     fn imitated(&self, number: usize, fitted: &Fitted) -> Option<Vec<(usize, Vec<f64>)>> {
         let hypothesis = &self.library[number];
         let (own, others): (Vec<_>, Vec<_>) =
-            strained(fitted).partition(|(_, nuisance, _)| place(hypothesis, nuisance.field).is_some());
+            nuisances_beyond_prior(fitted).partition(|(_, nuisance, _)| place(hypothesis, nuisance.field).is_some());
         let imitation = |(_, nuisance, z): (usize, &Unknown, f64)| {
             let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
             let (entry, multiples) = self.bank.imitation(number, &change)?;
@@ -246,8 +256,8 @@ impl Combiner<'_> {
         (!own.is_empty() || !imitated.is_empty()).then_some(imitated)
     }
 
-    /// A start with what an effect imitates as the effect's.
-    fn taken_over(&self, number: usize, imitated: &[(usize, Vec<f64>)], mut start: Start) -> Start {
+    /// Returns a start in which the effect replaces the nuisance parameters that it imitates.
+    fn with_imitated_effect(&self, number: usize, imitated: &[(usize, Vec<f64>)], mut start: Start) -> Start {
         for (field, own) in imitated {
             for (unknown, z) in start.unknowns.iter().zip(&mut start.z) {
                 match place(&self.library[number], unknown.field) {
@@ -304,13 +314,13 @@ fn from_there(unknowns: Vec<Unknown>, fitted: &Fitted) -> Start {
     Start::new(0, unknowns, z).beside(fitted)
 }
 
-/// A fit whose strained nuisances are back where the model has them, to first order: what they took is left for one more
-/// effect to explain.
-fn eased(fitted: &Fitted) -> Fitted {
-    let mut eased = fitted.clone();
-    for (place, _, z) in strained(fitted) {
-        eased.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
-        eased.z[place] = 0.0;
+/// Returns a fit with its nuisance parameters beyond their priors reset to nominal, to first order: the part that they
+/// absorbed is then available to one more effect.
+fn with_nominal_nuisances(fitted: &Fitted) -> Fitted {
+    let mut with_nominal_nuisances = fitted.clone();
+    for (place, _, z) in nuisances_beyond_prior(fitted) {
+        with_nominal_nuisances.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
+        with_nominal_nuisances.z[place] = 0.0;
     }
-    eased
+    with_nominal_nuisances
 }

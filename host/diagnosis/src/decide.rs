@@ -1,37 +1,39 @@
-//! The answer that a block's judgement allows.
+//! Decision: from the judgement of a block to its answer.
 
-use crate::answer::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict, covariance, parameters};
+use crate::admissibility::{PULLED, has_nuisance_beyond_prior};
+use crate::answer::{
+    BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut, covariance, parameters,
+};
 use crate::block::MeasuredBlock;
 use crate::inference::adequacy::{ADEQUATE, Adequacy};
 use crate::inference::fit::Fitted;
 use crate::inference::unknown::Role;
-use crate::judge::{Candidate, Judgement};
+use crate::judge::{BlockJudgement, Candidate};
 use crate::library::Hypothesis;
-use crate::soundness::{PULLED, is_strained};
 use softdock_kernels::effects::{Effect, GROUPS, Group};
 use std::collections::BTreeSet;
 
-/// Log-odds within which rivals are told together.
+/// Log-odds within which rivals are reported together.
 const GAP: f64 = 3.0;
 /// Share of the misfit that a fit must explain where it is not adequate.
 const EXPLAINED: f64 = 0.8;
-/// Tolerances by which a nuisance is a finding of its own.
+/// z-score from which a nuisance parameter is a finding of its own.
 const STRAINED: f64 = 3.5;
 /// Gain from which on an effect is worth knowing.
 const PRACTICAL: f64 = 0.01;
-/// Correlation of signatures from which on two effects look alike.
+/// Correlation of signatures from which two effects are confounded.
 const ALIKE: f64 = 0.95;
 
-/// Decides what may be said of a block; `missing` are effects that the block's library could have had.
+/// Decides the answer for a block; `missing` are effects that the block's library excludes.
 pub(crate) fn decide(
     block: &MeasuredBlock,
     library: &[Hypothesis],
     missing: &[&'static str],
-    judgement: &Judgement,
+    judgement: &BlockJudgement,
     prismatic: bool,
 ) -> BlockAnswer {
     let context = Context { block, library, judgement, prismatic };
-    let ranking: Vec<&Candidate> = judgement.sound().collect();
+    let ranking: Vec<&Candidate> = judgement.admissible().collect();
     let best = ranking.first().copied();
     let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
     let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
@@ -47,7 +49,7 @@ pub(crate) fn decide(
         answer,
         effects,
         form: None,
-        partner_missing: if answer == Verdict::Ambiguous { partners } else { Vec::new() },
+        partner_missing: if answer == DiagnosisVerdict::Ambiguous { partners } else { Vec::new() },
         log_odds: best.map_or(0.0, |best| best.log_odds),
         threshold: judgement.threshold,
         gain: adequacy.as_ref().map(Gain::of),
@@ -58,7 +60,7 @@ pub(crate) fn decide(
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
         alike: context.alike(),
-        strained: strained(present.map_or(&judgement.null, |best| &best.fitted)),
+        strained: nuisances_beyond_prior(present.map_or(&judgement.null, |best| &best.fitted)),
         samples: judgement.samples,
     }
 }
@@ -66,30 +68,31 @@ pub(crate) fn decide(
 struct Context<'a> {
     block: &'a MeasuredBlock,
     library: &'a [Hypothesis],
-    judgement: &'a Judgement,
+    judgement: &'a BlockJudgement,
     prismatic: bool,
 }
 
 impl Context<'_> {
-    fn verdict(&self, present: Option<&Candidate>, best: Option<&Candidate>, several: bool) -> Verdict {
+    fn verdict(&self, present: Option<&Candidate>, best: Option<&Candidate>, several: bool) -> DiagnosisVerdict {
         let Some(best) = present else {
-            // What hardly speaks for a cause, for a nuisance may explain it as well without a strain, is explained.
-            let explains =
-                |best: &Candidate| !is_strained(&best.fitted) && best.adequacy.is_some_and(|a| is_adequate(&a, best));
+            // Weak evidence that a nuisance parameter explains within its prior needs no cause.
+            let explains = |best: &Candidate| {
+                !has_nuisance_beyond_prior(&best.fitted) && best.adequacy.is_some_and(|a| is_adequate(&a, best))
+            };
             let unexplained = self.is_misfit() && !best.is_some_and(explains);
-            return if unexplained { Verdict::NotInLibrary } else { Verdict::NoEffect };
+            return if unexplained { DiagnosisVerdict::NotInLibrary } else { DiagnosisVerdict::NoEffect };
         };
         match best.adequacy {
-            Some(a) if !is_adequate(&a, best) => Verdict::NotInLibrary,
-            // What shows for a moment may be missing from a resample, but without it the motion is not understood.
-            Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() => Verdict::NoPracticalEffect,
-            _ if several => Verdict::Ambiguous,
-            _ => Verdict::Named,
+            Some(a) if !is_adequate(&a, best) => DiagnosisVerdict::NotInLibrary,
+            // A short event may be absent from a resample, but the motion is not explained without it.
+            Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() => DiagnosisVerdict::NoPracticalEffect,
+            _ if several => DiagnosisVerdict::Ambiguous,
+            _ => DiagnosisVerdict::Named,
         }
     }
 
-    /// Whether an effect counts as present only because it spares a nuisance a pull that is rare, but not impossible: then
-    /// the nuisance is the finding. One whose value is the effect's own size is the effect.
+    /// Returns whether an effect is detected only because it reduces a rare but possible nuisance z-score: then the
+    /// nuisance parameter is the finding, unless it is the effect's own size.
     fn rests_on_a_pull(&self, best: &Candidate) -> bool {
         let null = &self.judgement.null;
         let pulls = null.unknowns.iter().zip(&null.z);
@@ -176,7 +179,7 @@ impl Context<'_> {
                     // Of two forms of one effect the candidate's own go together.
                     Some(place) if place >= known => {
                         found[place].parameters.extend(parameters);
-                        // What its forms have in common is not told.
+                        // The covariance between its forms is not reported.
                         found[place].covariance.clear();
                     }
                     Some(_) => {}
@@ -198,26 +201,26 @@ impl Context<'_> {
         };
         let is_shown = |number: &usize| shown.iter().any(|own| self.has(own, self.id(*number)));
         let out = |candidate: &&Candidate| candidate.hypotheses.len() == 1 && !is_shown(&candidate.hypotheses[0]);
-        let told = |candidate: &Candidate| RuledOut {
+        let row = |candidate: &Candidate| RuledOut {
             id: self.id(candidate.hypotheses[0]),
             block: self.block.name,
             log_odds: self.score(best) - self.score(candidate),
-            implausible: !candidate.sound,
+            implausible: !candidate.admissible,
             residual: candidate.adequacy.map(|adequacy| adequacy.with.sqrt()),
         };
-        self.judgement.ranking.iter().filter(out).map(told).collect()
+        self.judgement.ranking.iter().filter(out).map(row).collect()
     }
 
     fn not_visible(&self) -> Vec<NotVisible> {
         let hidden = self.library.iter().zip(&self.judgement.visibility);
         let hidden = hidden.filter(|(_, odds)| **odds < self.judgement.threshold);
-        let told = |(hypothesis, odds): (&Hypothesis, &f64)| NotVisible {
+        let row = |(hypothesis, odds): (&Hypothesis, &f64)| NotVisible {
             id: hypothesis.effect.id,
             name: hypothesis.name,
             block: self.block.name,
             log_odds: *odds,
         };
-        hidden.map(told).collect()
+        hidden.map(row).collect()
     }
 
     fn alike(&self) -> Vec<[&'static str; 2]> {
@@ -230,8 +233,8 @@ impl Context<'_> {
     }
 }
 
-/// The nuisances that a fit pulls so far that this is a finding of its own.
-fn strained(fitted: &Fitted) -> Vec<(String, f64)> {
+/// Returns the nuisance parameters whose z-scores are findings of their own.
+fn nuisances_beyond_prior(fitted: &Fitted) -> Vec<(String, f64)> {
     let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > STRAINED);
     far.map(|(_, unknown, z)| (unknown.name.clone(), z)).collect()
 }
@@ -240,27 +243,27 @@ fn strained(fitted: &Fitted) -> Vec<(String, f64)> {
 pub(crate) fn rivals<'c>(
     block: &MeasuredBlock,
     library: &[Hypothesis],
-    judgement: &'c Judgement,
+    judgement: &'c BlockJudgement,
 ) -> Vec<&'c Candidate> {
-    let ranking: Vec<&Candidate> = judgement.sound().collect();
+    let ranking: Vec<&Candidate> = judgement.admissible().collect();
     let context = Context { block, library, judgement, prismatic: false };
     ranking.first().map_or_else(Vec::new, |best| context.rivals(best, &ranking))
 }
 
-/// Whether an explanation stands: it is there by the statistics, it explains held-out motion, and it is worth knowing.
+/// Returns whether a candidate holds: it is detected, adequate on held-out motion, and of practical gain.
 pub(crate) fn holds(candidate: &Candidate, threshold: f64) -> bool {
     let explains = |a: &Adequacy| is_adequate(a, candidate) && a.gain_lo >= PRACTICAL;
     candidate.is_present(threshold) && candidate.adequacy.as_ref().is_some_and(explains)
 }
 
-/// Whether what speaks for an effect is no more than how its numbers scatter: they may be those of the model, and no
-/// motion that was held out gains by it.
+/// Returns whether the evidence for an effect is within the scatter of its parameters: they may be nominal, and no
+/// held-out motion gains.
 fn is_nothing(candidate: &Candidate) -> bool {
     !candidate.sure && candidate.adequacy.is_some_and(|adequacy| adequacy.gain_lo < PRACTICAL)
 }
 
-/// Whether a fit explains held-out motion, or nearly so without asking the impossible of a nuisance.
+/// Returns whether a fit is adequate on held-out motion, or nearly so with all nuisance parameters within their priors.
 fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
-    let pull = candidate.greatest_pull().map_or(0.0, |pull| pull.1.abs());
+    let pull = candidate.greatest_nuisance_deviation().map_or(0.0, |pull| pull.1.abs());
     adequacy.own <= adequacy.tolerated || (adequacy.explained >= EXPLAINED && pull <= PULLED)
 }

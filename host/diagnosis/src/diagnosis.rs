@@ -1,25 +1,25 @@
-//! From a rig's model and its recordings to an answer: blocks, numerical gate, judgement, decision.
+//! Diagnosis from a model and recordings to an answer: blocks, convergence of the step, judgement, decision.
 
-use crate::answer::{BlockAnswer, EffectFound, Gain, NotVisible, Residual, RuledOut, Verdict};
+use crate::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut};
 use crate::block::MeasuredBlock;
 use crate::block::controller::torques_between;
 use crate::block::facility::FacilityModel;
 use crate::decide::decide;
-use crate::experiment::Experiment;
+use crate::experiment::ProposedExperiment;
 use crate::free_run::FreeRun;
 use crate::hold_out::Every;
 use crate::isolability::BlockView;
-use crate::judge::{Candidate, Judgement, explains_better, judge, numerical_error};
+use crate::judge::{BlockJudgement, Candidate, explains_better, judge, numerical_error};
 use crate::library::Hypothesis;
-use crate::outside::{Outside, is_simpler};
 use crate::packets;
 use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::{Finding, Piece};
-use crate::suspects::suspects;
 use crate::timing;
 use crate::torque_error::TorqueError;
+use crate::unit_checks::check_units;
+use crate::unmodelled::{Unmodelled, is_simpler};
 use crate::variance::excess_noise;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{RigModel, TossRig};
@@ -42,35 +42,35 @@ pub use facility::prepare_facility;
 pub use prepare::prepare;
 use summed::summed;
 
-/// How a diagnosis is made.
+/// Options of a diagnosis.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Holds out what each recording has from this time on \[s\].
+pub struct DiagnosisOptions {
+    /// Time from which each recording is held out \[s\].
     pub hold_out_from: Option<f64>,
-    /// Holds out experiments by their numbers.
+    /// Experiments that are held out, by their numbers.
     pub hold_out_experiments: Option<Every>,
-    /// Catalogue ids that the library goes without.
+    /// Catalogue ids that the library excludes.
     pub without: Vec<String>,
-    /// Simulates in steps half as long as usual: an answer must not depend on them.
+    /// Whether to simulate with half the usual step, to check that the answer does not depend on it.
     pub half_step: bool,
-    /// Who simulates.
+    /// Simulator.
     pub simulator: Simulator,
 }
 
-impl Options {
+impl DiagnosisOptions {
     /// How many times shorter than usual the first steps are.
     fn first(&self) -> usize {
         if self.half_step { 2 } else { 1 }
     }
 }
 
-/// What is diagnosed, with its recordings.
+/// Model with its recordings.
 enum Subject {
     Rig(Box<Rig>, Vec<Piece>),
     Facility(Box<FacilityModel>, Vec<DriveLog>),
 }
 
-/// Recordings, ready to be judged.
+/// Recordings that are ready for the diagnosis.
 pub struct Prepared {
     subject: Subject,
     held_out: BTreeSet<String>,
@@ -82,20 +82,20 @@ pub struct Prepared {
     simulator: Simulator,
     /// What the axes of a robot carry, once it was asked for.
     axes: OnceCell<Axes>,
-    /// Reasons why the answer can be provisional only.
+    /// Reasons why the answer is provisional.
     pub provisional: Vec<String>,
-    /// What was found in the recordings.
+    /// Findings in the recordings.
     pub findings: Vec<Finding>,
-    /// Which blocks and effects these channels can tell apart.
+    /// Isolability of blocks and effects by the recorded channels.
     pub isolability: Vec<BlockView>,
 }
 
-/// A diagnosis.
+/// Result of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     /// The answer.
-    pub answer: Verdict,
-    /// Whether it rests on data that cannot bear more: no repeats, or no different motion held out.
+    pub answer: DiagnosisVerdict,
+    /// Whether the answer is provisional: no repeats, or no different motion held out.
     pub provisional: bool,
     /// Why it is provisional.
     pub reasons: Vec<String>,
@@ -103,50 +103,50 @@ pub struct Diagnosis {
     pub effects: Vec<EffectFound>,
     /// What was ruled out.
     pub ruled_out: Vec<RuledOut>,
-    /// Gain on held-out motion in the block where most was found.
+    /// Gain on held-out motion in the block with the most severe verdict.
     pub gain: Option<Gain>,
     /// Residual before and after in that block.
     pub residual: Residual,
-    /// What these data could not have shown.
+    /// Causes that are not detectable with these data.
     pub not_visible: Vec<NotVisible>,
-    /// The experiment that would tell rivals apart.
+    /// Discriminating experiment of the rivals.
     pub experiment: Option<String>,
-    /// The motion that would do that best.
-    pub proposed: Option<Experiment>,
-    /// Block by block.
+    /// Most discriminating motion.
+    pub proposed: Option<ProposedExperiment>,
+    /// Answers block by block.
     pub blocks: Vec<BlockAnswer>,
-    /// Which blocks and effects these channels can tell apart.
+    /// Isolability of blocks and effects by the recorded channels.
     pub isolability: Vec<BlockView>,
-    /// What was found in the recordings.
+    /// Findings in the recordings.
     pub findings: Vec<Finding>,
-    /// Mean square of what a step of half the length changes in the whitened residuals, block by block.
+    /// Discretisation error of each block: mean square change of the whitened residuals with half the step.
     pub numerical_error: Vec<f64>,
 }
 
-/// What a diagnosis leaves for its page.
+/// Judgement of a block, for the page of the diagnosis.
 pub struct Judged {
     /// The block.
     pub block: MeasuredBlock,
     /// Its library.
     pub library: Vec<Hypothesis>,
-    /// What the data say of it.
-    pub judgement: Judgement,
-    /// What is wrong that no cause of the library explains.
-    pub outside: Option<Outside>,
+    /// Judgement of the block.
+    pub judgement: BlockJudgement,
+    /// Model error that no cause of the library explains.
+    pub outside: Option<Unmodelled>,
 }
 
 impl Judged {
-    /// The fit that an answer rests on: of what was named, or of the form that something outside the library has.
+    /// Returns the fit of an answer: of the named causes, or of the form outside the library.
     pub fn found(&self, answer: &BlockAnswer) -> Option<&Candidate> {
-        let named = self.judgement.ranking.iter().find(|candidate| candidate.sound && !answer.effects.is_empty());
+        let named = self.judgement.ranking.iter().find(|candidate| candidate.admissible && !answer.effects.is_empty());
         let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref());
         named.or(form.map(|form| &form.candidate))
     }
 
-    /// An answer with what it behaves like, if no cause of the library explains it.
+    /// Returns the answer with the form of its model error, if no cause of the library explains it.
     fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
-        let is_outside = answer.answer == Verdict::NotInLibrary;
-        self.outside = is_outside.then(|| Outside::of(&self.block, &self.library, &self.judgement));
+        let is_outside = answer.answer == DiagnosisVerdict::NotInLibrary;
+        self.outside = is_outside.then(|| Unmodelled::of(&self.block, &self.library, &self.judgement));
         match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
             Some(form) => answer.with_form(form, prismatic),
             None => answer,
@@ -166,7 +166,7 @@ impl Prepared {
         held_out: BTreeSet<String>,
         provisional: Vec<String>,
         findings: Vec<Finding>,
-        options: &Options,
+        options: &DiagnosisOptions,
     ) -> Self {
         Self {
             subject,
@@ -182,7 +182,7 @@ impl Prepared {
         }
     }
 
-    /// The same with what its channels can tell apart.
+    /// Adds the isolability of the channels.
     fn seen(mut self) -> Result<Self> {
         self.isolability = self.views()?;
         Ok(self)
@@ -208,7 +208,7 @@ impl Prepared {
         self.pieces().iter().all(|piece| piece.signals.contains_key(signal))
     }
 
-    /// Judges every block.
+    /// Diagnoses every block.
     ///
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
@@ -216,7 +216,7 @@ impl Prepared {
         let mut prismatic = false;
         if let Some(RigModel::Drive(rig)) = self.plant() {
             prismatic = rig.prismatic;
-            let suspects = suspects(rig, self.pieces());
+            let suspects = check_units(rig, self.pieces());
             self.findings.extend(suspects);
         }
         let mut timed = Vec::new();
@@ -228,17 +228,16 @@ impl Prepared {
         }
         let mut all = self.judged(prismatic)?;
         for _ in 1..PASSES {
-            if !self.carries_otherwise(&all) {
+            if !self.update_loads(&all) {
                 break;
             }
             all = self.judged(prismatic)?;
         }
         self.withhold_loaded(&mut all);
         let Blocks { answers, judged, errors } = all;
-        let proposed = answers
-            .iter()
-            .zip(&judged)
-            .find_map(|(answer, own)| (answer.answer == Verdict::Ambiguous).then(|| self.proposed(own)).flatten());
+        let proposed = answers.iter().zip(&judged).find_map(|(answer, own)| {
+            (answer.answer == DiagnosisVerdict::Ambiguous).then(|| self.proposed(own)).flatten()
+        });
         let answers = timed.into_iter().chain(answers).collect();
         Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
     }
@@ -249,14 +248,14 @@ impl Prepared {
         for place in 0..self.places() {
             let Exact { block, library, finer, error } = self.exact_enough(place)?;
             all.errors.push(error);
-            self.tell_steps(&block, error);
+            self.report_kept_step(&block, error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
             let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
             if answer.answer.names() && is_simpler(&block, &library, &judgement) {
-                answer = answer.denied();
+                answer = answer.without_name();
             }
             let mut own = Judged { block, library, judgement, outside: None };
             answer = own.looked_outside(answer, prismatic);
@@ -285,22 +284,21 @@ impl Prepared {
         FreeRun::of(rig, &self.pieces().iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
     }
 
-    /// The answer where what repeats differ by grew with the session: no effect of a library does that to a signal, and
-    /// noise cannot be told from it.
+    /// Returns the answer without a cause, because the repeat-to-repeat difference grew with the session time: no effect of
+    /// a library explains that, and it is not separable from noise.
     fn changing(&mut self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
-        let what = "what repeats differ by grows with the time of the session, and with the signal: something drifts \
-                    that no cause of the library has, such as a gain with warmth; repeat one experiment for as long as \
-                    it takes to settle";
+        let what = "the repeat-to-repeat difference grows with the session time and with the signal: a drift that is not \
+                    in the library, such as a temperature-dependent gain; repeat one experiment until the drift settles";
         self.findings.push(Finding { recording: block.name.to_owned(), what: what.to_owned() });
-        answer.denied()
+        answer.without_name()
     }
 
-    /// Says so where the steps of a scenario were kept though they are not exact.
-    fn tell_steps(&mut self, block: &MeasuredBlock, error: f64) {
+    /// Reports that the step size of a scenario was kept although it is not converged.
+    fn report_kept_step(&mut self, block: &MeasuredBlock, error: f64) {
         if error >= NUMERICAL {
             let what = format!(
-                "judged in the steps of the scenario, which explain these drives better than exact ones do, as where an \
-                 emulated facility moves in them: half the step changes the residual by {:.2} times the noise",
+                "simulated with the step of the scenario, which explains these drives better than a converged step does \
+                 (as for an emulated facility): halving the step changes the residual by {:.2} times the noise",
                 error.sqrt()
             );
             self.findings.push(Finding { recording: block.name.to_owned(), what });
@@ -319,8 +317,8 @@ impl Prepared {
         }
     }
 
-    /// Log-odds for an effect that has no mean against none, by what repeats differ by; `None` if these recordings cannot
-    /// tell.
+    /// Returns the log-odds of a zero-mean effect (jitter, losses, noise) from repeat-to-repeat variance; `None` if
+    /// these recordings do not determine them.
     pub fn odds_by_repeats(&self, id: &str) -> Option<f64> {
         let block = || self.block(0, self.first).0;
         match self.plant()? {
@@ -345,9 +343,11 @@ impl Prepared {
             }
             finer *= 2;
             if finer > FINEST {
-                let what =
-                    format!("{}: half the step still changes the residual by {error:.2} of the noise", coarse.0.name);
-                return Err(Error::unfit(what, "check the stiffness and damping of the model file"));
+                let what = format!(
+                    "{}: halving the step still changes the residual by {error:.2} of the noise",
+                    coarse.0.name
+                );
+                return Err(DiagnosisError::unfit(what, "check the stiffness and damping of the model file"));
             }
             let longer = std::mem::replace(&mut coarse, fine);
             usual = usual.or(Some(Usual { block: longer.0, library: longer.1, error }));
@@ -355,7 +355,7 @@ impl Prepared {
     }
 }
 
-/// What was said of every block.
+/// Answers of all blocks.
 #[derive(Default)]
 struct Blocks {
     answers: Vec<BlockAnswer>,
@@ -398,10 +398,10 @@ const NUMERICAL: f64 = 0.01;
 /// How many times finer than usual a step may become.
 const FINEST: usize = 16;
 
-fn silent(block: &MeasuredBlock) -> Error {
+fn silent(block: &MeasuredBlock) -> DiagnosisError {
     let channels: Vec<&str> = block.channels.iter().map(|channel| channel.name).collect();
-    Error::unfit(
-        format!("{}: {} is constant, or its repeats are the same to the last digit", block.name, channels.join(" or ")),
+    DiagnosisError::unfit(
+        format!("{}: {} is constant, or its repeats are identical", block.name, channels.join(" or ")),
         "check the column in [log]; repeats must be measured, not copied",
     )
 }

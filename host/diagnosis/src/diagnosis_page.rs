@@ -1,18 +1,18 @@
-//! The diagnosis' page: one self-contained HTML file, plain words first.
+//! HTML page of a diagnosis: one self-contained file that starts with the answer.
 
 use crate::Result;
 use crate::answer::BlockAnswer;
+use crate::answer_text::{self, behaviour, estimated, headline, ruled_out_by, torque_error, verdict};
 use crate::block::MeasuredBlock;
 use crate::diagnosis::{Diagnosis, Judged};
-use crate::free_run::Extension;
+use crate::free_run::FittedEffect;
 use crate::inference::fit::Fitted;
 use crate::inference::latent::Latent;
 use crate::isolability;
 use crate::judge::NoiseFrom;
-use crate::outside::Missing;
 use crate::recording::smooth::band_powers;
 use crate::template::render;
-use crate::words::{self, behaviour, estimated, headline, ruled_out_by, torque_error, verdict};
+use crate::unmodelled::Missing;
 use nalgebra::DMatrix;
 use serde::Serialize;
 use softdock_analysis::STYLE;
@@ -67,14 +67,14 @@ struct EffectRow {
     parameters: Vec<(String, String)>,
 }
 
-/// The page as text; `command` is what repeats it.
+/// Renders the page as HTML; `command` is the command that reproduces it.
 ///
 /// # Errors
 /// A figure that cannot be drawn.
 pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<String> {
     let rows = |(answer, judged): (&BlockAnswer, &Judged)| block_rows(answer, judged);
     let mut blocks: Vec<(&BlockAnswer, &Judged)> = diagnosis.blocks.iter().zip(judged).collect();
-    // What was found first.
+    // The most severe verdict first.
     blocks.sort_by_key(|(answer, _)| std::cmp::Reverse(answer.answer));
     let page = Page {
         style: STYLE,
@@ -85,7 +85,7 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
         findings: diagnosis.findings.iter().map(|f| (f.recording.clone(), f.what.clone())).collect(),
         isolability: isolability::text(&diagnosis.isolability),
         experiment: diagnosis.experiment.clone(),
-        proposed: diagnosis.proposed.as_ref().map(words::proposed),
+        proposed: diagnosis.proposed.as_ref().map(answer_text::proposed),
         blocks: blocks.into_iter().map(rows).collect::<Result<_>>()?,
         numbers: numbers(diagnosis, judged),
         command: command.to_owned(),
@@ -99,18 +99,18 @@ fn numbers(diagnosis: &Diagnosis, judged: &[Judged]) -> Vec<(String, String)> {
         let judgement = &judged.judgement;
         let noise = match judgement.noise_from {
             NoiseFrom::Repeats => "repeats",
-            NoiseFrom::Quiet => "stretches that hold nothing else",
-            NoiseFrom::Richest => "what the richest explanation leaves",
+            NoiseFrom::Quiet => "contact-free stretches",
+            NoiseFrom::Richest => "the residual of the richest hypothesis",
         };
-        let told = format!(
-            "{} whitened samples; noise from {noise}, autoregression of order {}; half the step changes the residual by {} \
-             of the noise's power; an effect counts from log-odds {} on",
+        let text = format!(
+            "{} whitened samples; noise from {noise}, autoregression of order {}; halving the step changes the residual by {} \
+             of the noise power; detection threshold: log-odds {}",
             judgement.samples,
             judgement.noise.order(),
             significant(*error, 2),
             significant(judgement.threshold, 3)
         );
-        (judgement.block.to_owned(), told)
+        (judgement.block.to_owned(), text)
     };
     judged.iter().zip(&diagnosis.numerical_error).map(of).collect()
 }
@@ -120,9 +120,9 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
     Ok(BlockRows {
         name: answer.block.to_owned(),
         answer: verdict(answer.answer),
-        residual: words::residual(answer),
+        residual: answer_text::residual(answer),
         torque_error: answer.torque_error.as_ref().map_or(String::new(), torque_error),
-        free_run: answer.free_run.as_ref().map_or(String::new(), words::free_run),
+        free_run: answer.free_run.as_ref().map_or(String::new(), answer_text::free_run),
         nearest: nearest(answer),
         effects: answer
             .effects
@@ -155,7 +155,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
 /// What a model of free runs has after, where that was not named.
 fn nearest(answer: &BlockAnswer) -> Vec<EffectRow> {
     let all = answer.free_run.iter().filter(|_| answer.effects.is_empty()).flat_map(|run| &run.with);
-    let row = |own: &Extension| EffectRow {
+    let row = |own: &FittedEffect| EffectRow {
         id: own.id.to_owned(),
         name: own.name.to_owned(),
         p: String::new(),
@@ -202,10 +202,10 @@ fn drawings(answer: &BlockAnswer, judged: &Judged) -> Result<Vec<(String, String
     for (row, channel) in block.channels.iter().enumerate() {
         let name = format!("{}, {}", answer.block, channel.name);
         all.push((in_time(&name, channel.unit, row, &compared)?, format!("{}: residual over time", channel.name)));
-        all.push((spectrum(&name, row, &compared)?, format!("{}: its spectrum", channel.name)));
+        all.push((spectrum(&name, row, &compared)?, format!("{}: residual spectrum", channel.name)));
         for (signal, unit, values) in against(block, trial, &compared) {
             let drawing = scatter(&name, channel.unit, row, &compared, (&signal, unit, &values))?;
-            all.push((drawing, format!("{}: against the {signal}", channel.name)));
+            all.push((drawing, format!("{}: residual against the {signal}", channel.name)));
         }
     }
     let slides = block.channels.iter().any(|channel| channel.unit == "m");
@@ -246,14 +246,12 @@ fn missing(missing: &Missing, slides: bool) -> Result<Vec<(String, String)>> {
             format!("{}: missing torque against the {signal}", missing.experiment),
         ))
     };
-    let over_time = (
-        over_time.svg()?,
-        format!("{}: torque that would close the model, with two standard deviations", missing.experiment),
-    );
+    let over_time = (over_time.svg()?, format!("{}: missing torque, with two standard deviations", missing.experiment));
     Ok(vec![over_time, against(0, "angle", unit)?, against(1, "rate", rate)?])
 }
 
-/// Signals against which a residual tells most: position, speed and torque or force, at the judged samples.
+/// Returns the signals that a residual is plotted against: position, speed and torque or force, at the decimated
+/// samples.
 fn against(
     block: &MeasuredBlock,
     trial: &crate::block::Trial,

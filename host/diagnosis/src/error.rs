@@ -1,26 +1,26 @@
-//! What can go wrong with a recording or its identification.
+//! Errors of recordings, diagnosis and identification.
 
 use std::path::{Path, PathBuf};
 
-/// Result of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+/// Result with this crate's error.
+pub(crate) type Result<T> = std::result::Result<T, DiagnosisError>;
 
-/// A recording that cannot be used, or a robot that cannot be identified from it.
+/// Error of a recording, a diagnosis or an identification.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum DiagnosisError {
     /// A recording is damaged or does not fit the model file's `[log]`.
     #[error("{}{}: {what}", file.display(), line.map_or(String::new(), |line| format!(":{line}")))]
     Log {
         /// The recording.
         file: PathBuf,
-        /// Line, from 1, if one can be told.
+        /// Line number, from 1, if known.
         line: Option<usize>,
         /// What is wrong.
         what: String,
         /// What to do.
         remedy: String,
     },
-    /// The recordings are readable but do not determine what is asked.
+    /// The recordings are readable but insufficient for the task.
     #[error("{what}")]
     Unfit {
         /// What is wrong.
@@ -36,8 +36,8 @@ pub enum Error {
     Page(#[from] softdock_analysis::AnalysisError),
 }
 
-impl Error {
-    /// Whether an output could not be written: a matter of the disk, not of the input.
+impl DiagnosisError {
+    /// Returns whether the error is a failure to write an output.
     pub fn is_write_failure(&self) -> bool {
         match self {
             Self::File(error) => error.is_write_failure(),
@@ -46,7 +46,7 @@ impl Error {
         }
     }
 
-    /// What to do about it.
+    /// Returns the action that resolves the error.
     pub fn remedy(&self) -> &str {
         match self {
             Self::Log { remedy, .. } | Self::Unfit { remedy, .. } => remedy,

@@ -1,5 +1,5 @@
-//! The experiment that tells rivals apart: of a bank of motions that the rig has shown it can make, the one whose
-//! recordings the rivals would explain most differently.
+//! Discriminating experiment of rivals: the motion of a bank, within the envelope that the rig has shown, whose
+//! recordings the rivals predict most differently.
 //!
 //! The expected log-odds of a motion are what the other rival, with its numbers refitted within what is known of them,
 //! still misses of a rival's prediction; the lesser of both directions counts (T-optimality: Atkinson and Fedorov 1975).
@@ -12,60 +12,60 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-/// Fewest repeats of the experiment, and most: of three minutes.
+/// Smallest number of repeats, and the total time that limits them: three minutes.
 const FEWEST: usize = 3;
 const MOST: usize = 30;
 /// How long a motion lasts \[s\].
 const LASTS: f64 = 6.0;
 /// Time over which a motion sets in and dies away \[s\].
 const FADE: f64 = 0.5;
-/// Expected log-odds that are enough, and as many repeats are asked for: by noise they come with a standard deviation of
-/// `sqrt(2 E)`, so that nine of ten times what tells rivals apart is there.
+/// Sufficient expected log-odds, which determine the number of repeats: with the noise's standard deviation of `sqrt(2
+/// E)`, nine of ten times the rivals are separated.
 const ENOUGH: f64 = 8.0;
 /// Expected log-odds below which no experiment of the bank is worth its time.
 const WORTH: f64 = 3.0;
 /// Difference quotients are taken over this share of a standard deviation.
 const STEP: f64 = 2e-3;
 
-/// A motion to record.
+/// Motion to record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Experiment {
+pub struct ProposedExperiment {
     /// What it is, in a few words.
     pub motion: String,
-    /// How often to record it.
+    /// Number of repeats.
     pub repeats: usize,
-    /// Log-odds that all repeats are expected to bring between the two rivals that it tells apart least.
+    /// Expected log-odds of all repeats between the two rivals that are separated least.
     pub expected_log_odds: f64,
-    /// Number of the run of the campaign, if it is a drive of a facility.
+    /// Run of the campaign, for a drive of a facility.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<u64>,
     /// Sampling period \[s\].
     #[serde(skip)]
     pub step: f64,
-    /// The path: angle \[rad\] or place \[m\], sample by sample; none of a drive.
+    /// Path: angle \[rad\] or position \[m\] at each sample; empty for a drive of a facility.
     #[serde(skip)]
     pub path: Vec<f64>,
 }
 
-impl Experiment {
-    /// Whether it is worth its time; else the rivals cannot be told apart with these sensors.
+impl ProposedExperiment {
+    /// Returns whether the expected log-odds are sufficient; otherwise these sensors do not separate the rivals.
     pub fn separates(&self) -> bool {
         self.expected_log_odds >= WORTH
     }
 
-    /// Name of the file that asks for it.
+    /// Returns the name of the file that describes it.
     pub fn file(&self) -> &'static str {
         if self.run.is_some() { "experiment.toml" } else { "experiment.csv" }
     }
 
-    /// The path as a table of times and references.
+    /// Returns the path as CSV: time and reference.
     pub fn csv(&self) -> String {
         let row = |(i, q): (usize, &f64)| format!("{:.6},{q:.9}\n", i as f64 * self.step);
         self.path.iter().enumerate().map(row).fold(String::from("t,ref\n"), |all, row| all + &row)
     }
 }
 
-/// What a joint has been seen to do: no motion is asked of it that goes further.
+/// Envelope of a joint's recorded motion; proposed motions stay within it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Envelope {
     /// Least and greatest angle \[rad\] or place \[m\].
@@ -78,31 +78,31 @@ pub struct Envelope {
     pub step: f64,
 }
 
-/// The motion of the bank that tells rivals apart best. `block_of` makes the rivals' block for a path
-/// that was followed without error.
+/// Returns the motion of the bank that separates the rivals best. `block_of` builds the rivals' block for a path that
+/// is followed without error.
 pub fn best(
     envelope: &Envelope,
     rivals: &[&Candidate],
     noise: &Noise,
     block_of: &dyn Fn(&[f64]) -> MeasuredBlock,
-) -> Option<Experiment> {
+) -> Option<ProposedExperiment> {
     let all = bank(envelope).into_iter().map(|(motion, path)| (block_of(&path), (motion, path)));
     let Best { which: (motion, path), repeats, expected_log_odds } = best_of(all, rivals, noise, FEWEST)?;
-    Some(Experiment { motion, repeats, expected_log_odds, run: None, step: envelope.step, path })
+    Some(ProposedExperiment { motion, repeats, expected_log_odds, run: None, step: envelope.step, path })
 }
 
-/// Of rehearsed drives the one that tells rivals apart best: the rivals' block for each, and the number of its run.
+/// Returns the rehearsed drive that separates the rivals best, from the rivals' block and the run number of each.
 pub(crate) fn best_drive(
     rehearsed: Vec<(MeasuredBlock, u64)>,
     rivals: &[&Candidate],
     noise: &Noise,
-) -> Option<Experiment> {
+) -> Option<ProposedExperiment> {
     let Best { which: run, repeats, expected_log_odds } = best_of(rehearsed.into_iter(), rivals, noise, 1)?;
     let motion = format!("run {run} of the campaign");
-    Some(Experiment { motion, repeats, expected_log_odds, run: Some(run), step: 0.0, path: Vec::new() })
+    Some(ProposedExperiment { motion, repeats, expected_log_odds, run: Some(run), step: 0.0, path: Vec::new() })
 }
 
-/// Which of some recordings tells rivals apart best, the repeats that bring enough, and what they are expected to bring.
+/// Recording that separates the rivals best, with its repeats and expected log-odds.
 struct Best<T> {
     which: T,
     repeats: usize,
@@ -125,13 +125,13 @@ fn best_of<T>(
     Some(Best { which, repeats, expected_log_odds: apart(&views, repeats) })
 }
 
-/// Log-odds that so many repeats are expected to bring between the two rivals that they tell apart least.
+/// Returns the expected log-odds of `repeats` repeats between the two rivals that are separated least.
 fn apart(views: &[View], repeats: usize) -> f64 {
     let pairs = (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))).filter(|(a, b)| a != b);
     pairs.map(|(a, b)| views[a].missed_by(&views[b], repeats as f64)).fold(f64::INFINITY, f64::min)
 }
 
-/// What a rival says of a recording, whitened, with what its numbers change in it and how well they are known.
+/// Whitened prediction of a recording by a rival, with its sensitivities and the precision of its parameters.
 struct View {
     says: DVector<f64>,
     jacobian: DMatrix<f64>,
@@ -250,7 +250,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_motion_of_the_bank_stays_within_what_the_joint_has_been_seen_to_do() {
+    fn every_motion_of_the_bank_stays_within_the_envelope() {
         let envelope = Envelope { range: (0.1, 1.2), rate: 1.1, acceleration: 15.0, step: 0.004 };
         let all = bank(&envelope);
         assert_eq!(all.len(), 40);

@@ -1,21 +1,21 @@
-//! The extended model: the model file as it is, with what a diagnosis found added at its end.
+//! Extended model: the model file with the identified effects appended.
 
-use crate::answer::{EffectFound, Estimate, Verdict};
+use crate::answer::{DiagnosisVerdict, EffectFound, ParameterEstimate};
+use crate::answer_text::{estimated, headline};
 use crate::block::robot;
 use crate::diagnosis::Diagnosis;
-use crate::words::{estimated, headline};
 use std::collections::BTreeMap;
 
 /// An effect as it is written: its parameters, and their covariance.
 #[derive(Default)]
 struct Table<'a> {
-    parameters: BTreeMap<&'a String, &'a Estimate>,
+    parameters: BTreeMap<&'a String, &'a ParameterEstimate>,
     covariance: &'a [Vec<f64>],
 }
 
-/// The text of the extended model file; `None` where the answer names nothing that could be added.
+/// Returns the text of the extended model file; `None` if the answer names no effect to add.
 ///
-/// `uncertain` adds the covariances, for models whose readers draw from them.
+/// `uncertain` adds the covariances, for readers that draw parameters from them.
 pub fn extended(model: &str, diagnosis: &Diagnosis, uncertain: bool) -> Option<String> {
     let tables = tables(diagnosis);
     if tables.is_empty() {
@@ -45,7 +45,7 @@ pub fn extended(model: &str, diagnosis: &Diagnosis, uncertain: bool) -> Option<S
 /// Effects to add, each with its parameters: those that were named, or what something outside the library behaves like.
 fn tables(diagnosis: &Diagnosis) -> BTreeMap<(Option<usize>, &'static str), Table<'_>> {
     let mut all: BTreeMap<(Option<usize>, &'static str), Table> = BTreeMap::new();
-    let blocks = diagnosis.blocks.iter().filter(|block| block.answer == Verdict::Named);
+    let blocks = diagnosis.blocks.iter().filter(|block| block.answer == DiagnosisVerdict::Named);
     let named: Vec<&EffectFound> = blocks.flat_map(|block| &block.effects).collect();
     let forms = diagnosis.blocks.iter().filter_map(|block| Some((robot::axis(block.block), block.form.as_ref()?)));
     let forms = forms.filter(|(_, form)| form.holds);

@@ -1,13 +1,13 @@
-//! How a model does on tosses that it runs freely: speed after the first blow, and where the body comes to rest.
+//! Errors of free runs of tosses: speed after the first impact, and rest position.
 //!
-//! Simulated from the first measured state on, with nothing measured after it. Medians over the tosses, with intervals of
-//! the bootstrap over tosses: some land on an edge, and then no model tells to which side they fall.
+//! Each toss is simulated from its first measured state only. Errors are medians over the tosses with bootstrap
+//! intervals over tosses: for a body that lands on an edge, no model predicts the side to which it falls.
 
-use crate::answer::{Estimate, parameters};
+use crate::answer::{ParameterEstimate, parameters};
 use crate::block::toss::{StateNoise, clear, free_run};
 use crate::diagnosis::Judged;
 use crate::recording::grid::Piece;
-use crate::recording::state::{Poses, State};
+use crate::recording::state::{BodyState, Poses};
 use nalgebra::Vector3;
 use serde::Serialize;
 use softdock_campaign::rig::TossRig;
@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 const RESAMPLES: usize = 2000;
 /// Seed of the bootstrap: the same data give the same interval.
 const SEED: u64 = 4;
-/// Fewest tosses that an interval is told of.
+/// Smallest number of tosses for an interval.
 const FEWEST: usize = 5;
 
 /// A median with its 95 % interval.
@@ -33,56 +33,56 @@ pub struct Median {
     pub hi: f64,
 }
 
-/// An error of the model as it is and with what was found.
+/// Error of the nominal model and of the model with the identified effects.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Compared {
+pub struct ErrorReduction {
     /// With the nominal constants.
     pub before: Median,
-    /// With what was found.
+    /// With the identified effects.
     pub after: Median,
-    /// Share by which the median falls, over the same tosses.
+    /// Relative reduction of the median, over the same tosses.
     pub gain: Median,
 }
 
 /// Errors of free runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FreeRun {
-    /// Tosses whose rebound was judged, and whose rest was.
+    /// Number of tosses with a rebound, and with a rest position.
     pub tosses: [usize; 2],
-    /// Whether no fit has seen them.
+    /// Whether the tosses were held out.
     pub held_out: bool,
-    /// Relative error of the speed at the first smooth frame after the first blow.
-    pub rebound_speed: Compared,
-    /// Length of the difference of the velocities there, over the measured speed.
-    pub rebound_velocity: Compared,
-    /// Distance of the place of rest from the measured one along the plane \[m\].
-    pub rest_position: Compared,
-    /// What the model has after: the best explanation, named or not.
-    pub with: Vec<Extension>,
+    /// Relative error of the speed at the first smooth frame after the first impact.
+    pub rebound_speed: ErrorReduction,
+    /// Norm of the velocity error at that frame over the measured speed.
+    pub rebound_velocity: ErrorReduction,
+    /// Distance of the rest position from the measured one along the plane \[m\].
+    pub rest_position: ErrorReduction,
+    /// Effects of the extended model: the best hypothesis, named or not.
+    pub with: Vec<FittedEffect>,
 }
 
-/// An effect that the model has after.
+/// Effect of the extended model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Extension {
+pub struct FittedEffect {
     /// Catalogue id.
     pub id: &'static str,
     /// What it is, in a few words.
     pub name: &'static str,
     /// Its numbers.
-    pub parameters: BTreeMap<String, Estimate>,
+    pub parameters: BTreeMap<String, ParameterEstimate>,
 }
 
 impl FreeRun {
-    /// Of some recordings with the nominal constants and with the best explanation that is sound, whatever may be said of
-    /// its name; `None` where too few tosses show both.
+    /// Computes the errors with the nominal constants and with the best admissible hypothesis, named or not; `None` if
+    /// too few tosses determine both.
     pub fn of(rig: &TossRig, pieces: &[&Piece], held_out: bool, judged: &Judged) -> Option<Self> {
         let base = &judged.block.base;
-        let best = judged.judgement.ranking.iter().find(|candidate| candidate.sound);
+        let best = judged.judgement.ranking.iter().find(|candidate| candidate.admissible);
         let sets = [base.clone(), best.map_or_else(|| base.clone(), |best| best.fitted.values(base))];
         let hypotheses = best.into_iter().flat_map(|best| best.hypotheses.iter().map(move |number| (best, *number)));
         let with = hypotheses.map(|(best, number)| {
             let own = &judged.library[number];
-            Extension { id: own.effect.id, name: own.name, parameters: parameters(best, own, false) }
+            FittedEffect { id: own.effect.id, name: own.name, parameters: parameters(best, own, false) }
         });
         let poses: Vec<Poses> = pieces.iter().map(|piece| Poses::of(piece)).collect();
         let noise = StateNoise::of(rig, poses.iter());
@@ -110,7 +110,7 @@ impl FreeRun {
 
 /// A toss as it was measured.
 struct Toss {
-    begin: State,
+    begin: BodyState,
     /// Frames from there on, and from one to the next \[s\].
     frames: usize,
     step: f64,
@@ -165,7 +165,7 @@ fn output(outputs: &[f64], frame: usize, first: usize) -> Vector3<f64> {
 }
 
 /// Medians of errors before and after, and of what is gained, with their intervals.
-fn compared(errors: &[[f64; 2]]) -> Compared {
+fn compared(errors: &[[f64; 2]]) -> ErrorReduction {
     let of = |f: &dyn Fn([f64; 2]) -> f64| {
         let medians = |draw: &dyn Fn(usize) -> usize| {
             [0, 1].map(|k| median((0..errors.len()).map(|i| errors[draw(i)][k]).collect()))
@@ -181,7 +181,7 @@ fn compared(errors: &[[f64; 2]]) -> Compared {
         all.sort_by(f64::total_cmp);
         Median { value: f(medians(&|i| i)), lo: all[RESAMPLES / 40], hi: all[RESAMPLES - 1 - RESAMPLES / 40] }
     };
-    Compared { before: of(&|m| m[0]), after: of(&|m| m[1]), gain: of(&|m| 1.0 - m[1] / m[0]) }
+    ErrorReduction { before: of(&|m| m[0]), after: of(&|m| m[1]), gain: of(&|m| 1.0 - m[1] / m[0]) }
 }
 
 /// The middle of some values, or between the two in the middle.
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_that_halve_gain_a_half_and_the_interval_holds_it() {
+    fn halved_errors_give_a_gain_of_one_half_within_the_interval() {
         let errors: Vec<[f64; 2]> = (0..80).map(|i| f64::from(i % 20) / 20.0 + 0.1).map(|e| [e, 0.5 * e]).collect();
         let found = compared(&errors);
         assert!((found.before.value - 0.575).abs() < 1e-12 && (found.gain.value - 0.5).abs() < 1e-12, "{found:?}");

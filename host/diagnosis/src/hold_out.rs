@@ -1,19 +1,19 @@
-//! What is held out of recordings that were not handed over apart: later parts, or experiments by their numbers.
+//! Selection of held-out data within the given recordings: later parts, or experiments by number.
 
-use crate::diagnosis::Options;
+use crate::diagnosis::DiagnosisOptions;
 use crate::recording::grid::Piece;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
 use std::fmt;
 use std::str::FromStr;
 
-/// Every so many experiments, those whose number leaves a rest.
+/// Rule that holds out experiments whose number modulo `divisor` is `rest`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Every {
-    /// What the number is divided by.
+    /// Divisor.
     pub divisor: u64,
-    /// What it leaves.
+    /// Remainder.
     pub rest: u64,
 }
 
@@ -39,15 +39,18 @@ impl FromStr for Every {
 }
 
 impl Every {
-    /// Recordings held out, and the others.
+    /// Splits recordings into held-out and training recordings.
     ///
     /// # Errors
     /// An experiment whose name ends with no number.
     pub(crate) fn split(self, pieces: Vec<Piece>) -> Result<(Vec<Piece>, Vec<Piece>)> {
         if let Some(piece) = pieces.iter().find(|piece| number(&piece.experiment).is_none()) {
-            let what = format!("the experiment `{}` has no number to be held out by", piece.experiment);
+            let what = format!(
+                "the experiment `{}` has no number, so --hold-out-experiments cannot select it",
+                piece.experiment
+            );
             let remedy = "name its column \"experiment\" in [log], or name held-out recordings with --holdout";
-            return Err(Error::unfit(what, remedy));
+            return Err(DiagnosisError::unfit(what, remedy));
         }
         let held = |piece: &Piece| number(&piece.experiment).is_some_and(|number| number % self.divisor == self.rest);
         Ok(pieces.into_iter().partition(held))
@@ -61,7 +64,7 @@ fn number(name: &str) -> Option<u64> {
 }
 
 /// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
-pub(crate) fn default_of(rig: &Rig, options: &Options, test: &[Piece]) -> Option<Every> {
+pub(crate) fn default_of(rig: &Rig, options: &DiagnosisOptions, test: &[Piece]) -> Option<Every> {
     let asked = options.hold_out_from.is_some() || !test.is_empty();
     (matches!(rig.plant, RigModel::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
 }
@@ -91,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn experiments_are_held_out_by_the_rest_of_their_numbers() {
+    fn experiments_are_held_out_by_number_modulo() {
         let every: Every = "4:1".parse().expect("a rest");
         let (held, rest) = every.split(["1", "2", "toss 13", "16"].map(piece).into()).expect("numbers");
         let names = |pieces: &[Piece]| pieces.iter().map(|piece| piece.experiment.clone()).collect::<Vec<_>>();

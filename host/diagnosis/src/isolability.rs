@@ -1,27 +1,26 @@
-//! What these channels can tell apart at all: which blocks have measured inputs and outputs, and which effects act in
-//! each. It is told before any number of the recordings is looked at.
+//! Isolability: blocks with measured inputs and outputs, and the effects that act in each, before any data are read.
 
 use crate::block::MeasuredBlock;
 use crate::library::Hypothesis;
 use serde::Serialize;
 
-/// A block of the loop by its channels.
+/// Block of the loop with its channels.
 #[derive(Clone, Debug, Serialize)]
 pub struct BlockView {
     /// The block.
     pub block: &'static str,
-    /// Signals that go in.
+    /// Input signals.
     pub inputs: Vec<&'static str>,
-    /// Signals that come out.
+    /// Output signals.
     pub outputs: Vec<&'static str>,
-    /// Signals that are not recorded, so that the block cannot be judged by itself.
+    /// Missing signals, without which the block cannot be diagnosed.
     pub missing: Vec<&'static str>,
     /// Catalogue ids of the effects that act in it.
     pub effects: Vec<&'static str>,
 }
 
 impl BlockView {
-    /// Of a block that is judged.
+    /// Builds the view of a block that is diagnosed.
     pub(crate) fn judged(
         block: &MeasuredBlock,
         library: &[Hypothesis],
@@ -34,7 +33,7 @@ impl BlockView {
         Self { block: block.name, inputs: inputs.to_vec(), outputs: outputs.to_vec(), missing: Vec::new(), effects }
     }
 
-    /// Of a block that cannot be judged for want of signals.
+    /// Builds the view of a block with missing signals.
     pub(crate) fn closed(
         block: &'static str,
         inputs: &[&'static str],
@@ -46,15 +45,14 @@ impl BlockView {
     }
 }
 
-/// The isolability matrix as text: effects down, residuals across.
+/// Returns the isolability matrix as text: rows are effects, columns are residuals.
 pub fn text(blocks: &[BlockView]) -> String {
-    let mut out =
-        String::from("What these channels can tell apart (rows: effects, columns: residuals that show them)\n");
+    let mut out = String::from("Isolability with these channels (rows: effects, columns: residuals that show them)\n");
     for (number, block) in blocks.iter().enumerate() {
         let (inputs, outputs) = (block.inputs.join(", "), block.outputs.join(", "));
         let missing = match block.missing.is_empty() {
             true => String::new(),
-            false => format!(": not judged, no {}", block.missing.join(", ")),
+            false => format!(": not diagnosed, no {}", block.missing.join(", ")),
         };
         out += &format!("  r{} {}: {inputs} -> {outputs}{missing}\n", number + 1, block.block);
     }

@@ -1,66 +1,68 @@
-//! Judges one block: null hypothesis, screening, fits of every effect and of combinations, adequacy on held-out motion.
+//! Judgement of a block: null hypothesis, screening, fits of effects and combinations, adequacy on held-out motion.
 
 mod held_out;
-mod in_steps;
 mod judgement;
 mod nested;
+mod quantised;
 mod starts;
 mod uncertainty;
 
-pub use judgement::{Candidate, Judgement, NoiseFrom};
+pub use judgement::{BlockJudgement, Candidate, NoiseFrom};
 pub(crate) use starts::{best_entries, carried, sized, taken, unknowns};
 
-use crate::block::{MeasuredBlock, Part};
+use crate::admissibility::{drop_over_parameterised, drop_without_held_out_gain, is_admissible, only_shifts_nuisances};
+use crate::block::{BlockRecordings, MeasuredBlock};
 use crate::combine::{Combiner, Set};
 use crate::inference::bank::{Bank, Gram, Scores};
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
-use crate::inference::spread::scatter;
+use crate::inference::parameter_deviations::scatter;
 use crate::library::Hypothesis;
-use crate::soundness::{drop_embellished, drop_worthless, is_sound, is_strained_for_nothing};
 use nalgebra::{DMatrix, DVector};
 use softdock_engine::blocks::BlockKind;
 
-/// A nuisance pulled further than this many tolerances is clamped in the null hypothesis that gains are measured by.
+/// z-score at which nuisance parameters are clamped in the null hypothesis for the gain.
 const CLAMP: f64 = 3.0;
 /// Hypotheses whose fits are carried on with all repeats.
 const POLISHED: usize = 5;
-/// Best candidates whose numbers go without the pull of input noise, and that are simulated in steps half as long.
+/// Number of best candidates with bias compensation and half-step simulation.
 const REFINED: usize = 3;
-/// Noise alone may reach the threshold with this probability.
+/// Probability that noise alone reaches the threshold (false-positive rate).
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
 
-/// Judges a block by its library; `finer` is the same block in shorter steps, which tells what the step changes.
-/// `None` if its noise cannot be told.
-pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<Judgement> {
+/// Judges a block by its library. `finer` is the same block with a smaller step, for the discretisation error. Returns
+/// `None` if the noise is not identifiable.
+pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis]) -> Option<BlockJudgement> {
     let from = if block.part(false).has_repeats() { NoiseFrom::Repeats } else { NoiseFrom::Quiet };
     if let Some(noise) = Noise::above(&block.noise_alone(), &block.floor) {
-        return Some(Bench::of(block, library, noise).beside(finer).judged(from));
+        return Some(JudgementContext::of(block, library, noise).beside(finer).judged(from));
     }
     if from == NoiseFrom::Repeats {
         return None;
     }
     // With noise of no colour the richest combination is found; what that leaves is the noise.
     let rough = Noise::rough(&block.part(false).means(&block.base), &block.floor)?;
-    let bench = Bench::of(block, library, rough).beside(finer);
+    let bench = JudgementContext::of(block, library, rough).beside(finer);
     let found = bench.search(false);
     let fits = found.sets.iter().map(|set| &set.1).chain([&found.null]);
     let richest = fits.min_by(|a, b| a.chi2().total_cmp(&b.chi2())).expect("the null hypothesis at least");
     let values = richest.values(&block.base);
     let mut rest = bench.learn.means(&values);
     rest.extend(bench.test.means(&values));
-    Some(Bench { noise: Noise::above(&rest, &block.floor)?, ..bench }.judged(NoiseFrom::Richest))
+    Some(JudgementContext { noise: Noise::above(&rest, &block.floor)?, ..bench }.judged(NoiseFrom::Richest))
 }
 
-/// Mean square by which the whitened residuals of two simulations of the same block differ; `None` if its noise cannot
-/// be told.
+/// Returns the mean square difference of the whitened residuals of two simulations of a block; `None` if its noise is
+/// not identifiable.
 pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> Option<f64> {
     let (a, b) = (coarse.part(false), fine.part(false));
     let noise = a.noise(&coarse.base)?;
-    let of = |part: &Part, block: &MeasuredBlock| part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0);
+    let of = |part: &BlockRecordings, block: &MeasuredBlock| {
+        part.whitened(&noise, std::slice::from_ref(&block.base)).remove(0)
+    };
     let difference = of(&a, coarse) - of(&b, fine);
     Some(difference.norm_squared() / difference.len() as f64)
 }
@@ -70,7 +72,7 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
 pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> bool {
     let Some(noise) = block.part(false).noise(&block.base) else { return false };
     let left = |block: &MeasuredBlock| {
-        let bench = Bench::of(block, &[], noise.clone());
+        let bench = JudgementContext::of(block, &[], noise.clone());
         let simulate = |sets: &[Vec<f64>]| bench.simulated(sets);
         let start = vec![Start::nominal(block.nuisances.clone())];
         fit(start, &block.base, block.quotient(), &simulate).remove(0).chi2()
@@ -78,23 +80,23 @@ pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> b
     left(block) < left(other)
 }
 
-/// Log-odds from which on an effect counts as present: what chance finds in a bank of so many hypotheses, and no less than
-/// what nobody doubts.
+/// Returns the detection threshold in log-odds: the chance level of a bank of `hypotheses` hypotheses, at least
+/// [`LEAST_THRESHOLD`].
 pub fn threshold(bank: &Bank, gram: &Gram, hypotheses: usize) -> f64 {
     bank.chance(gram, hypotheses, RARITY).max(LEAST_THRESHOLD)
 }
 
-/// All that a judgement needs.
-pub(crate) struct Bench<'a> {
+/// Context of a judgement.
+pub(crate) struct JudgementContext<'a> {
     pub(crate) block: &'a MeasuredBlock,
     library: &'a [Hypothesis],
     /// What is learnt from.
-    pub(crate) learn: Part<'a>,
+    pub(crate) learn: BlockRecordings<'a>,
     /// The same, where `learn` takes each repeat by itself.
-    together: Option<Part<'a>>,
-    test: Part<'a>,
+    together: Option<BlockRecordings<'a>>,
+    test: BlockRecordings<'a>,
     /// What is learnt from in steps half as long, if that was simulated.
-    finer: Option<Part<'a>>,
+    finer: Option<BlockRecordings<'a>>,
     pub(crate) noise: Noise,
 }
 
@@ -108,8 +110,8 @@ struct Found {
     sets: Vec<Set>,
 }
 
-impl<'a> Bench<'a> {
-    /// A bench whose noise is known.
+impl<'a> JudgementContext<'a> {
+    /// Builds the context for a known noise.
     pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
         let (learn, test) = (block.part(false), block.part(true));
         // A drive that warms up shows it from repeat to repeat, which a mean of them may not.
@@ -126,7 +128,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What is learnt from, motion by motion.
-    fn motions(&self) -> &Part<'a> {
+    fn motions(&self) -> &BlockRecordings<'a> {
         self.together.as_ref().unwrap_or(&self.learn)
     }
 
@@ -153,7 +155,7 @@ impl<'a> Bench<'a> {
         let anchor = singles.iter().min_by(|a, b| a.cost().total_cmp(&b.cost())).unwrap_or(&null).values(&block.base);
         let shortcut = self.learn.shortcut(&self.noise, &anchor);
         let quick = |sets: &[Vec<f64>]| shortcut.whitened(sets);
-        let in_steps = in_steps::pairs(self, &singles, &null);
+        let in_steps = quantised::pairs(self, &singles, &null);
         let fit_jointly = |starts| self.polished(fit(starts, &block.base, quotient, &quick));
         let (repeated, simulate, fit) = (self.learn.has_repeats(), &quick, &fit_jointly);
         let combiner =
@@ -214,12 +216,12 @@ impl<'a> Bench<'a> {
     /// the rest.
     fn deny_what_leaves_a_drift(&self, ranking: &mut [Candidate]) {
         if self.together.is_some() {
-            let sound = ranking.iter_mut().filter(|candidate| candidate.sound);
-            sound.for_each(|own| own.sound = !self.block.grew(&own.fitted.values(&self.block.base)));
+            let admissible = ranking.iter_mut().filter(|candidate| candidate.admissible);
+            admissible.for_each(|own| own.admissible = !self.block.grew(&own.fitted.values(&self.block.base)));
         }
     }
 
-    fn judged(self, noise_from: NoiseFrom) -> Judgement {
+    fn judged(self, noise_from: NoiseFrom) -> BlockJudgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
         let gram = bank.gram(&null);
@@ -231,9 +233,9 @@ impl<'a> Bench<'a> {
             .map(|(hypotheses, fitted)| {
                 let evidence = evidence(&fitted, dispersion);
                 let log_odds = evidence.log - none;
-                let sound = is_sound(&self.block.base, library, &hypotheses, &fitted, &evidence.covariance)
-                    && !is_strained_for_nothing(&fitted, &null);
-                Candidate { log_odds, sound, ..Candidate::new(hypotheses, fitted, evidence) }
+                let admissible = is_admissible(&self.block.base, library, &hypotheses, &fitted, &evidence.covariance)
+                    && !only_shifts_nuisances(&fitted, &null);
+                Candidate { log_odds, admissible, ..Candidate::new(hypotheses, fitted, evidence) }
             })
             .collect();
         ranking.sort_by(|a, b| b.score(library.len()).total_cmp(&a.score(library.len())));
@@ -242,15 +244,15 @@ impl<'a> Bench<'a> {
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&null, &clamped, &mut ranking);
-        drop_worthless(&mut ranking, dispersion);
-        drop_embellished(&mut ranking, library);
+        drop_without_held_out_gain(&mut ranking, dispersion);
+        drop_over_parameterised(&mut ranking, library);
         let visibility = bank.visibility(&scores, library.len());
         let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
             true => 1.0,
             false => bank.likeness(&gram, a.min(b), a.max(b)),
         });
         let (block, noise) = (self.block.name, self.noise.clone());
-        Judgement {
+        BlockJudgement {
             block,
             samples,
             noise,

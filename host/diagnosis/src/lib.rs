@@ -1,6 +1,8 @@
-//! What measured data say of the models: identification of the robots, and diagnosis of what a simulation gets wrong.
+//! Identification of robots and diagnosis of model errors from recordings.
 
+mod admissibility;
 pub mod answer;
+pub mod answer_text;
 pub mod block;
 mod combine;
 mod decide;
@@ -17,20 +19,19 @@ pub mod isolability;
 mod judge;
 pub mod library;
 mod next_drive;
-pub mod outside;
 mod packets;
+mod quantisation;
 pub mod recording;
 pub mod result_files;
 pub mod signals_text;
-mod soundness;
-mod steps;
 pub mod subject;
-mod suspects;
 pub mod template;
 mod timing;
 pub mod torque_error;
+mod unit_checks;
+pub mod unmodelled;
 pub mod variance;
-pub mod words;
 
-pub use error::{Error, Result};
-pub use judge::{Candidate, Judgement, NoiseFrom, judge, threshold};
+pub use error::DiagnosisError;
+pub(crate) use error::Result;
+pub use judge::{BlockJudgement, Candidate, NoiseFrom, judge, threshold};

@@ -1,17 +1,17 @@
-//! The run to drive next, where the drives of a facility leave open which of several causes it is.
+//! Run to drive next, if the drives of a facility do not discriminate between several causes.
 
 use crate::Result;
-use crate::answer::Verdict;
+use crate::answer::DiagnosisVerdict;
 use crate::block::MeasuredBlock;
 use crate::block::facility::{FacilityModel, motion_section, wrench_section};
 use crate::decide::rivals;
 use crate::diagnosis::{Diagnosis, Judged};
-use crate::experiment::{Experiment, best_drive};
+use crate::experiment::{ProposedExperiment, best_drive};
 use crate::recording::drive_log::DriveLog;
 use std::path::Path;
 
-/// Of runs that were rehearsed on an emulated facility, number and log of each, the one whose drive should tell the rivals
-/// of an ambiguous answer apart best; `None` where nothing is ambiguous.
+/// Returns the run that separates the rivals of an ambiguous answer best, from runs rehearsed on an emulated facility
+/// (number and log of each); `None` if the answer is not ambiguous.
 ///
 /// # Errors
 /// A log that cannot be read.
@@ -20,9 +20,9 @@ pub(crate) fn next_drive(
     diagnosis: &Diagnosis,
     judged: &[Judged],
     rehearsed: &[(u64, &Path)],
-) -> Result<Option<Experiment>> {
+) -> Result<Option<ProposedExperiment>> {
     let mut answers = diagnosis.blocks.iter();
-    let Some(place) = answers.position(|answer| answer.answer == Verdict::Ambiguous) else { return Ok(None) };
+    let Some(place) = answers.position(|answer| answer.answer == DiagnosisVerdict::Ambiguous) else { return Ok(None) };
     let Judged { block, library, judgement, .. } = &judged[place];
     let rivals = rivals(block, library, judgement);
     let blocks: Result<Vec<(MeasuredBlock, u64)>> = rehearsed

@@ -1,10 +1,10 @@
-//! The signals of each kind of plant, as text.
+//! Text of the signals of each kind of plant.
 
 use softdock_campaign::rig::{
     BODY_SIGNALS, COMMAND_SIGNALS, CONTACT_SIGNALS, DRIVE_SIGNALS, SENSOR_SIGNALS, TOSS_SIGNALS,
 };
 
-/// Plant kinds and their signals, one a line.
+/// Returns the kinds of plants with their signals, one per line.
 pub fn signals_text() -> String {
     let mut out = String::from("drive: one joint with its drive, turning or sliding\n");
     let either = |(name, turning, sliding, meaning): &(&str, &str, &str, &str)| {
@@ -12,7 +12,7 @@ pub fn signals_text() -> String {
         signal(name, &unit, meaning)
     };
     DRIVE_SIGNALS.iter().for_each(|row| out += &either(row));
-    out += "\nrobot: axis by axis; in the [log] of the robot's own model file, r1. before and the axis' number behind a name\n";
+    out += "\nrobot: per axis; the [log] of the robot's model file names signals r1.NAME.AXIS\n";
     let named = |name: &str| if name == "t" { name.to_owned() } else { format!("r1.{name}.1") };
     softdock_campaign::robot::SIGNALS
         .iter()
@@ -21,7 +21,7 @@ pub fn signals_text() -> String {
     SENSOR_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
     out += "\ncontact: one body against a plate\n";
     CONTACT_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));
-    out += "\ncommand: a command's way from sender to receiver, by its echo or by events\n";
+    out += "\ncommand: transmission of a command from sender to receiver, by its echo or by events\n";
     COMMAND_SIGNALS.iter().for_each(|row| out += &either(row));
     out += "\nbody: a free body under known wrenches\n";
     BODY_SIGNALS.iter().for_each(|(name, unit, meaning)| out += &signal(name, unit, meaning));

@@ -1,11 +1,11 @@
-//! What is diagnosed: a rig, or a whole facility by its scenario or campaign; from its file to the files of the answer.
+//! Diagnosed model: a rig, or a whole facility by its scenario or campaign; from its file to the files of the answer.
 
 use crate::block::facility::FacilityModel;
-use crate::diagnosis::{Diagnosis, Judged, Options, Prepared, prepare, prepare_facility};
-use crate::experiment::Experiment;
+use crate::diagnosis::{Diagnosis, DiagnosisOptions, Judged, Prepared, prepare, prepare_facility};
+use crate::experiment::ProposedExperiment;
 use crate::next_drive::next_drive;
 use crate::result_files::{FiguresAndFiles, readable};
-use crate::{Result, diagnosis_page, extend, outside, words};
+use crate::{Result, answer_text, diagnosis_page, extend, unmodelled};
 use softdock_campaign::{Campaign, FileKind, Problems, Rig, Scenario};
 use softdock_results::ResultFile;
 use std::path::Path;
@@ -13,7 +13,7 @@ use std::path::Path;
 /// Name of the extended model in a results folder.
 pub const EXTENDED: &str = "extended.toml";
 
-/// A model whose deviations from recordings are diagnosed.
+/// Model whose deviations from recordings are diagnosed.
 pub enum DiagnosedModel {
     /// A rig.
     Rig(Box<Rig>),
@@ -34,7 +34,7 @@ impl DiagnosedModel {
         })
     }
 
-    /// One line for people.
+    /// Returns the title for users.
     pub fn title(&self) -> &str {
         match self {
             Self::Rig(rig) => &rig.title,
@@ -42,7 +42,7 @@ impl DiagnosedModel {
         }
     }
 
-    /// Name.
+    /// Returns the name.
     pub fn id(&self) -> &str {
         match self {
             Self::Rig(rig) => &rig.id,
@@ -50,7 +50,7 @@ impl DiagnosedModel {
         }
     }
 
-    /// The campaign, if its runs were driven.
+    /// Returns the campaign, if its runs were driven.
     pub fn campaign(&self) -> Option<&Campaign> {
         match self {
             Self::Rig(_) => None,
@@ -58,18 +58,18 @@ impl DiagnosedModel {
         }
     }
 
-    /// Reads recordings to learn from and recordings that are held out.
+    /// Reads training and held-out recordings.
     ///
     /// # Errors
     /// If a recording cannot be used.
-    pub fn prepare(&self, logs: &[&Path], held_out: &[&Path], options: &Options) -> Result<Prepared> {
+    pub fn prepare(&self, logs: &[&Path], held_out: &[&Path], options: &DiagnosisOptions) -> Result<Prepared> {
         match self {
             Self::Rig(rig) => prepare(rig.as_ref().clone(), logs, held_out, options),
             Self::Facility(facility) => prepare_facility(facility.clone(), logs, held_out, options),
         }
     }
 
-    /// The run to drive next, of those that were rehearsed (number and log); none for a rig.
+    /// Returns the run to drive next, from rehearsed runs (number and log); `None` for a rig.
     ///
     /// # Errors
     /// If a log cannot be used.
@@ -78,14 +78,14 @@ impl DiagnosedModel {
         diagnosis: &Diagnosis,
         judged: &[Judged],
         rehearsed: &[(u64, &Path)],
-    ) -> Result<Option<Experiment>> {
+    ) -> Result<Option<ProposedExperiment>> {
         match self {
             Self::Rig(_) => Ok(None),
             Self::Facility(facility) => next_drive(facility, diagnosis, judged, rehearsed),
         }
     }
 
-    /// Page, figures, extended model, experiment and missing torques of a diagnosis that `command` has made.
+    /// Returns page, figures, extended model, experiment and missing torques of a diagnosis made by `command`.
     ///
     /// # Errors
     /// If a figure of the page cannot be drawn.
@@ -105,13 +105,13 @@ impl DiagnosedModel {
         }
         files.extend(diagnosis.proposed.as_ref().map(|experiment| {
             let asked = experiment.run.zip(self.campaign()).map(|(run, campaign)| {
-                let why = format!("{} Made by `{command}`.", words::headline(diagnosis));
+                let why = format!("{} Made by `{command}`.", answer_text::headline(diagnosis));
                 campaign.experiment_text(&why, run, experiment.repeats)
             });
             ResultFile::new(experiment.file(), asked.unwrap_or_else(|| experiment.csv()))
         }));
         let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
-        files.extend(outside::table(outside).map(|text| ResultFile::new("missing_torque.csv", text)));
+        files.extend(unmodelled::table(outside).map(|text| ResultFile::new("missing_torque.csv", text)));
         Ok(FiguresAndFiles { figures, files })
     }
 }

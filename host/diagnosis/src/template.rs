@@ -1,4 +1,4 @@
-//! A page from its template.
+//! Rendering of a page from its template.
 
 use crate::Result;
 use minijinja::Environment;
@@ -6,7 +6,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use serde::Serialize;
 
-/// The page as text; a `name` that ends in `.html` has what it shows escaped.
+/// Renders a page; values are escaped if `name` ends in `.html`.
 ///
 /// # Errors
 /// A template that cannot be filled with the page.

@@ -1,11 +1,10 @@
-//! Recordings of events: how long after a command the target and the motion begin, and how one clock runs against the
-//! other.
+//! Recordings of events: delay from a command to its target and motion, and skew between two clocks.
 //!
-//! A flag or a first change says that something happened after the row before: a delay between two such rows is known to
-//! a row either way, whatever the noise.
+//! A flag or a first change shows that an event occurred after the previous row: a delay between two such rows is known
+//! to one row either way, whatever the noise.
 
-use crate::answer::{BlockAnswer, EffectFound, Estimate, Residual, Verdict};
-use crate::inference::evidence::Interval;
+use crate::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, ParameterEstimate, Residual};
+use crate::inference::evidence::CredibleInterval;
 use crate::isolability::BlockView;
 use crate::recording::grid::{Finding, Piece};
 use softdock_campaign::rig::CommandRig;
@@ -13,7 +12,7 @@ use softdock_kernels::effects::EffectId;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::collections::BTreeMap;
 
-/// What an event moves: block, signal, what is late.
+/// Delays of an event: block, signal, description.
 const MOVED: [(&str, &str, &str); 2] = [
     ("R1 command to target", "target.rate", "delay from command to target"),
     ("R1 to R3 command to first motion", "motion.rate", "delay from command to first motion"),
@@ -53,12 +52,12 @@ pub(crate) fn views(pieces: &[Piece]) -> Vec<BlockView> {
     all
 }
 
-/// Why delays of these events are provisional.
+/// Returns the reason why delays of these events are provisional.
 pub(crate) fn reason(pieces: &[Piece]) -> String {
     let count: usize = pieces.iter().map(|piece| events(piece).len()).sum();
     match count {
-        1 => "one event: how much the delays differ from one to the next is not known".to_owned(),
-        _ => format!("{count} events are timed, none is held out"),
+        1 => "one event: the event-to-event variance of the delay is unknown".to_owned(),
+        _ => format!("{count} events were timed, none was held out"),
     }
 }
 
@@ -66,10 +65,10 @@ pub(crate) fn reason(pieces: &[Piece]) -> String {
 pub(crate) fn answers(rig: &CommandRig, pieces: &[Piece]) -> (Vec<BlockAnswer>, Vec<Finding>) {
     let (mut answers, mut findings) = (Vec::new(), Vec::new());
     for (block, signal, name) in MOVED {
-        let delays: Vec<Interval> = pieces.iter().flat_map(|piece| delays(piece, signal)).collect();
+        let delays: Vec<CredibleInterval> = pieces.iter().flat_map(|piece| delays(piece, signal)).collect();
         let events: usize = pieces.iter().filter(|p| p.signals.contains_key(signal)).map(|p| events(p).len()).sum();
         if delays.len() < events {
-            let what = format!("after {} of {events} events `{signal}` does not change", events - delays.len());
+            let what = format!("`{signal}` does not change after {} of {events} events", events - delays.len());
             findings.push(Finding { recording: "all recordings".to_owned(), what });
         }
         answers.extend(timed(rig, block, name, &delays));
@@ -88,7 +87,7 @@ fn events(piece: &Piece) -> Vec<usize> {
 
 /// Delay of each event until a signal leaves its rest, with the bounds that the rows set; events that nothing follows
 /// are left out.
-fn delays(piece: &Piece, signal: &str) -> Vec<Interval> {
+fn delays(piece: &Piece, signal: &str) -> Vec<CredibleInterval> {
     let (events, Some(values)) = (events(piece), piece.signals.get(signal)) else {
         return Vec::new();
     };
@@ -99,7 +98,7 @@ fn delays(piece: &Piece, signal: &str) -> Vec<Interval> {
         let rest = if number == 0 { 0 } else { (before + event) / 2 };
         if let Some(row) = first_change(&values[rest..end], event - rest) {
             let delay = (row + rest - event) as f64 * piece.step;
-            all.push(Interval { value: delay, lo: (delay - piece.step).max(0.0), hi: delay + piece.step });
+            all.push(CredibleInterval { value: delay, lo: (delay - piece.step).max(0.0), hi: delay + piece.step });
         }
         before = *event;
     }
@@ -115,16 +114,21 @@ fn first_change(values: &[f64], event: usize) -> Option<usize> {
 }
 
 /// What the delays of all events say against the model's: they hold for every one of them.
-fn timed(rig: &CommandRig, block: &'static str, name: &'static str, delays: &[Interval]) -> Option<BlockAnswer> {
+fn timed(
+    rig: &CommandRig,
+    block: &'static str,
+    name: &'static str,
+    delays: &[CredibleInterval],
+) -> Option<BlockAnswer> {
     let first = delays.first()?;
-    let whole = delays.iter().fold(*first, |whole, own| Interval {
+    let whole = delays.iter().fold(*first, |whole, own| CredibleInterval {
         value: whole.value,
         lo: whole.lo.min(own.lo),
         hi: whole.hi.max(own.hi),
     });
     let known = rig.values.transport_delay + rig.values.delay;
     let value = delays.iter().map(|delay| delay.value).sum::<f64>() / delays.len() as f64 - known;
-    let beyond = Interval { value, lo: whole.lo - known, hi: whole.hi - known };
+    let beyond = CredibleInterval { value, lo: whole.lo - known, hi: whole.hi - known };
     let outside = delays.iter().filter(|delay| known < delay.lo || known > delay.hi).count();
     let log_odds = -MISREAD.ln() * (2.0 * outside as f64 - delays.len() as f64);
     let noise = 0.5 * (first.hi - first.lo);
@@ -149,9 +153,9 @@ fn clocks(pieces: &[Piece]) -> Option<BlockAnswer> {
     let wide = row.parameters[0].scale.hypot(sd);
     let log_odds = 0.5 * (mean * mean * (sd.powi(-2) - wide.powi(-2))) - (wide / sd).ln();
     let reach = StudentsT::new(0.0, 1.0, count - 1.0).ok()?.inverse_cdf(0.975) * sd;
-    let skew = Interval { value: mean, lo: mean - reach, hi: mean + reach };
-    let told = ("C5_clock_skew", "skew of the clocks", "clock_skew", "1");
-    Some(answer(CLOCKS, told, skew, log_odds, sd, pieces.iter().map(Piece::samples).sum()))
+    let skew = CredibleInterval { value: mean, lo: mean - reach, hi: mean + reach };
+    let skew_field = ("C5_clock_skew", "skew of the clocks", "clock_skew", "1");
+    Some(answer(CLOCKS, skew_field, skew, log_odds, sd, pieces.iter().map(Piece::samples).sum()))
 }
 
 /// Least squares slope over the number of the row.
@@ -170,13 +174,13 @@ fn slope(values: &[f64]) -> f64 {
 fn answer(
     block: &'static str,
     (id, name, field, unit): (&'static str, &'static str, &'static str, &'static str),
-    found: Interval,
+    found: CredibleInterval,
     log_odds: f64,
     noise: f64,
     samples: usize,
 ) -> BlockAnswer {
     let present = log_odds >= THRESHOLD;
-    let estimate = Estimate { value: found.value, lo: found.lo, hi: found.hi, unit: unit.to_owned() };
+    let estimate = ParameterEstimate { value: found.value, lo: found.lo, hi: found.hi, unit: unit.to_owned() };
     let effect = EffectFound {
         id,
         name,
@@ -188,7 +192,7 @@ fn answer(
     let before = (found.value / noise).abs();
     BlockAnswer {
         block,
-        answer: if present { Verdict::Named } else { Verdict::NoEffect },
+        answer: if present { DiagnosisVerdict::Named } else { DiagnosisVerdict::NoEffect },
         effects: if present { vec![effect] } else { Vec::new() },
         form: None,
         partner_missing: Vec::new(),
@@ -231,13 +235,16 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_fast_is_named_and_one_that_is_not_is_not() {
+    fn only_a_skewed_clock_is_named() {
         let stamps = |rate: f64| -> Vec<f64> {
             (0..800).map(|row| rate * 0.008 * row as f64 + 1e-4 * (row as f64 * 5.0).sin()).collect()
         };
         let skew = clocks(&[piece(&[("received.t", stamps(1.015))])]).expect("stamps");
         let found = &skew.effects[0].parameters["clock_skew"];
         assert!((found.value - 0.015).abs() < 1e-4 && found.lo < 0.015 && found.hi > 0.015, "{found:?}");
-        assert_eq!(clocks(&[piece(&[("received.t", stamps(1.0))])]).expect("stamps").answer, Verdict::NoEffect);
+        assert_eq!(
+            clocks(&[piece(&[("received.t", stamps(1.0))])]).expect("stamps").answer,
+            DiagnosisVerdict::NoEffect
+        );
     }
 }

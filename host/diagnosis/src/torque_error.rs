@@ -1,5 +1,5 @@
-//! How much of a drive's torque a model gets wrong, as identification papers state it: the low-passed difference between
-//! measured and modelled torque over the measured one, root mean squares.
+//! Relative torque error of a model as in identification papers: RMS of the low-passed difference of measured and
+//! modelled torque, over the RMS of the measured torque.
 
 use crate::block::{MeasuredBlock, Trial, robot};
 use crate::inference::fit::Fitted;
@@ -15,10 +15,10 @@ const CUTOFFS: [f64; 2] = [20.0, 10.0];
 /// Time that is left out at both ends, where the low-pass rings \[s\].
 const ENDS: f64 = 0.1;
 
-/// Relative torque errors of a model, with and without what was found.
+/// Relative torque errors of a model, with and without the identified effects.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TorqueError {
-    /// Of the model as it is, within its tolerances.
+    /// Of the nominal model, within its tolerances.
     pub before: f64,
     /// With the answer.
     pub after: f64,
@@ -27,12 +27,12 @@ pub struct TorqueError {
 }
 
 impl TorqueError {
-    /// Of a drive's block with two fits, on held-out motion or on what was fitted; `None` for other blocks and
-    /// for recordings too slow for the low-pass.
+    /// Computes the errors of a drive's block with two fits, on held-out or training motion; `None` for other blocks
+    /// and for recordings too slow for the low-pass.
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
         let cutoff = cutoff(block, held_out)?;
-        let told = told(block, held_out, cutoff)?;
-        let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / told);
+        let measured = measured_rms(block, held_out, cutoff)?;
+        let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / measured);
         Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: cutoff })
     }
 }
@@ -40,8 +40,8 @@ impl TorqueError {
 /// Torque that a model of an axis lacks on held-out motion or on what was fitted, over the root of what its link resists
 /// turning with \[N/kg^(1/2)\]; `None` as for [`TorqueError::of`].
 ///
-/// An axis whose link moves by `a` otherwise than was told lacks `M_ii a` itself, and puts `M_ij a` on another: as
-/// `M_ij^2 < M_ii M_jj`, its own is the larger of the two by this measure, however light its link is.
+/// An axis whose link acceleration differs by `a` from the computed one lacks `M_ii a` itself, and adds `M_ij a` to
+/// another axis: as `M_ij^2 < M_ii M_jj`, its own is the larger of the two by this measure, however light its link is.
 pub(crate) fn lacking(block: &MeasuredBlock, held_out: bool, fitted: &Fitted) -> Option<f64> {
     let torque = missing(block, held_out, &fitted.values(&block.base), cutoff(block, held_out)?)?;
     let inertia = block.firsts(held_out).into_iter().flat_map(|trial| link_inertias(block, trial)).mean();
@@ -79,7 +79,7 @@ fn link_inertias<'a>(block: &MeasuredBlock, trial: &'a Trial) -> impl Iterator<I
 }
 
 /// Root mean square of the measured torque.
-fn told(block: &MeasuredBlock, held_out: bool, cutoff: f64) -> Option<f64> {
+fn measured_rms(block: &MeasuredBlock, held_out: bool, cutoff: f64) -> Option<f64> {
     let trials = block.trials.iter().filter(|trial| trial.held_out == held_out);
     let step = block.trials.first()?.recorded.step;
     root_mean_square(trials.map(|trial| motion(&trial.recorded.late, step, cutoff, 1).value), step)

@@ -1,35 +1,34 @@
-//! Noise beyond a sensor's own: an effect without a mean, judged by what repeats differ by.
+//! Excess noise of a sensor: a zero-mean effect, judged by repeat-to-repeat variance.
 
-use crate::answer::{Beside, Estimate};
+use crate::answer::{Beside, ParameterEstimate};
 use crate::block::MeasuredBlock;
 use crate::block::sensor::READINGS;
-use crate::inference::evidence::{Interval, log_sum};
-use crate::inference::memory::{Memory, power};
+use crate::inference::autocorrelation::{CorrelationTime, power};
+use crate::inference::evidence::{CredibleInterval, log_sum};
 use crate::inference::noise::deviations;
+use crate::quantisation::{self, Step, of_both};
 use crate::recording::grid::Piece;
-use crate::steps::{self, Step, of_both};
 use nalgebra::DMatrix;
 use softdock_campaign::rig::SensorRig;
 use softdock_kernels::effects::{Effect, EffectId};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// What repeats say of a sensor's noise.
+/// Excess noise of a sensor, estimated from repeats.
 #[derive(Clone, Debug)]
 pub struct ExcessNoise {
     /// Its row of the effect table.
     pub effect: &'static Effect,
-    /// How much better than the healthy sensor's noise alone it explains what repeats differ by: difference of log
-    /// evidence.
+    /// Log-odds against the healthy sensor's noise alone: difference of log evidence.
     pub log_odds: f64,
-    /// The step on which all raw forces lie \[N\]: its rounding is noise, too.
+    /// Quantisation step of all raw forces \[N\], which adds noise.
     pub step: Option<Step>,
-    /// The log-odds for noise beyond the steps' share; `log_odds` without steps.
+    /// Log-odds of noise beyond that of the quantisation; `log_odds` without quantisation.
     pub beyond_steps: f64,
-    /// Standard deviation of the noise beyond the healthy sensor's and that of its steps, with its 95 % interval: force
-    /// \[N\], moment \[N m\].
-    pub deviation: [Interval; 2],
-    /// Time over which all noise forgets to 1/e \[s\].
+    /// Standard deviation of the noise beyond that of the healthy sensor and of the quantisation, with its 95 %
+    /// interval: force \[N\], moment \[N m\].
+    pub deviation: [CredibleInterval; 2],
+    /// Correlation time of the noise, to 1/e \[s\].
     pub correlation_time: f64,
 }
 
@@ -37,15 +36,16 @@ impl ExcessNoise {
     /// The steps that all readings lie on, as an effect.
     pub(crate) fn rounding(&self) -> Option<Beside> {
         let Step { size, resolution } = self.step?;
-        let known = Interval { value: size, lo: size - resolution, hi: size + resolution };
-        let parameters = BTreeMap::from([("resolution".to_owned(), Estimate::new(known, "N"))]);
+        let known = CredibleInterval { value: size, lo: size - resolution, hi: size + resolution };
+        let parameters = BTreeMap::from([("resolution".to_owned(), ParameterEstimate::new(known, "N"))]);
         let effect = EffectId::of("S6_quantisation").effect();
-        Some(Beside { effect, name: steps::NAME, parameters, log_odds: self.log_odds })
+        Some(Beside { effect, name: quantisation::NAME, parameters, log_odds: self.log_odds })
     }
 
     /// The noise beyond that of the steps, as an effect.
     pub(crate) fn beyond(&self) -> Beside {
-        let [force, moment] = [(0, "N"), (1, "N m")].map(|(kind, unit)| Estimate::new(self.deviation[kind], unit));
+        let [force, moment] =
+            [(0, "N"), (1, "N m")].map(|(kind, unit)| ParameterEstimate::new(self.deviation[kind], unit));
         let parameters = [("noise_force".to_owned(), force), ("noise_moment".to_owned(), moment)].into();
         Beside { effect: self.effect, name: "noise beyond the sensor's own", parameters, log_odds: self.beyond_steps }
     }
@@ -57,20 +57,19 @@ pub(crate) fn visible(rig: &SensorRig, pieces: &[Piece]) -> Option<&'static str>
     is_visible.then(|| EffectId::of("S7_noise").effect().id)
 }
 
-/// Judges the noise of a sensor's readings against what is known of it healthy; `None` if nothing is known of it, or
-/// nothing was repeated.
+/// Compares the noise of a sensor's readings with the healthy noise; `None` if that is unknown or nothing was repeated.
 pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNoise> {
     let healthy = rig.noise?;
     let series = differences(block);
     if series.is_empty() {
         return None;
     }
-    let memory = Memory::of(&series);
+    let correlation_time = CorrelationTime::of(&series);
     let step = block.trials[0].recorded.step * block.trials[0].recorded.stride as f64;
     let effect = EffectId::of("S7_noise").effect();
-    let samples = 3.0 * memory.samples(&series);
+    let samples = 3.0 * correlation_time.samples(&series);
     let mean_power = |kind: usize| (3 * kind..3 * kind + 3).map(|c| power(&series, c)).sum::<f64>() / 3.0;
-    let variances = [0, 1].map(|kind| memory.bias(&series) * mean_power(kind));
+    let variances = [0, 1].map(|kind| correlation_time.bias(&series) * mean_power(kind));
     let exceeded = |kind: usize, other: f64| {
         let scale = effect.parameters[kind].scale;
         Healthy { deviation: healthy[kind], share: rig.noise_share, scale }.exceeded(variances[kind], other, samples)
@@ -80,7 +79,7 @@ pub fn excess_noise(rig: &SensorRig, block: &MeasuredBlock) -> Option<ExcessNois
     let steps = if log_odds > 0.0 { of_both(block) } else { [None; 2] };
     let [force, moment] = [0, 1].map(|kind| exceeded(kind, steps[kind].map_or(0.0, Step::variance)));
     let (deviation, beyond_steps) = ([force.0, moment.0], force.1 + moment.1);
-    let correlation_time = memory.time * step;
+    let correlation_time = correlation_time.time * step;
     Some(ExcessNoise { effect, log_odds, step: steps[0], beyond_steps, deviation, correlation_time })
 }
 
@@ -97,12 +96,12 @@ pub(crate) struct Healthy {
 impl Healthy {
     /// Standard deviation beyond it, with its 95 % interval, of a variance that so many independent samples have, up to
     /// `other` of it from elsewhere; and the log-odds for more noise against none.
-    pub(crate) fn exceeded(&self, variance: f64, other: f64, samples: f64) -> (Interval, f64) {
+    pub(crate) fn exceeded(&self, variance: f64, other: f64, samples: f64) -> (CredibleInterval, f64) {
         // A variance of n samples is known to a share of sqrt(2 / n).
         let share = 1.959_964 * (2.0 / samples).sqrt();
         let beyond = |variance: f64| (variance - self.deviation.powi(2)).max(0.0).sqrt();
         let (lo, hi) = (beyond(variance * (1.0 - share) - other), beyond(variance * (1.0 + share)));
-        let interval = Interval { value: beyond(variance - other), lo, hi };
+        let interval = CredibleInterval { value: beyond(variance - other), lo, hi };
         // What is left is known to the same variance.
         let left = (variance - other).max(self.deviation.powi(2));
         let samples = samples * (left / variance).powi(2);
@@ -150,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_variance_beyond_what_is_known_speaks_for_more_noise() {
+    fn only_variance_beyond_the_healthy_noise_is_evidence_of_excess() {
         assert!(odds(1.0, 1e4, 0.1, 3.0) < 0.0);
         assert!(odds(1.3, 1e4, 0.1, 3.0) < 3.0, "within the tolerance of the healthy noise");
         assert!(odds(10.0, 1e4, 0.1, 3.0) > 20.0);

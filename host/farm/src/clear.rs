@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_names_that_softdock_gives_are_known() {
+    fn only_names_of_softdock_files_are_recognised() {
         let own = [
             "campaign.json",
             "runs/shard=00012.parquet",

@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shard_has_one_owner_and_its_lock_leaves_nothing_behind() {
+    fn shard_has_one_owner_and_its_lock_file_is_removed() {
         let folder = tempfile::tempdir().expect("a folder");
         let first = ShardLock::try_take(folder.path(), 3).expect("a lock").expect("nobody has it");
         assert!(ShardLock::try_take(folder.path(), 3).expect("no error").is_none());
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_that_take_and_give_back_a_shard_are_never_two() {
+    fn shard_is_never_owned_by_two_threads() {
         let folder = tempfile::tempdir().expect("a folder");
         let owners = std::sync::atomic::AtomicU32::new(0);
         std::thread::scope(|scope| {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_shared_by_those_who_make_runs_and_by_nobody_else() {
+    fn folder_lock_is_shared_by_writers_of_runs_and_exclusive_otherwise() {
         let (folder, cancel) = (tempfile::tempdir().expect("a folder"), Cancel::default());
         let alone = FolderLock::try_alone(folder.path()).expect("a lock").expect("nobody has it");
         assert!(FolderLock::try_alone(folder.path()).expect("no error").is_none());

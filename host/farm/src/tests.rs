@@ -104,7 +104,7 @@ impl Engine for Interrupted {
 }
 
 #[test]
-fn however_often_the_work_is_stopped_no_run_is_made_twice_and_the_shards_are_the_same() {
+fn interrupted_campaigns_repeat_no_run_and_give_the_same_shards() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
     let claimed =
@@ -144,7 +144,7 @@ fn of(backend: &str, shards: &[u32]) -> Vec<(u32, String)> {
 }
 
 #[test]
-fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resumes() {
+fn lost_gpu_loses_no_finished_shard_and_the_command_resumes() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
     let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");
@@ -162,7 +162,7 @@ fn a_gpu_lost_in_mid_campaign_loses_no_finished_shard_and_the_same_command_resum
 }
 
 #[test]
-fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so() {
+fn cpu_completes_a_campaign_after_gpu_loss_and_records_it() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
     let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");
@@ -181,7 +181,7 @@ fn the_cpu_finishes_what_a_lost_gpu_began_and_every_shard_and_the_summary_say_so
 }
 
 #[test]
-fn agreement_counts_the_requirements_and_an_aborted_session_is_no_answer() {
+fn agreement_counts_requirements_and_ignores_aborted_sessions() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut campaign = campaign(folder.path());
     // A requirement that asks for more than the task.
@@ -231,7 +231,7 @@ impl Engine for Recording {
 }
 
 #[test]
-fn writers_of_one_folder_make_each_run_once() {
+fn writers_of_one_folder_run_each_run_once() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
     let asked = Arc::new(Mutex::new(Vec::new()));
@@ -276,7 +276,7 @@ impl Engine for LostAfter {
 }
 
 #[test]
-fn finished_runs_of_a_lost_batch_are_on_disk_and_are_not_made_again() {
+fn finished_runs_of_a_lost_batch_are_on_disk_and_not_repeated() {
     let temporary = tempfile::tempdir().expect("a temporary folder");
     let campaign = campaign(temporary.path());
     let folder = ResultsFolder::claim(&temporary.path().join("out"), campaign.clone(), context()).expect("claimed");

@@ -1,9 +1,9 @@
-//! The rigs, the effects that each can hide, and what is asked of them.
+//! Rigs, their effects, and requests for hidden effects.
 
 use crate::error::Error;
 use crate::{body, command, contact, drive, facility, robot, sensor};
 
-/// A test bench.
+/// Simulated test rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rig {
     /// One geared joint under gravity with its sampled position controller.
@@ -21,23 +21,23 @@ pub enum Rig {
     Command,
     /// A free body under known wrenches.
     Body,
-    /// A whole loop: simulated bodies, robots that hold real parts, and the sensor between them.
+    /// Whole loop: simulated bodies, robots with real parts, and the sensor between them.
     Facility,
 }
 
-/// Which sizes of an effect show more of it.
+/// Direction in which an effect grows with its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stronger {
-    /// The effect grows with its size and is gone at 0.
+    /// The effect grows with its size and vanishes at 0.
     Larger,
-    /// The size is a limit or a frequency: the effect is gone at infinity.
+    /// The size is a limit or a frequency: the effect vanishes at infinity.
     Smaller,
 }
 
-/// One effect that a rig can hide.
+/// Effect that a rig can hide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCase {
-    /// Catalogue id (`C1_transport_delay`), or a name of our own for a form outside the catalogue.
+    /// Catalogue id (`C1_transport_delay`), or the name of a form outside the catalogue.
     pub id: &'static str,
     /// The parameter that a size sets.
     pub parameter: &'static str,
@@ -45,12 +45,11 @@ pub struct EffectCase {
     pub unit: &'static str,
     /// A plausible size, in that unit.
     pub size: f64,
-    /// The smallest size that the rig can show, in that unit: below it a spring or a filter is too fast for the
-    /// integration step.
+    /// Smallest size of the rig, in that unit: below it a spring or a filter is too fast for the integration step.
     pub smallest: f64,
-    /// The largest size that the rig can show, in that unit.
+    /// Largest size of the rig, in that unit.
     pub largest: f64,
-    /// Which sizes show more.
+    /// Direction in which the effect grows.
     pub stronger: Stronger,
     /// The law, in a few words.
     pub law: &'static str,
@@ -88,7 +87,7 @@ impl EffectCase {
     }
 }
 
-/// Effects of the catalogue that a rig can hide.
+/// Returns the effects of the catalogue that a rig can hide.
 pub fn effects(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::EFFECTS,
@@ -101,7 +100,7 @@ pub fn effects(rig: Rig) -> &'static [EffectCase] {
     }
 }
 
-/// Forms outside the catalogue that a rig can hide: no name of the library is the right answer to them.
+/// Returns the forms outside the catalogue that a rig can hide; no name of the library is right for them.
 pub fn outside(rig: Rig) -> &'static [EffectCase] {
     match rig {
         Rig::Drive { .. } => drive::OUTSIDE,
@@ -114,7 +113,7 @@ pub fn outside(rig: Rig) -> &'static [EffectCase] {
     }
 }
 
-/// One effect to hide.
+/// Effect to hide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hidden {
     /// Id of an [`EffectCase`].
@@ -123,7 +122,7 @@ pub struct Hidden {
     pub size: f64,
 }
 
-/// A named number with its unit.
+/// Named value with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name.

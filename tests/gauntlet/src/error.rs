@@ -1,16 +1,16 @@
-//! What can be wrong with a request for recordings.
+//! Errors of a request for recordings.
 
 use crate::catalogue::EffectCase;
 use std::fmt;
 
-/// Why no recordings were made.
+/// Error of a request for recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Error {
     /// The rig cannot hide this effect.
     UnknownEffect {
         /// The id asked for.
         id: String,
-        /// Ids that the rig knows.
+        /// Ids of the rig.
         known: Vec<&'static str>,
     },
     /// An effect is named twice.
@@ -18,7 +18,7 @@ pub enum Error {
         /// Its id.
         id: &'static str,
     },
-    /// A size is not a positive number, or out of the range that the rig can show.
+    /// A size is not a positive number, or out of the range of the rig.
     Size {
         /// The size asked for, in the effect's unit.
         size: f64,

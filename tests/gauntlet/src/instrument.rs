@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_off_shows_the_neighbour() {
+    fn clock_offset_interpolates_neighbours() {
         let values = [0.0, 1.0, 4.0];
         assert_eq!([0.2, -0.2, 0.0].map(|share| stamped(&values, 1, share)), [1.6, 0.8, 1.0]);
         assert_eq!(stamped(&values, 0, -0.5), 0.0);

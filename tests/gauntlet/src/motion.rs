@@ -71,7 +71,7 @@ impl Wave {
     }
 }
 
-/// What a controller is told.
+/// Reference of a controller.
 pub(crate) trait Reference {
     /// Position, rate and acceleration at a time \[s\]; at rest before t = 0.
     fn at(&self, time: f64) -> [f64; 3];

@@ -1,4 +1,4 @@
-//! Classical Runge-Kutta steps that stop at the kinks of a right-hand side and go on behind them.
+//! Classical Runge-Kutta steps with event location at the kinks of the right-hand side.
 
 /// A system of N ordinary differential equations, smooth between the zeros of its E surfaces.
 pub(crate) trait System<const N: usize, const E: usize> {
@@ -52,8 +52,9 @@ pub(crate) fn advance<const N: usize, const E: usize>(
     runge_kutta(system, &state, left)
 }
 
-/// The end of the shortest step known to have an event in it, and the state there. Secants of the surfaces tell where to
-/// try: a little behind the event they promise and a little before it in turn, so that both ends of the bracket close in.
+/// Returns the end of the shortest step known to contain an event, and the state there. Trial steps follow from secants
+/// of the surfaces, alternately slightly behind and before the predicted event, so that both ends of the bracket
+/// converge.
 fn first_event<const N: usize, const E: usize>(
     system: &impl System<N, E>,
     state: &[f64; N],
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_is_met_closely_and_in_few_trials() {
+    fn event_is_located_closely_in_few_trials() {
         let trials = std::cell::Cell::new(0);
         struct Counted<'a>(&'a std::cell::Cell<usize>);
         impl System<2, 2> for Counted<'_> {

@@ -1,4 +1,4 @@
-//! Random numbers: one stream per purpose, so that what is hidden moves no other draw, and noise of three colours.
+//! Random numbers: one stream per purpose, so that hidden effects change no other draw, and noise of three colours.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_have_one_size_and_their_own_spectra() {
+    fn noise_colours_have_equal_variance_and_their_spectra() {
         for colour in NoiseColour::ALL {
             let (size, _) = slow_share(colour, 10);
             assert!((size - 0.6).abs() < 0.06, "{colour:?}: {size}");

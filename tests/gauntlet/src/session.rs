@@ -1,17 +1,17 @@
-//! A session at a rig: three repeats of every experiment in mixed order, a held-out motion, and the truth apart from them.
+//! Session at a rig: three repeats of every experiment in mixed order, a held-out motion, and the separate truth.
 
 use crate::catalogue::{Hidden, Parameter, Rig, Sizes, outside};
+use crate::commanded_path::CommandedPath;
 use crate::error::Error;
 use crate::random::{NoiseColour, Stream};
 use crate::table::Table;
-use crate::told::Told;
 use crate::{body, command, contact, drive, facility, robot, sensor};
 use std::path::Path;
 use std::{fs, io};
 
 /// Repeats of every experiment; they differ in noise only.
 const REPEATS: u64 = 3;
-/// Most repeats of a path that somebody asks for.
+/// Largest number of repeats of a commanded path.
 const MOST_ASKED: u64 = 40;
 /// Number from which on records are none of a session's.
 const FAR: u64 = 1_000_000;
@@ -31,7 +31,7 @@ pub(crate) struct Run {
     pub(crate) start_s: f64,
     /// Colour of the disturbance; none for the truth: no disturbance, no instruments.
     pub(crate) noise: Option<NoiseColour>,
-    /// Whether what is hidden acts on the readings alone, and not on the motion, where a rig can tell them apart.
+    /// Whether hidden effects act on the readings only, not on the motion, if the rig can separate them.
     pub(crate) unmoved: bool,
 }
 
@@ -42,19 +42,19 @@ impl Run {
     }
 }
 
-/// How records without noise of one experiment differ by when they are made.
+/// Dependence of noiseless records of an experiment on their time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ageing {
-    /// Not at all: their clock begins anew.
+    /// None: the clock restarts with every record.
     Nothing,
-    /// By the time that they show.
+    /// Through the recorded time only.
     Time,
-    /// The bench warms up, drifts, or leaves more to chance than noise.
-    Bench,
+    /// The rig warms up, drifts, or has further random effects.
+    Rig,
 }
 
-/// A bench with its hidden effects and its nuisances.
-pub(crate) trait Bench {
+/// A rig with its hidden effects and its nuisances.
+pub(crate) trait SimulatedRig {
     /// The nominal model, as its owner would write it down.
     fn model(&self) -> String;
     /// Files that the model names, by name and text.
@@ -65,69 +65,69 @@ pub(crate) trait Bench {
     fn training(&self) -> &'static [&'static str];
     /// What makes its records differ from time to time.
     fn ageing(&self) -> Ageing {
-        Ageing::Bench
+        Ageing::Rig
     }
     /// Runs one experiment.
     fn record(&self, experiment: &str, run: &Run) -> Table;
-    /// Follows a path that somebody asks for; nothing if this bench follows none.
-    fn follow(&self, _told: &Told, _run: &Run) -> Option<Table> {
+    /// Follows a commanded path; `None` if this rig follows none.
+    fn follow(&self, _commanded: &CommandedPath, _run: &Run) -> Option<Table> {
         None
     }
     /// Further true parameters of a hidden effect than its size.
     fn further(&self, id: &str) -> Vec<Parameter>;
-    /// What this data set drew within the model's tolerances.
+    /// Returns the nuisance parameters drawn within the model's tolerances.
     fn nuisances(&self) -> Vec<Parameter>;
 }
 
-fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn Bench> {
+fn bench(rig: Rig, sizes: &Sizes, seed: u64) -> Box<dyn SimulatedRig> {
     match rig {
-        Rig::Drive { link_encoder } => Box::new(drive::DriveBench::new(sizes, link_encoder, seed)),
-        Rig::Robot => Box::new(robot::RobotBench::new(sizes, seed)),
-        Rig::Contact => Box::new(contact::ContactBench::new(sizes, seed)),
-        Rig::Sensor => Box::new(sensor::SensorBench::new(sizes, seed)),
-        Rig::Command => Box::new(command::CommandBench::new(sizes, seed)),
-        Rig::Body => Box::new(body::BodyBench::new(sizes, seed)),
-        Rig::Facility => Box::new(facility::FacilityBench::new(sizes, seed)),
+        Rig::Drive { link_encoder } => Box::new(drive::DriveRig::new(sizes, link_encoder, seed)),
+        Rig::Robot => Box::new(robot::RobotRig::new(sizes, seed)),
+        Rig::Contact => Box::new(contact::ContactRig::new(sizes, seed)),
+        Rig::Sensor => Box::new(sensor::SensorRig::new(sizes, seed)),
+        Rig::Command => Box::new(command::CommandRig::new(sizes, seed)),
+        Rig::Body => Box::new(body::BodyRig::new(sizes, seed)),
+        Rig::Facility => Box::new(facility::FacilityRig::new(sizes, seed)),
     }
 }
 
-/// One hidden effect as it is.
+/// True hidden effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HiddenTruth {
     /// Its id.
     pub id: &'static str,
-    /// Whether it lies outside the catalogue, so that no name is right.
+    /// Whether it is outside the catalogue, so that no name is right.
     pub outside: bool,
-    /// Its parameters; the first is the one that the size set.
+    /// Parameters; the first is the size.
     pub parameters: Vec<Parameter>,
 }
 
-/// The answer to a data set.
+/// Truth of a data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
-    /// What is hidden; empty for a null set.
+    /// Hidden effects; empty for a null set.
     pub hidden: Vec<HiddenTruth>,
-    /// What the set drew within the model's tolerances, as differences from the model or factors on it.
+    /// Drawn nuisance parameters, as differences from the model or factors on it.
     pub nuisances: Vec<Parameter>,
 }
 
-/// What a bench's owner hands over, and the truth.
+/// Data set: model, recordings, and the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Set {
     /// TOML text of the nominal model.
     pub model: String,
-    /// Files that it names, beside it: name and text.
+    /// Files referenced by the model: name and text.
     pub beside: Vec<(String, String)>,
     /// Training recordings: file name (`sweep_1.csv`) and CSV text.
     pub logs: Vec<(String, String)>,
     /// Recordings of a different motion.
     pub holdout: Vec<(String, String)>,
-    /// The answer, to stay sealed until scored.
+    /// Truth, sealed until scored.
     pub truth: Truth,
 }
 
 impl Set {
-    /// A smaller set: the first repeats of every experiment, and `share` of the rows of each, from its beginning.
+    /// Returns a smaller set: the first repeats of every experiment, and the first `share` of the rows of each.
     #[must_use]
     pub fn shortened(mut self, repeats: u64, share: f64) -> Self {
         let is_kept = |(file, _): &(String, String)| {
@@ -144,10 +144,11 @@ impl Set {
         self
     }
 
-    /// Writes `model.toml`, what it names, `training/*.csv` and `holdout/*.csv` into a folder. The truth is not written.
+    /// Writes `model.toml`, its referenced files, `training/*.csv` and `holdout/*.csv` into a folder, without the
+    /// truth.
     ///
     /// # Errors
-    /// What the file system refuses.
+    /// An error of the file system.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         for (name, files) in [("training", &self.logs), ("holdout", &self.holdout)] {
             fs::create_dir_all(folder.join(name))?;
@@ -162,17 +163,17 @@ impl Set {
     }
 }
 
-/// A motion that no recording shows, free of noise, disturbance and instruments; CSV with the recordings' columns.
+/// Unrecorded motion without noise, disturbance and instruments; CSV with the recordings' columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fresh {
-    /// As the bench moves.
+    /// Motion of the rig.
     pub with_effect: String,
-    /// As the same bench, nuisances and all, would move if nothing were hidden.
+    /// Motion of the same rig, with the same nuisance parameters, without the hidden effects.
     pub without_effect: String,
 }
 
 /// The session's order: every round runs all experiments once, in mixed order, so that a drift is no experiment's own.
-fn order(bench: &dyn Bench, seed: u64) -> Vec<(&'static str, u64)> {
+fn order(bench: &dyn SimulatedRig, seed: u64) -> Vec<(&'static str, u64)> {
     let experiments: Vec<&str> = bench.training().iter().copied().chain([HOLDOUT]).collect();
     let mut stream = Stream::new(seed, "order", 0);
     let mut order = Vec::new();
@@ -184,7 +185,7 @@ fn order(bench: &dyn Bench, seed: u64) -> Vec<(&'static str, u64)> {
     order
 }
 
-fn truth(rig: Rig, sizes: &Sizes, bench: &dyn Bench) -> Truth {
+fn truth(rig: Rig, sizes: &Sizes, bench: &dyn SimulatedRig) -> Truth {
     let hidden = sizes.iter().map(|(case, size)| {
         let mut parameters = vec![Parameter::new(case.parameter, *size, case.unit)];
         parameters.extend(bench.further(case.id));
@@ -193,8 +194,8 @@ fn truth(rig: Rig, sizes: &Sizes, bench: &dyn Bench) -> Truth {
     Truth { hidden: hidden.collect(), nuisances: bench.nuisances() }
 }
 
-/// Makes a data set: recordings of a bench with hidden effects (none, one or more), noise of a colour, and nuisances
-/// drawn from a seed.
+/// Generates a data set: recordings of a rig with hidden effects (none, one or more), noise of a colour, and nuisance
+/// parameters drawn from a seed.
 ///
 /// # Errors
 /// An effect that the rig does not have or that is named twice, a size that is not a positive number or too large.
@@ -202,7 +203,7 @@ pub fn generate(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64) -> R
     session(rig, hidden, Some(noise), false, seed)
 }
 
-/// The data set of the same seed without disturbance and instruments, all digits written.
+/// Generates the data set of the same seed without disturbance and instruments, with all digits.
 ///
 /// # Errors
 /// As [`generate`].
@@ -210,9 +211,9 @@ pub fn exact(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Set, Error> {
     session(rig, hidden, None, false, seed)
 }
 
-/// The same along the motion of the bench with nothing hidden: what an effect changes in the readings is the difference
-/// from the [`exact`] set with nothing hidden. A blow that comes a moment later is another blow: what a model leaves of
-/// it would differ, too, and pass for the effect. Rigs without blows give the exact set.
+/// Generates the same along the motion of the rig without hidden effects: the change of the readings by an effect is
+/// the difference from the [`exact`] set without hidden effects. A blow at a slightly different time is another blow,
+/// with another model residual that would be attributed to the effect. Rigs without blows return the exact set.
 ///
 /// # Errors
 /// As [`generate`].
@@ -250,8 +251,8 @@ struct Exact {
 }
 
 impl Exact {
-    fn record(&mut self, bench: &dyn Bench, experiment: &'static str, run: &Run) -> Table {
-        if bench.ageing() == Ageing::Bench {
+    fn record(&mut self, bench: &dyn SimulatedRig, experiment: &'static str, run: &Run) -> Table {
+        if bench.ageing() == Ageing::Rig {
             return bench.record(experiment, run).exact();
         }
         let place = self.made.iter().position(|made| made.0 == experiment).unwrap_or_else(|| {
@@ -266,7 +267,7 @@ impl Exact {
     }
 }
 
-/// The truth on a fresh motion, with the nuisances of the data set of the same seed.
+/// Generates an unrecorded motion, with the nuisance parameters of the data set of the same seed.
 ///
 /// # Errors
 /// As [`generate`].
@@ -283,23 +284,23 @@ pub fn fresh(rig: Rig, hidden: &[Hidden], seed: u64) -> Result<Fresh, Error> {
 
 /// Number of the fresh motion's record, and when it starts \[s\]: in the middle of the session, so that what drifts or warms
 /// up is met as the recordings met it on the average, and another motion is all that differs.
-fn middle(bench: &dyn Bench) -> (u64, f64) {
+fn middle(bench: &dyn SimulatedRig) -> (u64, f64) {
     let number = REPEATS * (bench.training().len() as u64 + 1);
     (number, 0.5 * number as f64 * SPACING_S)
 }
 
-/// Further recordings of motions, as files: what a true gain is measured on.
+/// Further recordings as files, for the true gain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Further {
-    /// Of the held-out motion.
+    /// Recordings of the held-out motion.
     pub holdout: Vec<(String, String)>,
-    /// Of a motion that no recording of the data set shows.
+    /// Recordings of an unrecorded motion.
     pub fresh: Vec<(String, String)>,
 }
 
-/// Further recordings, in noise of their own, of the bench that made the data set of the same seed: so many times the
-/// repeats of the held-out motion, each when the session made it, and those of the [`fresh`] motion. Every time is an
-/// experiment by its name (`validation2_1.csv`).
+/// Generates further recordings of the data set's rig with new noise: `times` times the repeats of the held-out motion,
+/// each at its time in the session, and those of the [`fresh`] motion. Every repetition is an experiment by its name
+/// (`validation2_1.csv`).
 ///
 /// # Errors
 /// As [`generate`].
@@ -321,8 +322,8 @@ pub fn further(rig: Rig, hidden: &[Hidden], noise: NoiseColour, seed: u64, times
     Ok(Further { holdout: of(HOLDOUT, &|repeat| starts[repeat]), fresh: of(FRESH, &|_| middle_s) })
 }
 
-/// Recordings, with repeats, of a path that somebody asks a bench for after its session, with the nuisances of the data
-/// set of the same seed; `number` counts such paths from 1. Nothing if the bench follows no path.
+/// Generates recordings, with repeats, of a path commanded after the session, with the nuisance parameters of the data
+/// set of the same seed; `number` counts such paths from 1. Returns `None` if the rig follows no path.
 ///
 /// # Errors
 /// As [`generate`].
@@ -331,7 +332,7 @@ pub fn follow(
     hidden: &[Hidden],
     noise: NoiseColour,
     seed: u64,
-    told: &Told,
+    commanded: &CommandedPath,
     number: u64,
 ) -> Result<Option<Vec<(String, String)>>, Error> {
     let bench = bench(rig, &Sizes::check(rig, hidden)?, seed);
@@ -341,10 +342,10 @@ pub fn follow(
         let number_of_run = before + repeat;
         let start_s = number_of_run as f64 * SPACING_S;
         let run = Run { seed, number: number_of_run, start_s, noise: Some(noise), unmoved: false };
-        let table = bench.follow(told, &run)?;
+        let table = bench.follow(commanded, &run)?;
         Some((format!("asked{number}_{}.csv", repeat + 1), table.csv()))
     };
-    Ok((0..told.repeats.min(MOST_ASKED)).map(record).collect())
+    Ok((0..commanded.repeats.min(MOST_ASKED)).map(record).collect())
 }
 
 #[cfg(test)]
@@ -363,7 +364,7 @@ mod tests {
     ];
 
     #[test]
-    fn a_record_that_is_made_once_is_what_a_later_one_would_be() {
+    fn cached_record_equals_a_later_one() {
         for rig in RIGS {
             for case in effects(rig).iter().chain(outside(rig)) {
                 let sizes = Sizes::check(rig, &[Hidden { id: case.id, size: case.size }]).expect("an effect");
@@ -371,8 +372,8 @@ mod tests {
                 let run = |number| Run { seed: 5, number, start_s: 70.0 * number as f64, noise: None, unmoved: false };
                 let (experiment, mut exact) = (bench.training()[0], Exact::default());
                 exact.record(&*bench, experiment, &run(0));
-                let (told, made) = (exact.record(&*bench, experiment, &run(1)), bench.record(experiment, &run(1)));
-                assert!(told.distance(&made) < 1e-9, "{rig:?} with {}: {}", case.id, told.distance(&made));
+                let (commanded, made) = (exact.record(&*bench, experiment, &run(1)), bench.record(experiment, &run(1)));
+                assert!(commanded.distance(&made) < 1e-9, "{rig:?} with {}: {}", case.id, commanded.distance(&made));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Vectors, rotations and inertias in three dimensions, as far as the rigs need them.
 
-/// A vector in a frame that its name tells.
+/// Vector in the frame given by its name.
 pub(crate) type Vector = [f64; 3];
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
 pub(crate) type Quaternion = [f64; 4];
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_there_is_the_turn_between() {
+    fn rotation_between_attitudes_is_inverse_of_turning() {
         let from = from_angles([0.3, -0.4, 1.1]);
         for turn in [[0.02, -0.7, 1.1], [1e-9, 0.0, -2e-9], [0.0; 3]] {
             let to = turned(from, turn);

@@ -28,7 +28,7 @@ impl Table {
         Self { columns: columns.to_vec(), values: Vec::new() }
     }
 
-    /// The same columns written out as far as a number goes: for the truth, which no instrument rounds.
+    /// Returns the same columns with all digits, for the truth, which no instrument rounds.
     pub(crate) fn exact(mut self) -> Self {
         self.columns.iter_mut().for_each(|column| column.decimals = EXACT);
         self

@@ -70,7 +70,7 @@ mod tests {
     /// Seen from the other side the interval is the reciprocal one; with many runs it is that of the logarithm, whose
     /// variance is the discordant pairs over the product of both counts.
     #[test]
-    fn the_interval_is_symmetric_and_right_in_large_samples() {
+    fn paired_interval_is_symmetric_and_exact_in_large_samples() {
         let ends = |both, reference_only, variant_only| {
             let factor = Pairs { both, reference_only, variant_only }.factor(0.95).expect("a factor");
             (factor.lo, factor.value.expect("a ratio"), factor.hi.expect("an end"))
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_facility_that_was_never_wrong_has_a_lower_end_alone() {
+    fn zero_failures_give_a_one_sided_interval() {
         let factor = Pairs { both: 0, reference_only: 40, variant_only: 0 }.factor(0.95).expect("a factor");
         assert!(factor.value.is_none() && factor.hi.is_none() && factor.lo > 8.0, "{factor:?}");
         assert!(Pairs::default().factor(0.95).is_none());
@@ -92,7 +92,7 @@ mod tests {
 
     /// Of pairs with known rates, at least 93 in 100 intervals hold the ratio.
     #[test]
-    fn the_interval_holds_what_it_says() {
+    fn paired_interval_has_its_coverage() {
         let mut state = 7_u64;
         let mut uniform = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -13,12 +13,12 @@ const NAMES: [&str; 6] = [
     "J16_gravity_compensation",
     "J18_drive_offset",
 ];
-/// Standard deviations from which on a difference counts: one in two thousand, six parameters looked at.
+/// z-score from which a difference is significant: one in two thousand for six parameters.
 const SIGNIFICANT: f64 = 4.0;
-/// Longest lag, in samples, over which residuals remember.
+/// Longest lag of the autocorrelation, in samples.
 const LONGEST: usize = 200;
 
-/// The effect whose parameter differs most significantly; none if nothing does.
+/// Returns the effect whose parameter differs most significantly; `None` if none does.
 pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static str> {
     let own = Fit::of(signals)?;
     let others: Vec<Fit> = healthy.iter().map(Fit::of).collect::<Option<_>>()?;
@@ -32,7 +32,7 @@ pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static st
     (significance(best) > SIGNIFICANT).then_some(NAMES[best])
 }
 
-/// What may differ unnoticed, parameter by parameter; the torque constant scales them all.
+/// Returns the tolerances of the parameters; the torque constant scales them all.
 fn tolerances(signals: &Signals) -> [f64; 6] {
     let rig = &signals.rig;
     let of = |name: &str| rig.tolerance.iter().find(|(own, _)| *own == name).map_or(0.0, |(_, sd)| *sd);
@@ -49,7 +49,7 @@ struct Fit {
 }
 
 impl Fit {
-    /// None if the motion does not tell the parameters apart.
+    /// Fits the parameters; `None` if the motion does not identify them.
     fn of(signals: &Signals) -> Option<Self> {
         let samples = &signals.samples;
         let columns = DMatrix::from_fn(samples.len(), NAMES.len(), |i, k| row(&samples[i])[k]);
@@ -68,8 +68,8 @@ fn row(sample: &Sample) -> [f64; 6] {
     [a, v, direction(v), q.cos(), q.sin(), 1.0]
 }
 
-/// By how much residuals that remember each other enlarge a variance: their correlations summed, up to the first that is
-/// negative.
+/// Returns the factor by which autocorrelation of the residuals increases a variance: the sum of correlations up to the
+/// first negative one.
 fn memory(residual: &[f64]) -> f64 {
     let power: f64 = residual.iter().map(|r| r * r).sum();
     let correlation = |lag: usize| residual.iter().zip(&residual[lag..]).map(|(a, b)| a * b).sum::<f64>() / power;

@@ -1,14 +1,14 @@
-//! Other methods on the same recordings of a drive, as generous to them as can be: they are told the nominal plant, its
-//! controller, and recordings of the healthy bench as it differs from session to session.
+//! Baseline methods on the same recordings of a drive. They get the nominal plant, its controller, and recordings of
+//! the healthy plant with its session-to-session variation.
 
 mod least_squares;
 mod signals;
 mod sparse;
 
 use crate::Result;
-use crate::exhibit::Exhibit;
 use crate::plan::Case;
 use crate::record::Baseline;
+use crate::recordings_folder::RecordingsFolder;
 use signals::Signals;
 use softdock_gauntlet::{NoiseColour, generate};
 use std::path::Path;
@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Seeds of the healthy recordings: above those of all cases.
 const HEALTHY_SEEDS: [u64; 4] = [1 << 32, (1 << 32) + 1, (1 << 32) + 2, (1 << 32) + 3];
 
-/// The other methods with what they are told beforehand.
+/// Baseline methods with their prior information.
 #[derive(Default)]
 pub(crate) struct Baselines {
     /// Healthy recordings in each colour of noise.
@@ -25,13 +25,14 @@ pub(crate) struct Baselines {
 }
 
 impl Baselines {
-    /// What every other method says of a folder's training recordings.
+    /// Returns the answers of the baseline methods for the training recordings of a folder.
     ///
     /// # Errors
     /// Recordings that cannot be made or read.
     pub(crate) fn answers(&mut self, case: &Case, folder: &Path) -> Result<Vec<Baseline>> {
         if !self.healthy.iter().any(|(colour, _)| *colour == case.noise) {
-            let of = |seed| Signals::read(Exhibit::of(&generate(case.plant.rig, &[], case.noise, seed)?)?.path());
+            let of =
+                |seed| Signals::read(RecordingsFolder::of(&generate(case.plant.rig, &[], case.noise, seed)?)?.path());
             self.healthy.push((case.noise, HEALTHY_SEEDS.into_iter().map(of).collect::<Result<_>>()?));
         }
         let Some((_, healthy)) = self.healthy.iter().find(|(colour, _)| *colour == case.noise) else {

@@ -1,8 +1,8 @@
-//! What the other methods see of a drive: the mean of the repeats, differentiated by Savitzky and Golay, and the torques
-//! that the nominal plant and its controller leave over.
+//! Signals for the baseline methods: mean of the repeats, differentiated by Savitzky-Golay filters, and the torques
+//! that nominal plant and controller do not explain.
 
-use crate::exhibit::files;
-use crate::{Error, Result};
+use crate::recordings_folder::files;
+use crate::{GauntletError, Result};
 use nalgebra::DMatrix;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{DriveRig, RigModel};
@@ -28,11 +28,11 @@ pub(super) struct Sample {
     pub(super) torque: [f64; 2],
     /// Torque beyond what the nominal plant needs for the motion \[N m\].
     pub(super) unexplained: f64,
-    /// Torque beyond what the nominal controller asks for \[N m\].
+    /// Torque beyond the command of the nominal controller \[N m\].
     pub(super) unasked: f64,
 }
 
-/// The samples of all experiments, and what is known of the plant.
+/// Samples of all experiments, with the nominal plant.
 pub(super) struct Signals {
     pub(super) samples: Vec<Sample>,
     pub(super) rig: DriveRig,
@@ -41,7 +41,8 @@ pub(super) struct Signals {
 impl Signals {
     /// Of a folder's training recordings.
     pub(super) fn read(folder: &Path) -> Result<Self> {
-        let rig = Rig::load(&folder.join("model.toml")).map_err(|problems| Error::Model(problems.to_string()))?;
+        let rig =
+            Rig::load(&folder.join("model.toml")).map_err(|problems| GauntletError::Model(problems.to_string()))?;
         let mut repeats: BTreeMap<String, Vec<Piece>> = BTreeMap::new();
         for file in files(&folder.join("training"))? {
             for piece in read(&file, &rig)?.0 {
@@ -49,7 +50,7 @@ impl Signals {
             }
         }
         let RigModel::Drive(drive) = rig.plant else {
-            return Err(Error::Model("the other methods know drives alone".to_owned()));
+            return Err(GauntletError::Model("the baseline methods support drives only".to_owned()));
         };
         let samples = repeats.values().flat_map(|list| samples(&drive, list)).collect();
         Ok(Self { samples, rig: *drive })

@@ -1,5 +1,5 @@
-//! Sparse regression of the discrepancy in the manner of PySINDy: a library of terms that holds every effect's exact
-//! form, thresholded least squares over bootstrapped samples, and no name where a healthy bench leaves as much.
+//! Sparse regression of the discrepancy in the manner of PySINDy: a library with the exact form of every effect,
+//! thresholded least squares over bootstrapped samples, and no name if a healthy plant has as large a discrepancy.
 //!
 //! Brunton, Proctor and Kutz, PNAS 113 (2016); Fasel, Kutz, Brunton and Brunton, Proc. R. Soc. A 478 (2022).
 
@@ -19,9 +19,9 @@ const THRESHOLD: f64 = 0.1;
 const ROUNDS: usize = 10;
 /// Weight of the coefficients' squares, in shares of the samples.
 const RIDGE: f64 = 1e-4;
-/// Every so many samples one is used: neighbours tell the same.
+/// Decimation factor: neighbouring samples are redundant.
 const EVERY: usize = 4;
-/// Speed at which static friction has fallen to 1/e \[rad/s\]: told.
+/// Speed at which static friction has fallen to 1/e \[rad/s\], given as prior information.
 const STRIBECK_SPEED: f64 = 0.03;
 /// Periods of ripples that are tried \[1/rad\].
 const PERIODS: std::ops::RangeInclusive<u32> = 20..=70;
@@ -31,7 +31,7 @@ const SEED: u64 = 3;
 /// A term: the effect that it stands for, and its value at a sample.
 type Term = (&'static str, Box<dyn Fn(&Sample) -> f64>);
 
-/// The effect whose terms make most of the discrepancy; none if a healthy bench leaves as much.
+/// Returns the effect whose terms make most of the discrepancy; `None` if a healthy plant has as large a discrepancy.
 pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static str> {
     let plant = Discrepancy::of(signals, healthy, |sample| sample.unexplained, plant_terms(signals));
     let controller = Discrepancy::of(signals, healthy, |sample| sample.unasked, controller_terms(signals));
@@ -39,8 +39,8 @@ pub(super) fn name(signals: &Signals, healthy: &[Signals]) -> Option<&'static st
     if most.excess < EXCESS { None } else { most.name() }
 }
 
-/// What the plant may lack. The measured torque is left out: it goes with every other term, and with it nearly everything is
-/// called a torque constant.
+/// Returns the terms of the plant. The measured torque is excluded: it correlates with every other term, and nearly
+/// every effect would be named a torque constant.
 fn plant_terms(signals: &Signals) -> Vec<Term> {
     let radius = signals.rig.payload_radius;
     let link = signals.rig.link_inertia;
@@ -66,7 +66,7 @@ fn plant_terms(signals: &Signals) -> Vec<Term> {
     terms
 }
 
-/// What the reference may suffer: the controller passes a change of it on by its gains.
+/// Returns the terms of the reference, as the gains of the controller propagate them.
 fn controller_terms(signals: &Signals) -> Vec<Term> {
     let gains = signals.rig.controller.as_ref().map(|c| [c.values.position_gain, c.values.velocity_gain]);
     let [position, velocity] = gains.unwrap_or_default();

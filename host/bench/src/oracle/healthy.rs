@@ -1,9 +1,9 @@
-//! The recordings with nothing hidden: their noise, what the nuisances explain along their motion, and how others look
-//! beside them.
+//! Recordings without a hidden effect: their noise, the projection of their nuisance parameters, and their differences
+//! to others.
 
-use crate::{Error, Result};
+use crate::{GauntletError, Result};
 use nalgebra::{DMatrix, DVector};
-use softdock_diagnosis::block::{MeasuredBlock, Part};
+use softdock_diagnosis::block::{BlockRecordings, MeasuredBlock};
 use softdock_diagnosis::inference::bank::{Bank, Projector};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::inference::noise::Noise;
@@ -12,10 +12,10 @@ use softdock_diagnosis::library::Hypothesis;
 
 /// Step of difference quotients, in standard deviations.
 const STEP: f64 = 2e-3;
-/// Times that nuisances are placed, each time by what is left where they are.
+/// Iterations of the nuisance fit.
 const BENDS: usize = 3;
 
-/// A block's recordings with nothing hidden.
+/// Recordings of a block without a hidden effect.
 pub(super) struct Healthy {
     /// The recordings without noise: in a bounce, say, noise makes another motion, which nuisances change otherwise.
     still: MeasuredBlock,
@@ -31,7 +31,7 @@ pub(super) struct Healthy {
 impl Healthy {
     /// Of recordings with their noise, and without.
     pub(super) fn of(block: &MeasuredBlock, mut still: MeasuredBlock) -> Result<Self> {
-        let silent = || Error::Model(format!("{} has no noise", block.name));
+        let silent = || GauntletError::Model(format!("{} has no noise", block.name));
         let noise = noise(block).ok_or_else(silent)?;
         // Judged at the samples that the noise allows.
         still.decimator = block.decimator.clone();
@@ -44,15 +44,15 @@ impl Healthy {
         Ok(Self { still, noise, null, held_out, held_out_still, held_out_jacobian })
     }
 
-    /// The bank of a library on these recordings.
+    /// Returns the bank of a library on these recordings.
     pub(super) fn bank(&self, library: &[Hypothesis]) -> Bank {
         let learn = self.still.part(false);
         let shortcut = learn.shortcut(&self.noise, &self.null.values(&self.still.base));
         Bank::simulate(library, &self.null, &self.still.base, &|sets| shortcut.whitened(sets))
     }
 
-    /// How far the nuisances go to explain a change of the residuals, none to further than so many tolerances from the
-    /// model: those that these recordings drew have gone a part of that.
+    /// Returns the nuisance parameters that explain a change of the residuals, each within `furthest` tolerances of
+    /// nominal, including what these recordings drew.
     pub(super) fn placed(&self, change: &DVector<f64>, furthest: f64) -> DVector<f64> {
         let jacobian = &self.null.jacobian;
         let size = jacobian.ncols();
@@ -86,22 +86,22 @@ impl Healthy {
         }
     }
 
-    /// What it costs nuisances to go so far from where these recordings drew them, in chi-squared.
+    /// Returns the prior penalty of nuisance parameters, relative to their drawn values, in chi-squared.
     pub(super) fn strain(&self, z: &DVector<f64>) -> f64 {
         z.iter().zip(&self.null.z).map(|(z, drawn)| z * (z + 2.0 * drawn)).sum()
     }
 
-    /// Sum of squares of whitened residuals behind what the nuisances explain of them.
+    /// Returns the sum of squares of whitened residuals after the projection of the nuisance parameters.
     pub(super) fn unexplained(&self, residual: &DVector<f64>) -> f64 {
         residual.dot(&Projector::of(&self.null).reject(residual))
     }
 
-    /// What other recordings without noise differ by from these in the whitened residuals, to learn from and held out, as
-    /// nuisances tell that go no further than so many tolerances: what they explain there, bent or not, is no difference.
+    /// Returns the differences of other noiseless recordings from these, in the whitened training and held-out
+    /// residuals, with nuisance parameters fitted within `furthest` tolerances.
     pub(super) fn changed(&self, mut other: MeasuredBlock, furthest: f64) -> [DVector<f64>; 2] {
         other.decimator = self.still.decimator.clone();
         let (learn, test) = (other.part(false), other.part(true));
-        let change = |part: &Part<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
+        let change = |part: &BlockRecordings<'_>, still: &DVector<f64>, jacobian: &DMatrix<f64>, z: &DVector<f64>| {
             let z_there: Vec<f64> = self.null.z.iter().zip(z.iter()).map(|(own, more)| own + more).collect();
             let values = applied(&self.still.base, &self.null.unknowns, &z_there);
             part.whitened(&self.noise, &[values]).remove(0) - still - jacobian * z
@@ -116,7 +116,12 @@ impl Healthy {
 }
 
 /// Whitened residuals of some recordings under a fit, and their derivatives by its numbers.
-fn linearised(part: &Part<'_>, noise: &Noise, base: &[f64], fitted: &Fitted) -> (DVector<f64>, DMatrix<f64>) {
+fn linearised(
+    part: &BlockRecordings<'_>,
+    noise: &Noise,
+    base: &[f64],
+    fitted: &Fitted,
+) -> (DVector<f64>, DMatrix<f64>) {
     let moved = |column: usize| {
         let mut z = fitted.z.clone();
         z[column] += STEP;

@@ -1,66 +1,65 @@
-//! How large an effect must be before anybody could tell it: the smallest size at which one who knows what is hidden
-//! reaches the evidence, the lead and the gain that an answer needs, on the same data with the same noise.
+//! Detection limit of an effect: the smallest size at which an oracle that knows the hidden effect reaches the required
+//! evidence, lead and gain, on the same data with the same noise.
 //!
-//! What an effect changes in the whitened residuals is the difference of two recordings without noise, of the same
-//! motion where it acts on what that is fed to. Behind what the nuisances explain of it, half its square is the
-//! log-odds to expect (Cowan et al. 2011 call such data the Asimov data set). Nothing of this needs the effect to be in
-//! a library, so that forms outside have a size too. Rivals are taken at the forms of the bank, those that look alike
-//! at the size that does: a fit may bring them a little nearer, so the size asks rather too much of a diagnosis than
-//! too little. What has no mean changes no recording without noise: there what repeats differ by is asked, and neither
-//! a rival nor a gain counts.
+//! The signature of an effect is the difference of the whitened residuals of two noiseless recordings, of the same
+//! motion if the effect acts on the readings alone. Half its square after the projection of the nuisance parameters is
+//! the expected log-odds (the Asimov data set of Cowan et al. 2011). This needs no library, so that forms outside it
+//! have a limit, too. Rivals are taken at the forms of the bank, and confounded ones at their best size. A fit may
+//! bring them slightly closer, so the limit is rather strict for a diagnosis. Zero-mean effects change no noiseless
+//! recording: their limit follows from the differences of repeats, without rivals and gain.
 
 mod healthy;
 
-use crate::exhibit::{Exhibit, read};
-use crate::plant::{Plant, is_random};
-use crate::{Error, Result};
+use crate::plant::{GauntletPlant, is_random};
+use crate::recordings_folder::{RecordingsFolder, read};
+use crate::{GauntletError, Result};
 use healthy::Healthy;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::Options;
+use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::inference::adequacy::gain_interval;
-use softdock_diagnosis::inference::bank::{Bank, Entry};
+use softdock_diagnosis::inference::bank::{Bank, SignatureEntry};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::library::Hypothesis;
 use softdock_diagnosis::threshold;
 use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate, unmoved};
 use std::cell::RefCell;
 
-/// How far beyond what counts as present the oracle's log-odds must be.
+/// Log-odds of the oracle beyond the detection threshold.
 const BEYOND: f64 = 3.0;
-/// By how much the oracle's hypothesis must lead the nearest rival.
+/// Lead of the oracle's hypothesis over the nearest rival, in log-odds.
 const LEAD: f64 = 6.0;
 /// Gain on held-out motion that the oracle's whole interval must exceed.
 const GAIN: f64 = 0.01;
-/// Tolerances beyond which no nuisance may explain an effect away.
+/// z-score at which nuisance parameters are clamped.
 const CLAMP: f64 = 3.0;
 /// Factor between two sizes of the first search, and ratio at which it ends.
 const STRIDE: f64 = 2.0;
 const CLOSE: f64 = 1.08;
 /// The same where the size is a limit, whose effect sets in all at once.
 const CLOSE_LIMIT: f64 = 1.01;
-/// Times that a rival is taken at the size that imitates best.
+/// Iterations of a rival's best size.
 const IMITATIONS: usize = 2;
-/// Sizes of the first search, at most. What shows at all of them (a yielding gear without any gap) gets the least.
+/// Largest number of sizes in the first search. An effect that is detectable at all of them gets the least.
 const MOST: usize = 14;
 
-/// The smallest size that can be told, and what it rests on.
+/// Detection limit of an effect, with its nearest rival if inseparable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Scale {
-    /// That size, in the effect's unit.
+pub struct DetectionLimit {
+    /// Smallest detectable size, in the effect's unit.
     pub size: f64,
-    /// The rival that stays too near at every size: then an ambiguous answer that lists the truth is right.
+    /// Rival that is confounded at every size: then an ambiguous answer that lists the truth is right.
     pub inseparable: Option<String>,
 }
 
-/// What is to be expected of an effect of some size.
+/// Expected evidence of an effect of a size.
 #[derive(Clone, Debug, PartialEq)]
 struct Expected {
     size: f64,
     /// Root of the chi-squared that no nuisance explains.
     strength: f64,
-    /// Log-odds against the clamped null hypothesis, beyond what counts as present.
+    /// Log-odds against the clamped null hypothesis, beyond the threshold.
     beyond: f64,
     /// Lead over the nearest rival, and its name.
     lead: f64,
@@ -74,23 +73,23 @@ impl Expected {
         self.beyond >= BEYOND && self.gain > GAIN
     }
 
-    fn is_told(&self) -> bool {
+    fn is_detectable(&self) -> bool {
         self.is_present() && self.lead >= LEAD
     }
 }
 
-/// An oracle for one effect on the data of one seed.
+/// Oracle of an effect on the data of a seed.
 pub struct Oracle {
-    plant: &'static Plant,
+    plant: &'static GauntletPlant,
     case: &'static EffectCase,
-    /// What is hidden besides, and in which noise.
+    /// Other hidden effects, and the noise.
     beside: Vec<Hidden>,
     noise: NoiseColour,
     seed: u64,
     healthy: Healthy,
     library: Vec<Hypothesis>,
     bank: Bank,
-    /// Log-odds from which on an effect counts as present.
+    /// Detection threshold in log-odds.
     threshold: f64,
     /// Root of the sum of squares that the model leaves of the recordings without noise where nothing is hidden.
     own_misfit: f64,
@@ -98,12 +97,12 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// Sets an oracle up for an effect, on recordings that hold besides what is noise to it.
+    /// Builds the oracle of an effect, on recordings with the other hidden effects that act as noise.
     ///
     /// # Errors
     /// Recordings that cannot be made or used.
     pub fn of(
-        plant: &'static Plant,
+        plant: &'static GauntletPlant,
         case: &'static EffectCase,
         beside: &[Hidden],
         noise: NoiseColour,
@@ -120,27 +119,27 @@ impl Oracle {
         Ok(Self { plant, case, beside, noise, seed, healthy, library, bank, threshold, own_misfit, asked })
     }
 
-    /// The smallest size that can be told; none where no size of the bench's range can.
+    /// Returns the detection limit; `None` if no size in the range of the generator is detectable.
     ///
     /// # Errors
     /// As [`Oracle::of`].
-    pub fn scale(&self) -> Result<Option<Scale>> {
-        let told = self.smallest(Expected::is_told)?;
-        if let Some(size) = told {
-            return Ok(Some(Scale { size, inseparable: None }));
+    pub fn scale(&self) -> Result<Option<DetectionLimit>> {
+        let detectable = self.smallest(Expected::is_detectable)?;
+        if let Some(size) = detectable {
+            return Ok(Some(DetectionLimit { size, inseparable: None }));
         }
         let Some(size) = self.smallest(Expected::is_present)? else {
             return Ok(None);
         };
-        Ok(Some(Scale { size, inseparable: Some(self.expected(size)?.rival) }))
+        Ok(Some(DetectionLimit { size, inseparable: Some(self.expected(size)?.rival) }))
     }
 
-    /// The size whose effect is so many times that of another size: the size itself so many times, unless it is a limit,
-    /// which has no multiples; then the size at which so many times as much is left behind the nuisances.
+    /// Returns the size with `multiple` times the effect of the detection limit: the size times `multiple`, or, for a
+    /// limit, the size whose signature after the projection is `multiple` times as large.
     ///
     /// # Errors
     /// As [`Oracle::of`].
-    pub fn multiple(&self, scale: &Scale, multiple: f64) -> Result<Option<f64>> {
+    pub fn multiple(&self, scale: &DetectionLimit, multiple: f64) -> Result<Option<f64>> {
         if self.case.stronger == Stronger::Larger {
             return Ok(multiplied(self.case, scale, multiple));
         }
@@ -187,7 +186,7 @@ impl Oracle {
         Ok(Some(enough))
     }
 
-    /// What is to be expected of a size; asked once.
+    /// Returns the expected evidence of a size, cached.
     fn expected(&self, size: f64) -> Result<Expected> {
         if let Some(known) = self.asked.borrow().iter().find(|known| known.size == size) {
             return Ok(known.clone());
@@ -205,22 +204,22 @@ impl Oracle {
         Ok(expected)
     }
 
-    /// What is to be expected of something without a mean, by what repeats with it differ by.
+    /// Returns the expected evidence of a zero-mean effect, from the differences of repeats.
     fn repeated(&self, hidden: Hidden) -> Result<Expected> {
         let (id, size) = (hidden.id, hidden.size);
         let all: Vec<Hidden> = self.beside.iter().copied().chain([hidden]).collect();
-        let exhibit = Exhibit::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
-        let odds = read(exhibit.path(), &[], &Options::default())?.odds_by_repeats(id).unwrap_or(0.0);
+        let recordings = RecordingsFolder::of(&generate(self.plant.rig, &all, self.noise, self.seed)?)?;
+        let odds = read(recordings.path(), &[], &DiagnosisOptions::default())?.odds_by_repeats(id).unwrap_or(0.0);
         let (strength, rival) = ((2.0 * odds.max(0.0)).sqrt(), String::new());
         Ok(Expected { size, strength, beyond: odds - self.threshold, lead: f64::INFINITY, rival, gain: f64::INFINITY })
     }
 
-    /// From what an effect changes in the whitened residuals to what is to be expected of it.
+    /// Returns the expected evidence from the signature of an effect.
     fn judged(&self, size: f64, learn: &DVector<f64>, test: &DVector<f64>) -> Expected {
         let z = self.healthy.placed(learn, CLAMP);
         let left_clamped = self.evident(learn, &z);
         let left = self.evident(learn, &self.healthy.placed(learn, f64::INFINITY));
-        // A size is plausible up to about the bench's own; a limit has no scale.
+        // A size is plausible up to about the generator's own; a limit has no scale.
         let z_of_size = if self.case.stronger == Stronger::Larger { size / self.case.size } else { 1.0 };
         let occam = 0.5 * (1.0 + left / (z_of_size * z_of_size)).ln() + 0.5 * z_of_size.min(CLAMP).powi(2);
         let (lead, rival) = self.nearest(learn, left, 0.5 * left - occam);
@@ -228,22 +227,22 @@ impl Oracle {
         Expected { size, strength: left.sqrt(), beyond: 0.5 * left_clamped - occam - self.threshold, lead, rival, gain }
     }
 
-    /// Lower bound of the gain on held-out motion against a model whose nuisances an effect has moved so far. What only
-    /// spares nuisances does not show there, so that it must be a gain without that too.
+    /// Returns the lower bound of the gain on held-out motion against a model with nuisance parameters moved by the
+    /// effect, and without that movement.
     fn gain(&self, test: &DVector<f64>, z: &DVector<f64>) -> f64 {
         let Healthy { held_out, held_out_jacobian, .. } = &self.healthy;
         let without = held_out + test + held_out_jacobian * z;
         gain_interval([held_out.as_slice(), without.as_slice()], [0.0; 2])[0]
     }
 
-    /// The chi-squared of a change that nuisances somewhere do not explain, their own included. What the model leaves with
-    /// nothing hidden, and leaves otherwise where nuisances go, is no evidence of what is hidden.
+    /// Returns the chi-squared of a change after the projection of the nuisance parameters and their prior penalty. The
+    /// misfit without a hidden effect is no evidence.
     fn evident(&self, change: &DVector<f64>, z: &DVector<f64>) -> f64 {
         let left = (change + &self.healthy.null.jacobian * z).norm();
         ((left - 2.0_f64.sqrt() * self.own_misfit).max(0.0).powi(2) + self.healthy.strain(z)).max(0.0)
     }
 
-    /// The lead of the oracle's log-odds over the best other explanation, nuisances beyond their tolerance being one.
+    /// Returns the lead of the oracle's log-odds over the best rival, nuisance parameters beyond their priors included.
     fn nearest(&self, change: &DVector<f64>, left: f64, own: f64) -> (f64, String) {
         // Others share in what is evident as they do in all.
         let share = (left / self.healthy.unexplained(change).max(f64::MIN_POSITIVE)).sqrt();
@@ -258,8 +257,8 @@ impl Oracle {
         (own - odds, rival.to_owned())
     }
 
-    /// Log-odds of a rival that changes the residuals nearly alike, at the size at which it does: a lag is the more like a
-    /// delay the shorter both are. `None` for one that does not.
+    /// Returns the log-odds of a confounded rival at its best size (a lag and a delay are the more confounded the
+    /// shorter they are); `None` if it is not confounded.
     fn imitated(&self, rival: usize, moved: &Fitted) -> Option<f64> {
         // Measured less simulated: what moves the one as a rival moves the other.
         let moved_by = -&moved.residual;
@@ -274,29 +273,30 @@ impl Oracle {
 }
 
 /// The form of an entry with its sizes so many times as large.
-fn resized(hypothesis: &Hypothesis, (entry, multiples): (&Entry, Vec<f64>)) -> Vec<f64> {
+fn resized(hypothesis: &Hypothesis, (entry, multiples): (&SignatureEntry, Vec<f64>)) -> Vec<f64> {
     let mut form = entry.form.clone();
     hypothesis.sizes.iter().zip(multiples).for_each(|(size, multiple)| form[*size] *= multiple);
     form
 }
 
-/// So many times the scale of an effect that grows with its size, if the bench can show it.
-pub fn multiplied(case: &EffectCase, scale: &Scale, multiple: f64) -> Option<f64> {
+/// Returns the multiple of the detection limit of an effect that grows with its size; `None` beyond the range of the
+/// generator.
+pub fn multiplied(case: &EffectCase, scale: &DetectionLimit, multiple: f64) -> Option<f64> {
     within(case, scale.size * multiple)
 }
 
-/// A size, if the bench can show it.
+/// Returns a size, if it is within the range of the generator.
 fn within(case: &EffectCase, size: f64) -> Option<f64> {
     (size >= case.smallest && size <= case.largest).then_some(size)
 }
 
 /// The block of a data set where something hidden acts.
-fn block(plant: &Plant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
-    let exhibit = Exhibit::of(set)?;
-    let blocks = read(exhibit.path(), &[], &Options::default())?.blocks(1);
+fn block(plant: &GauntletPlant, hidden: &str, set: &Set) -> Result<(MeasuredBlock, Vec<Hypothesis>)> {
+    let recordings = RecordingsFolder::of(set)?;
+    let blocks = read(recordings.path(), &[], &DiagnosisOptions::default())?.blocks(1);
     let name = plant.block(hidden);
     let own = blocks.into_iter().find(|(block, _)| block.name == name);
-    own.ok_or_else(|| Error::Model(format!("no block {name} of {hidden}")))
+    own.ok_or_else(|| GauntletError::Model(format!("no block {name} of {hidden}")))
 }
 
 #[cfg(test)]
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_must_be_long_to_be_told_from_a_lag() {
+    fn detection_limit_of_a_delay_exceeds_its_confusion_with_a_lag() {
         let plant = crate::plant::plant("drive").expect("a plant");
         let size = |id: &str| {
             let case = effects(plant.rig).iter().find(|case| case.id == id).expect("one of its effects");
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_differ_unnoticed_is_told_beyond_its_tolerance_alone() {
+    fn effect_equal_to_a_nuisance_is_detectable_only_beyond_its_tolerance() {
         // Three tolerances are plausible; twice as far nobody would go. What was drawn counts.
         let cases = [("K7_surface_offset", "surface", 5e-6), ("K1_stiffness", "stiffness", 2e3)];
         for (id, nuisance, tolerance) in first(1, cases) {

@@ -1,18 +1,19 @@
-//! Opens the seals and counts: outcomes by size and effect, marks with their exact bounds, parameters, gains, cost.
+//! Score: opens the seals and counts grades by size and effect, criteria with exact bounds, parameter errors, gains,
+//! computing time.
 
-mod marks;
+mod criteria;
 mod methods;
 mod rows;
 
-use crate::calibration::{Calibration, calibration};
-use crate::outcome::{Outcome, outcome};
-use crate::parameters::{Compared, compared};
-use crate::plant::{Plant, plant};
-use crate::record::{Answer, Record, Said, records, seals};
+use crate::calibration::{ProbabilityCalibration, calibration};
+use crate::outcome::{AnswerGrade, outcome};
+use crate::parameters::{ParameterError, compared};
+use crate::plant::{GauntletPlant, plant};
+use crate::record::{CaseRecord, RecordedAnswer, RecordedVerdict, records, seals};
 use crate::seal::{Asks, SealedTruth, open};
-use crate::{Error, Result};
-pub use marks::Mark;
-use marks::marks;
+use crate::{GauntletError, Result};
+pub use criteria::AcceptanceCriterion;
+use criteria::criteria;
 pub use methods::MethodRow;
 use methods::methods;
 pub use rows::{Failure, Row};
@@ -20,35 +21,35 @@ use rows::{failure, rows};
 use serde::Serialize;
 use std::path::Path;
 
-/// A finished case beside its truth.
+/// Finished case with its truth.
 #[derive(Clone, Debug)]
 pub struct Scored {
     /// The plant.
-    pub plant: &'static Plant,
-    /// What was hidden.
+    pub plant: &'static GauntletPlant,
+    /// Hidden effects.
     pub truth: SealedTruth,
-    /// What was found.
-    pub record: Record,
-    /// What that is worth; none if the case could not be asked.
-    pub outcome: Option<Outcome>,
-    /// What the answer after the proposed experiments is worth; none if none was proposed.
-    pub after: Option<Outcome>,
+    /// Record of the case.
+    pub record: CaseRecord,
+    /// Grade; `None` if the case has no answer.
+    pub outcome: Option<AnswerGrade>,
+    /// Grade after the proposed experiments; `None` if none was proposed.
+    pub after: Option<AnswerGrade>,
 }
 
 impl Scored {
-    /// As the sealed truth and a record have it.
+    /// Grades a record against the sealed truth.
     ///
     /// # Errors
-    /// A plant that there is not.
-    pub fn of(truth: SealedTruth, record: Record) -> Result<Self> {
-        let unknown = || Error::Unknown { what: format!("{}: no plant `{}`", truth.case, truth.plant) };
+    /// An unknown plant.
+    pub fn of(truth: SealedTruth, record: CaseRecord) -> Result<Self> {
+        let unknown = || GauntletError::Unknown { what: format!("{}: no plant `{}`", truth.case, truth.plant) };
         let plant = plant(&truth.plant).ok_or_else(unknown)?;
-        let worth = |answer: Option<&Answer>| answer.map(|answer| outcome(plant, &truth, answer));
+        let worth = |answer: Option<&RecordedAnswer>| answer.map(|answer| outcome(plant, &truth, answer));
         let (first, after) = (worth(record.answer.as_ref()), worth(record.after.last()));
         Ok(Self { plant, truth, record, outcome: first, after })
     }
 
-    fn answer(&self) -> Option<&Answer> {
+    fn answer(&self) -> Option<&RecordedAnswer> {
         self.record.answer.as_ref()
     }
 
@@ -56,76 +57,79 @@ impl Scored {
         self.truth.asks == asks && self.truth.multiple == multiple
     }
 
-    /// Whether the answer is as good as can be: the truth, or the list that holds it where no oracle tells more.
+    /// Returns whether the answer is the best possible: the truth, or a list with it where the oracle is inseparable.
     fn is_right(&self) -> bool {
         let inseparable = || {
             let hidden = &self.truth.hidden;
             hidden.iter().any(|hidden| hidden.scale.as_ref().is_some_and(|scale| scale.inseparable.is_some()))
         };
         match self.outcome {
-            Some(Outcome::Right | Outcome::Partner) => true,
-            Some(Outcome::Listed) => inseparable(),
+            Some(AnswerGrade::Right | AnswerGrade::Partner) => true,
+            Some(AnswerGrade::Listed) => inseparable(),
             _ => false,
         }
     }
 }
 
-/// Opens the seals of all finished cases.
+/// Returns all finished cases with their opened truths.
 ///
 /// # Errors
 /// Records that cannot be read; a truth that is not the one sealed before the diagnosis began.
 pub fn scored(folder: &Path) -> Result<Vec<Scored>> {
     let seals = seals(folder)?;
-    let of = |record: Record| {
+    let of = |record: CaseRecord| {
         if seals.get(&record.case) != Some(&record.sealed) {
-            return Err(Error::damaged(folder, format!("{} was not sealed before it was diagnosed", record.case)));
+            return Err(GauntletError::damaged(
+                folder,
+                format!("{} was not sealed before it was diagnosed", record.case),
+            ));
         }
         Scored::of(open(folder, &record.case, &record.sealed)?, record)
     };
     records(folder)?.into_iter().map(of).collect()
 }
 
-/// The whole score.
+/// Score of the diagnosis.
 #[derive(Clone, Debug, Serialize)]
-pub struct Score {
+pub struct GauntletScore {
     /// Cases with an answer.
     pub cases: usize,
-    /// Cases that the bench cannot show, told apart.
+    /// Cases beyond the range of the generator.
     pub unasked: Vec<String>,
-    /// The demands.
-    pub marks: Vec<Mark>,
-    /// Outcomes by what was hidden and how large.
+    /// Acceptance criteria.
+    pub marks: Vec<AcceptanceCriterion>,
+    /// Grades by hidden effect and size.
     pub rows: Vec<Row>,
-    /// Stated probabilities.
-    pub calibration: Calibration,
-    /// Parameters.
-    pub parameters: Vec<Compared>,
-    /// Ours and others.
+    /// Calibration of stated probabilities.
+    pub calibration: ProbabilityCalibration,
+    /// Parameter errors.
+    pub parameters: Vec<ParameterError>,
+    /// Diagnosis and baseline methods.
     pub methods: Vec<MethodRow>,
-    /// Answers that could be better at sizes that an oracle tells, and wrong ones at any size.
+    /// Suboptimal answers at detectable sizes, and wrong answers at any size.
     pub failures: Vec<Failure>,
-    /// Cost of the diagnoses and of all else \[s\].
+    /// Computing time of the diagnoses and of everything else \[s\].
     pub seconds: [f64; 2],
 }
 
-impl Score {
-    /// Whether every demand that was asked is met.
+impl GauntletScore {
+    /// Returns whether every criterion with cases is met.
     pub fn is_met(&self) -> bool {
         self.marks.iter().all(|mark| mark.met != Some(false))
     }
 }
 
-/// Counts.
-pub fn score(all: &[Scored]) -> Score {
+/// Computes the score.
+pub fn score(all: &[Scored]) -> GauntletScore {
     let asked: Vec<&Scored> = all.iter().filter(|scored| scored.outcome.is_some()).collect();
     let unasked = all.iter().filter(|scored| scored.outcome.is_none());
-    let parameters: Vec<Compared> = asked.iter().flat_map(|scored| of_right(scored)).collect();
+    let parameters: Vec<ParameterError> = asked.iter().flat_map(|scored| of_right(scored)).collect();
     let calibration = calibration(&names(&asked));
     let methods = methods(&asked);
-    Score {
+    GauntletScore {
         cases: asked.len(),
         unasked: unasked.map(|scored| scored.truth.case.clone()).collect(),
-        marks: marks(&asked, &parameters, &calibration, &methods),
+        marks: criteria(&asked, &parameters, &calibration, &methods),
         rows: rows(all),
         calibration,
         parameters,
@@ -139,9 +143,9 @@ pub fn score(all: &[Scored]) -> Score {
 }
 
 /// Parameters of the right names.
-fn of_right(scored: &Scored) -> Vec<Compared> {
+fn of_right(scored: &Scored) -> Vec<ParameterError> {
     match (scored.outcome, scored.answer()) {
-        (Some(Outcome::Right), Some(answer)) if scored.truth.asks == Asks::Effect => {
+        (Some(AnswerGrade::Right), Some(answer)) if scored.truth.asks == Asks::Effect => {
             compared(scored.plant, &scored.truth, answer)
         }
         _ => Vec::new(),
@@ -152,15 +156,15 @@ fn of_right(scored: &Scored) -> Vec<Compared> {
 fn names(asked: &[&Scored]) -> Vec<(f64, bool)> {
     let of = |scored: &&&Scored| {
         let answer = scored.answer()?;
-        let first = answer.effects.first().filter(|_| answer.said >= Said::Named)?;
+        let first = answer.effects.first().filter(|_| answer.verdict >= RecordedVerdict::Named)?;
         Some((first.p, scored.truth.hidden.iter().any(|hidden| scored.plant.is_right(&hidden.id, &first.id))))
     };
-    // What is in no library has no probability that could be right.
+    // A form outside the library has no probability to calibrate.
     let known = |scored: &&&Scored| matches!(scored.truth.asks, Asks::Null | Asks::Effect | Asks::Pair);
     asked.iter().filter(known).filter_map(|scored| of(&scored)).collect()
 }
 
-/// The middle of some numbers.
+/// Returns the median.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -178,54 +182,54 @@ mod tests {
     use crate::outcome::tests::{answer, truth};
     use crate::record::Cost;
 
-    fn case(asks: Asks, hidden: &[&str], said: Said, effects: &[&str]) -> Scored {
-        let answer = Some(answer(said, effects));
+    fn case(asks: Asks, hidden: &[&str], verdict: RecordedVerdict, effects: &[&str]) -> Scored {
+        let answer = Some(answer(verdict, effects));
         let cost = Cost { diagnosis: 2.0, rest: 1.0 };
-        let record = Record { answer, cost, ..Record::of(String::new(), String::new()) };
+        let record = CaseRecord { answer, cost, ..CaseRecord::of(String::new(), String::new()) };
         Scored::of(truth(asks, hidden), record).expect("the drive")
     }
 
-    fn mark<'a>(score: &'a Score, start: &str) -> &'a Mark {
+    fn mark<'a>(score: &'a GauntletScore, start: &str) -> &'a AcceptanceCriterion {
         score.marks.iter().find(|mark| mark.demand.starts_with(start)).expect(start)
     }
 
     #[test]
-    fn made_up_answers_get_the_score_that_they_deserve() {
+    fn synthetic_answers_give_the_expected_score() {
         let mut all: Vec<Scored> =
-            (0..19).map(|_| case(Asks::Effect, &["J1_coulomb"], Said::Named, &["J1_coulomb"])).collect();
-        all.push(case(Asks::Effect, &["J1_coulomb"], Said::Named, &["J2_viscous"]));
-        all.push(case(Asks::Null, &[], Said::NoEffect, &[]));
-        all.push(case(Asks::Pair, &["J1_coulomb", "C2_lag"], Said::Named, &["J1_coulomb"]));
+            (0..19).map(|_| case(Asks::Effect, &["J1_coulomb"], RecordedVerdict::Named, &["J1_coulomb"])).collect();
+        all.push(case(Asks::Effect, &["J1_coulomb"], RecordedVerdict::Named, &["J2_viscous"]));
+        all.push(case(Asks::Null, &[], RecordedVerdict::NoEffect, &[]));
+        all.push(case(Asks::Pair, &["J1_coulomb", "C2_lag"], RecordedVerdict::Named, &["J1_coulomb"]));
         let score = score(&all);
         let right = mark(&score, "right name at 4 s*");
         let share = right.share.expect("20 cases");
         assert_eq!((share.count, share.cases, right.met), (19, 20, Some(false)));
         assert!((share.interval.lo - 0.7513).abs() < 1e-3 && (share.interval.hi - 0.9987).abs() < 1e-3, "{share:?}");
-        assert_eq!(mark(&score, "least effect at 4 s*").met, Some(true));
-        assert_eq!(mark(&score, "wrong names, anything").share.expect("21").count, 1);
+        assert_eq!(mark(&score, "worst effect at 4 s*").met, Some(true));
+        assert_eq!(mark(&score, "wrong names, effect in").share.expect("21").count, 1);
         assert_eq!(mark(&score, "false alarms").met, Some(true));
         assert_eq!(mark(&score, "right name at 2 s*").met, None, "nobody asked");
         assert_eq!(mark(&score, "pairs").met, Some(false));
         assert!((score.calibration.error.expect("names") - (0.99 - 20.0 / 21.0)).abs() < 1e-9);
-        assert_eq!(score.failures.iter().filter(|failure| failure.outcome == Outcome::Wrong).count(), 1);
+        assert_eq!(score.failures.iter().filter(|failure| failure.outcome == AnswerGrade::Wrong).count(), 1);
         assert_eq!((score.seconds, score.is_met()), ([44.0, 22.0], false));
     }
 
     #[test]
-    fn a_list_that_holds_the_truth_is_right_only_where_no_oracle_tells_more() {
-        let mut listed = case(Asks::Effect, &["J1_coulomb"], Said::Ambiguous, &["J2_viscous", "J1_coulomb"]);
+    fn ambiguous_list_is_right_only_where_the_oracle_is_inseparable() {
+        let mut listed = case(Asks::Effect, &["J1_coulomb"], RecordedVerdict::Ambiguous, &["J2_viscous", "J1_coulomb"]);
         assert!(!listed.is_right());
         let rival = Some("J2_viscous".to_owned());
-        listed.truth.hidden[0].scale = Some(crate::oracle::Scale { size: 1.0, inseparable: rival });
+        listed.truth.hidden[0].scale = Some(crate::oracle::DetectionLimit { size: 1.0, inseparable: rival });
         assert!(listed.is_right());
     }
 
     #[test]
-    fn an_ambiguous_answer_counts_again_after_the_experiment_that_it_proposed() {
-        let listed = case(Asks::Effect, &["J1_coulomb"], Said::Ambiguous, &["J2_viscous", "J1_coulomb"]);
+    fn ambiguous_answer_is_scored_again_after_its_experiment() {
+        let listed = case(Asks::Effect, &["J1_coulomb"], RecordedVerdict::Ambiguous, &["J2_viscous", "J1_coulomb"]);
         let with = |after: &[&str]| {
-            let after = after.iter().map(|id| answer(Said::Named, &[id])).collect();
-            Scored::of(listed.truth.clone(), Record { after, ..listed.record.clone() }).expect("the drive")
+            let after = after.iter().map(|id| answer(RecordedVerdict::Named, &[id])).collect();
+            Scored::of(listed.truth.clone(), CaseRecord { after, ..listed.record.clone() }).expect("the drive")
         };
         let all = [listed.clone(), with(&["J1_coulomb"]), with(&["J2_viscous", "J1_coulomb"]), with(&["J2_viscous"])];
         let share = mark(&score(&all), "ambiguous answers").share.expect("three with an experiment");

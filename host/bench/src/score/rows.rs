@@ -1,53 +1,53 @@
-//! Outcomes by what was hidden and how large, and the answers that could be better.
+//! Grades by hidden effect and size, and the suboptimal answers.
 
 use super::{Scored, median};
-use crate::outcome::Outcome;
+use crate::outcome::AnswerGrade;
 use crate::plant::{PLANTS, order};
-use crate::record::{Answer, Said};
+use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::seal::{Asks, Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Outcomes of what was hidden in one size.
+/// Grades of a hidden effect at a size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Plant.
     pub plant: String,
-    /// What was asked.
+    /// Task.
     pub asks: Asks,
-    /// What was hidden.
+    /// Hidden effects.
     pub hidden: String,
-    /// In multiples of the smallest size that could be told.
+    /// Size, in multiples of the detection limit.
     pub multiple: f64,
-    /// Cases that were asked.
+    /// Cases with an answer.
     pub cases: usize,
-    /// Those with the best possible answer.
+    /// Cases with the best possible answer.
     pub right: usize,
-    /// Cases by outcome.
-    pub outcomes: BTreeMap<Outcome, usize>,
-    /// Cases that the bench cannot show.
+    /// Cases by grade.
+    pub outcomes: BTreeMap<AnswerGrade, usize>,
+    /// Cases beyond the range of the generator.
     pub unasked: usize,
-    /// Median of the smallest size that could be told, in the effect's unit.
+    /// Median detection limit, in the effect's unit.
     pub scale: Option<f64>,
-    /// The rival that no size tells it from, in most cases.
+    /// Rival that is confounded at every size.
     pub inseparable: Option<String>,
-    /// Cases by what was answered.
+    /// Cases by answer.
     pub answers: BTreeMap<String, usize>,
 }
 
-/// A case whose answer is not as good as can be.
+/// Case with a suboptimal answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Failure {
     /// The case.
     pub case: String,
     /// Its seed.
     pub seed: u64,
-    /// What was hidden, with sizes and units.
+    /// Hidden effects with sizes and units.
     pub hidden: String,
-    /// What was answered, also with the experiments that an ambiguous answer proposed.
+    /// Answers, including those after proposed experiments.
     pub answered: String,
-    /// What that is worth.
-    pub outcome: Outcome,
+    /// Grade.
+    pub outcome: AnswerGrade,
 }
 
 /// Outcomes by plant, task, what was hidden, and size.
@@ -96,28 +96,28 @@ fn hidden(truth: &SealedTruth) -> String {
 }
 
 /// What is answered, in short.
-fn answered(answer: &Answer) -> String {
+fn answered(answer: &RecordedAnswer) -> String {
     let names = |joint: &str| answer.effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(joint);
-    match answer.said {
-        Said::Refused => "refused".to_owned(),
-        Said::NoEffect => "no effect".to_owned(),
-        Said::NoPracticalEffect => "no practical effect".to_owned(),
-        Said::Named => names(" + "),
-        Said::Ambiguous => names(" or "),
-        Said::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
-        Said::NotInLibrary => format!("{}; not in library", names(" + ")),
+    match answer.verdict {
+        RecordedVerdict::Refused => "refused".to_owned(),
+        RecordedVerdict::NoEffect => "no effect".to_owned(),
+        RecordedVerdict::NoPracticalEffect => "no practical effect".to_owned(),
+        RecordedVerdict::Named => names(" + "),
+        RecordedVerdict::Ambiguous => names(" or "),
+        RecordedVerdict::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
+        RecordedVerdict::NotInLibrary => format!("{}; not in library", names(" + ")),
     }
 }
 
-/// A case that an oracle could tell and the diagnosis could not, or a wrong name at any size.
+/// Returns the failure of a case: a suboptimal answer at a detectable size, or a wrong name at any size.
 pub(super) fn failure(scored: &Scored) -> Option<Failure> {
     let (outcome, answer) = (scored.outcome?, scored.answer()?);
-    let told = match scored.truth.asks {
+    let detectable = match scored.truth.asks {
         Asks::Null | Asks::Pair => true,
         Asks::Effect => scored.truth.multiple >= 2.0,
         Asks::Outside | Asks::LeftOut => scored.truth.multiple >= 16.0,
     };
-    let failed = outcome == Outcome::Wrong || (told && !scored.is_right());
+    let failed = outcome == AnswerGrade::Wrong || (detectable && !scored.is_right());
     let first = answer.refusal.clone().unwrap_or_else(|| answered(answer));
     let all = std::iter::once(first).chain(scored.record.after.iter().map(answered));
     failed.then(|| Failure {

@@ -1,26 +1,26 @@
-//! Up to which frequency there is anything to explain: what repeats have in common, above what they differ by.
+//! Bandwidth of the signal: the frequency up to which the mean of repeats exceeds their noise.
 
 use crate::recording::grid::Piece;
 use crate::recording::smooth::band_powers;
 use std::collections::BTreeMap;
 
-/// Samples that one judged sample stands for where no repeats tell.
+/// Decimation factor without repeats.
 const DEFAULT_STEPS: usize = 4;
-/// The most that it may stand for.
+/// Largest decimation factor.
 const MOST_STEPS: usize = 25;
 /// Bands in which the power is compared, from nothing to the Nyquist frequency.
 const BANDS: usize = 50;
 
-/// How many samples of a recording one judged sample stands for: as few as what repeats have in common, in the signal
-/// that is judged, stands out of what they differ by; at least two.
+/// Returns the decimation factor of a signal, at least 2: the smallest that keeps the frequencies at which the mean of
+/// repeats exceeds their noise.
 ///
-/// Above that frequency there is nothing to explain, only noise to be mistaken for something.
+/// Higher frequencies contain only noise.
 pub(crate) fn judged_steps(pieces: &[Piece], signal: &str) -> usize {
     highest(pieces, signal).map_or(DEFAULT_STEPS, |highest| ((0.4 / highest) as usize).clamp(2, MOST_STEPS))
 }
 
-/// Highest frequency, in cycles a sample, up to which what repeats have in common in a signal stands out of what they
-/// differ by; none without repeats, or where nothing does.
+/// Returns the highest frequency, in cycles per sample, at which the mean of repeats exceeds their noise; `None`
+/// without repeats or if none does.
 pub(crate) fn highest(pieces: &[Piece], signal: &str) -> Option<f64> {
     let mut repeats: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for piece in pieces {
@@ -31,7 +31,7 @@ pub(crate) fn highest(pieces: &[Piece], signal: &str) -> Option<f64> {
     repeats.values().filter_map(|list| highest_common(list)).max_by(f64::total_cmp)
 }
 
-/// Highest frequency, in cycles a sample, up to which the mean of repeats has more power than the noise in it.
+/// Returns the highest frequency, in cycles per sample, at which the mean of repeats has more power than its noise.
 fn highest_common(repeats: &[&[f64]]) -> Option<f64> {
     let count = repeats.len();
     let n = repeats.iter().map(|list| list.len()).min()?;

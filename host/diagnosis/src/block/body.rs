@@ -1,6 +1,6 @@
-//! The block from wrench to motion of a free body, from a bench's recordings.
+//! Block from wrench to motion of a free body, from recordings of a test rig.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps};
+use super::{MeasuredBlock, MeasuredOutput, Trial, judged_steps};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
 use softdock_campaign::rig::BodyRig;
@@ -11,16 +11,16 @@ use softdock_kernels::fields::to_vec;
 
 /// Longest step of the simulation \[s\].
 const LONGEST_STEP: f64 = 2e-3;
-/// Most samples that one judged sample stands for: booms ring up to a tenth of the sampling rate.
+/// Largest decimation factor: booms oscillate at up to a tenth of the sampling rate.
 const MOST_STEPS: usize = 4;
 /// A wrench jumps where it changes by more than so many times its median change.
 const JUMP: f64 = 10.0;
 /// Standard deviations of the clock's offset within which a jump may be.
 const SURE: f64 = 3.0;
 
-/// What is fed.
+/// Input signals.
 pub const WRENCH: [&str; 6] = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
-/// What is measured, in the order of the block's outputs.
+/// Measured signals, in the order of the block's outputs.
 pub const MOTION: [(&str, &str); 6] = [
     ("acceleration.x", "m/s^2"),
     ("acceleration.y", "m/s^2"),
@@ -30,14 +30,15 @@ pub const MOTION: [(&str, &str); 6] = [
     ("rate.z", "rad/s"),
 ];
 
-/// The block of a body's recordings; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a body. `held_out` decides by the name of the experiment.
 ///
-/// Position and attitude are not judged: accelerometer and gyroscope show every effect, and what they show is not
-/// integrated twice with every disturbance.
+/// Position and attitude are not compared: accelerometer and gyroscope show every effect, without integrating the
+/// disturbances twice.
 pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
     let base = to_vec(&rig.values);
     let steps = MOTION.iter().map(|row| judged_steps(pieces, row.0)).min().unwrap_or(MOST_STEPS);
-    let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
+    let channel =
+        |(output, row): (usize, &(&'static str, &'static str))| MeasuredOutput { name: row.0, output, unit: row.1 };
     let clock = rig.tolerance.iter().find(|row| row.0 == "clock_offset").map_or(0.0, |row| row.1);
     let channels = MOTION.iter().enumerate().map(channel).collect();
     MeasuredBlock {

@@ -1,6 +1,6 @@
-//! The block from command sent to command received, from recordings of both.
+//! Block from the command sent to the command received, from recordings of both.
 
-use super::{Channel, MeasuredBlock, Trial};
+use super::{MeasuredBlock, MeasuredOutput, Trial};
 use crate::packets::missed;
 use crate::recording::grid::Piece;
 use crate::recording::smooth::{band_powers, motion};
@@ -12,7 +12,7 @@ use softdock_kernels::block::command::CommandValues;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::philox;
 
-/// Samples that one judged sample stands for: a hold shows at the rate of its packets, up to half that of the samples.
+/// Decimation factor: a hold shows at the packet rate, up to half the sampling rate.
 const STEPS: usize = 1;
 /// Time at a recording's start and end that weighs nothing \[s\]: it is not known what was sent before, and smoothing rings.
 const ENDS: f64 = 0.15;
@@ -22,8 +22,8 @@ const BANDS: usize = 50;
 const BAND: f64 = 4.0;
 /// Half width over standard deviation of a uniform distribution.
 const UNIFORM: f64 = 1.732_050_8;
-/// Restlessness of a delay that nothing is known of, as a share of the packets' period.
-const RESTLESSNESS: f64 = 0.01;
+/// Delay jitter assumed where the model file has none, as a share of the packet period.
+const DELAY_JITTER: f64 = 0.01;
 /// Rate below which the noise is not the delay's alone, as a share of the root mean square.
 const LEAST_RATE: f64 = 0.3;
 
@@ -32,35 +32,35 @@ const DITHER: f64 = 4.0;
 /// Seed of the dither: the same data give the same answer.
 const SEED: u64 = 3;
 
-/// What is fed, and what is measured.
+/// Input signals.
 pub const INPUTS: [&str; 1] = ["sent"];
-/// See [`INPUTS`].
+/// Measured signals.
 pub const OUTPUTS: [&str; 1] = ["received"];
 
-/// The block of a command's recordings; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a command. `held_out` decides by the name of the experiment.
 pub fn command_block(
     rig: &CommandRig,
     pieces: &[Piece],
     held_out: &dyn Fn(&str) -> bool,
     finer: usize,
 ) -> MeasuredBlock {
-    let restlessness = rig.delay_noise.unwrap_or(RESTLESSNESS * rig.period);
-    let base = to_vec(&CommandValues { blur: UNIFORM * restlessness, ..rig.values });
+    let delay_jitter = rig.delay_noise.unwrap_or(DELAY_JITTER * rig.period);
+    let base = to_vec(&CommandValues { blur: UNIFORM * delay_jitter, ..rig.values });
     let longest = pieces.iter().map(|piece| piece.samples() as f64 * piece.step).fold(rig.period, f64::max);
-    // A restless delay may be another one at a recording's end: so much looks like a skew and is none.
-    let tolerance = [&rig.tolerance[..], &[("clock_skew", restlessness / longest)]].concat();
+    // Jitter may change the delay by the end of a recording, which resembles a clock skew of this size.
+    let tolerance = [&rig.tolerance[..], &[("clock_skew", delay_jitter / longest)]].concat();
     let missed = missed(rig, pieces);
     let trial = |piece: &Piece| {
         let repeats = pieces.iter().zip(&missed).filter(|(other, _)| other.experiment == piece.experiment);
         let silent = silent(piece, repeats.map(|(_, missed)| &missed.rows));
-        let slowest = slowest(rig, piece, restlessness);
+        let slowest = slowest(rig, piece, delay_jitter);
         trial(rig, piece, &silent, slowest, held_out(&piece.experiment), finer)
     };
-    let channels = vec![Channel { name: "received", output: 0, unit: "s" }];
+    let channels = vec![MeasuredOutput { name: "received", output: 0, unit: "s" }];
     MeasuredBlock {
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(STEPS),
-        considered: vec![("limit_lag", restlessness)],
+        considered: vec![("limit_lag", delay_jitter)],
         ..MeasuredBlock::of(
             BlockKind::Command.into(),
             "R1 command sent to command received",
@@ -71,13 +71,13 @@ pub fn command_block(
     }
 }
 
-/// Rate from which on the noise counts as the delay's: a share of the usual, more where the rounding of both commands
-/// is as large as what a restless delay does.
-fn slowest(rig: &CommandRig, piece: &Piece, restlessness: f64) -> f64 {
+/// Returns the rate above which the noise is attributed to the delay: a share of the usual rate, or more where the
+/// rounding of both commands is as large as the effect of the jitter.
+fn slowest(rig: &CommandRig, piece: &Piece, delay_jitter: f64) -> f64 {
     let sent = &piece.signals["sent"];
     let power = sent.windows(2).map(|pair| ((pair[1] - pair[0]) / piece.step).powi(2)).sum::<f64>();
     let usual = (power / (sent.len() - 1) as f64).sqrt();
-    (rig.quantum / 6_f64.sqrt() / restlessness).max(LEAST_RATE * usual).max(f64::MIN_POSITIVE)
+    (rig.quantum / 6_f64.sqrt() / delay_jitter).max(LEAST_RATE * usual).max(f64::MIN_POSITIVE)
 }
 
 /// Highest frequency \[Hz\] that a command is followed to: its rounding, the same in all repeats, would pass for an effect.
@@ -90,8 +90,8 @@ fn band(rig: &CommandRig, piece: &Piece) -> f64 {
     (BAND * nyquist * (highest + 1) as f64 / BANDS as f64).min(nyquist)
 }
 
-/// Rows that say nothing: the ends, and those that any repeat missed. What weighs in some repeats alone would make them
-/// differ by all that the model lacks, which is no noise.
+/// Returns the rows without information: the ends, and those missed by any repeat. A row that counts in some repeats
+/// only would add the model error to the repeat-to-repeat variance.
 fn silent<'a>(piece: &Piece, missed: impl Iterator<Item = &'a Vec<bool>>) -> Vec<bool> {
     let (rows, ends) = (piece.samples(), (ENDS / piece.step).round() as usize);
     let mut silent: Vec<bool> = (0..rows).map(|row| row.min(rows - 1 - row) < ends).collect();
@@ -101,7 +101,7 @@ fn silent<'a>(piece: &Piece, missed: impl Iterator<Item = &'a Vec<bool>>) -> Vec
     silent
 }
 
-/// Rows that say nothing weigh nothing.
+/// Rows without information have weight zero.
 fn trial(rig: &CommandRig, piece: &Piece, silent: &[bool], slowest: f64, held_out: bool, finer: usize) -> Trial {
     let step = piece.step / finer as f64;
     let sent = motion(&piece.signals["sent"], piece.step, band(rig, piece), finer);

@@ -1,9 +1,9 @@
-//! The block from motion to force of a contact, from a bench's recordings.
+//! Block from motion to force of a contact, from recordings of a test rig.
 
-use super::{Channel, MeasuredBlock, Trial, highest};
-use crate::inference::unknown::{Prior, Role, Unknown};
+use super::{MeasuredBlock, MeasuredOutput, Trial, highest};
+use crate::inference::unknown::{ParameterPrior, Role, Unknown};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Motion, motion};
+use crate::recording::smooth::{SmoothedSignal, motion};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
@@ -13,8 +13,8 @@ use softdock_kernels::fields::to_vec;
 
 /// Longest step of the simulation \[s\].
 const LONGEST_STEP: f64 = 2.5e-4;
-/// Samples that one judged sample stands for. Repeats of a bounce drift apart, so that what they have in common does not
-/// tell the band; a touch is shorter than a sample, and a mount rings up to a tenth of the sampling rate.
+/// Decimation factor. Repeats of a bounce diverge, so their mean does not determine the bandwidth; a touch is shorter
+/// than a sample, and a mount oscillates at up to a tenth of the sampling rate.
 const STEPS: usize = 5;
 /// By how much the motion's band exceeds what stands out of its noise: a touch bends a motion at once.
 const BAND: f64 = 1.5;
@@ -24,12 +24,12 @@ const LEAST_BAND: f64 = 0.02;
 /// Damping of a contact's bristles over their stiffness \[s\]: bristles are stiff, and what they swing is damped little.
 const BRISTLE_LEAD: f64 = 1e-4;
 
-/// What is measured, in the order of the block's outputs.
+/// Measured signals, in the order of the block's outputs.
 pub const FORCES: [&str; 3] = ["force.x", "force.y", "force.z"];
-/// What is fed.
+/// Input signals.
 pub const POSITIONS: [&str; 3] = ["position.x", "position.y", "position.z"];
 
-/// The block of a contact's recordings; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a contact. `held_out` decides by the name of the experiment.
 pub fn contact_block(
     rig: &ContactRig,
     pieces: &[Piece],
@@ -38,7 +38,7 @@ pub fn contact_block(
 ) -> MeasuredBlock {
     let base = to_vec(&rig.values);
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
-    let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: "N" };
+    let channel = |(output, name): (usize, &&'static str)| MeasuredOutput { name, output, unit: "N" };
     let channels = FORCES.iter().enumerate().map(channel).collect();
     let section = Section::from(BlockKind::Contact);
     let lead = bristle_lead(rig, &section);
@@ -51,10 +51,10 @@ pub fn contact_block(
     block
 }
 
-/// Damping of the friction's bristles, which no data sheet tells and every reversal shows; none where the model has no
-/// friction that bends them.
+/// Returns the damping of the friction bristles as a free parameter, since data sheets do not give it and every
+/// reversal shows it; `None` if the model has no bristle friction.
 fn bristle_lead(rig: &ContactRig, section: &Section) -> Option<Unknown> {
-    let prior = Prior::LogNormal { centre: BRISTLE_LEAD, spread: 1.5 };
+    let prior = ParameterPrior::LogNormal { centre: BRISTLE_LEAD, spread: 1.5 };
     (rig.values.friction > 0.0).then(|| Unknown::of(section, "bristle_lead", prior, Role::Nuisance))
 }
 
@@ -62,7 +62,7 @@ fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial 
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let step = piece.step / each as f64;
     let nyquist = 0.5 / piece.step;
-    let axis = |k: usize| -> Motion {
+    let axis = |k: usize| -> SmoothedSignal {
         motion(&piece.signals[POSITIONS[k]], piece.step, (BAND * bands[k] / piece.step).min(nyquist), each)
     };
     let [x, y, z] = [axis(0), axis(1), axis(2)];

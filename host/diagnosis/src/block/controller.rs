@@ -1,6 +1,6 @@
-//! The block from reference to torque of a joint's controller, from a rig's recordings.
+//! Block from reference to torque of a joint controller, from recordings of a rig.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps};
+use super::{MeasuredBlock, MeasuredOutput, Trial, judged_steps};
 use crate::inference::unknown::applied;
 use crate::judge::Candidate;
 use crate::recording::grid::Piece;
@@ -12,7 +12,8 @@ use softdock_kernels::block::Recorded;
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::fields::to_vec;
 
-/// The block of a controller's recordings, one step a period; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a controller, one step per controller period. `held_out` decides by the name
+/// of the experiment.
 pub fn controller_block(
     rig: &DriveRig,
     controller: &ControllerRig,
@@ -23,7 +24,7 @@ pub fn controller_block(
     let period = pieces.first().map_or(controller.period, |piece| piece.step / steps(controller, piece) as f64);
     let base = to_vec(&ControllerValues { period, ..controller.values });
     let clock: Vec<_> = rig.tolerance.iter().copied().filter(|(name, _)| *name == "clock_offset").collect();
-    let channels = vec![Channel { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }];
+    let channels = vec![MeasuredOutput { name: "torque", output: 0, unit: if rig.prismatic { "N" } else { "N m" } }];
     MeasuredBlock {
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
@@ -31,13 +32,13 @@ pub fn controller_block(
     }
 }
 
-/// The torque of each recording at every period of the controller, the likeliest first of those that the log allows: what
-/// the controller asked for by a fit, with what was measured beyond that at the log's samples; between those that is
-/// band-limited. The last one is what a fit that is wrong does not spoil: measured alone.
+/// Returns the torques of each recording at every controller period that are consistent with the log, the most probable
+/// first. Each is the controller's torque by a fit plus the measured remainder, band-limited between the log's samples.
+/// The last one is interpolated from the measurement alone and does not depend on the fit.
 ///
-/// A reference that is held or limited makes torque jump between two samples of the log, which no interpolation of
-/// these shows. When it jumps, and which stamp sees it first, hangs on numbers that each recording tells best itself;
-/// at which of the periods between two samples, only the motion tells.
+/// A held or limited reference makes the torque jump between two samples of the log, which no interpolation shows. The
+/// recording determines when the jump occurs and which stamp shows it first; the period between two samples is
+/// determined by the motion alone.
 pub fn torques_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<Vec<f64>>> {
     let sets = nearby(block, found);
     let each = |trial: &Trial| {
@@ -67,7 +68,7 @@ pub fn torques_between(block: &MeasuredBlock, found: &Candidate) -> Vec<Vec<Vec<
 const ALLOWED: f64 = 10.0;
 /// Standard deviations of the noise by which two torques must differ somewhere to be two.
 const DIFFERENT: f64 = 10.0;
-/// Most torques of a recording that are told apart.
+/// Largest number of distinct torques per recording.
 const MOST: usize = 16;
 
 /// Of torques with the squares that they leave of so many samples, the best first, `own` those that the fit leaves: those

@@ -1,21 +1,20 @@
-//! Residuals of readings in steps: what is beyond the step that was read.
+//! Residuals of quantised readings: the part beyond the quantisation step.
 
-use super::part::{MOST_SETS, bounded};
-use super::{Part, Trial};
-use crate::steps::{by_channel, of_both};
+use super::recordings::{MOST_SETS, bounded};
+use super::{BlockRecordings, Trial};
+use crate::quantisation::{by_channel, of_both};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::{BlockKind, Reading, Tolerance, beyond};
 
-/// Residuals that are nothing wherever the true value lies in the step that was read.
+/// Residuals that are zero wherever the true value lies within the quantisation step of the reading.
 ///
-/// A model of the steps themselves fits worse in every place but the right one, with no slope towards it: a bias and a
-/// drift about the middle of a session fit as well a step off in most recordings. What lies in the right step at every
-/// instant is, of readings that are linear in them, a convex set of parameters (set-membership estimation: Milanese and
-/// Vicino, Automatica 27, 1991).
+/// A model of the quantisation itself has no slope towards the right parameters: a bias and a drift about the middle of
+/// a session fit as well one step off in most recordings. The parameters that keep every reading within its step form a
+/// convex set, if readings are linear in them (set-membership estimation: Milanese and Vicino, Automatica 27, 1991).
 pub struct DeadZone<'a> {
     /// The recordings that are learnt from.
-    learn: &'a Part<'a>,
+    learn: &'a BlockRecordings<'a>,
     readings: Vec<Reading<'a>>,
     /// Half a step of each channel, in its unit.
     half: Vec<f64>,
@@ -24,8 +23,8 @@ pub struct DeadZone<'a> {
 }
 
 impl<'a> DeadZone<'a> {
-    /// Of a sensor's recordings to learn from, whose readings lie on steps; `None` if they do not.
-    pub fn of(learn: &'a Part<'a>) -> Option<Self> {
+    /// Builds the dead zone from the training recordings of a sensor; `None` if the readings are not quantised.
+    pub fn of(learn: &'a BlockRecordings<'a>) -> Option<Self> {
         let block = learn.block;
         let steps @ [force, moment] = of_both(block);
         let by_moment = || Some(moment?.size / block.base[block.field("lever")]);
@@ -40,8 +39,9 @@ impl<'a> DeadZone<'a> {
         Some(Self { learn, readings: learnt.map(reading).collect(), half, step })
     }
 
-    /// Residuals of all experiments, low-passed, averaged over repeats, in standard deviations of the healthy noise, one
-    /// after the other, for every parameter set, by CPU lanes; within the step that was read such a share of them counts.
+    /// Returns the residuals of all experiments for every parameter set, simulated by CPU lanes: low-passed, averaged
+    /// over repeats, in standard deviations of the healthy noise, concatenated. `within` is the weight of the part
+    /// inside the quantisation step.
     pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let tolerance = Tolerance { half: self.half.clone(), within };
         let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_in_the_step_that_was_read_counts_for_little_or_nothing() {
+    fn residual_within_the_quantisation_step_has_little_weight() {
         for (residual, half, within, left) in [
             (1.9, 2.0, 0.0, 0.0),
             (-1.9, 2.0, 0.1, -0.19),

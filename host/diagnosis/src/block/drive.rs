@@ -1,9 +1,9 @@
-//! The block from torque to motion of a joint's drive, from a rig's recordings.
+//! Block from torque to motion of a joint drive, from recordings of a rig.
 
-use super::{Channel, MeasuredBlock, Trial, judged_steps};
-use crate::inference::unknown::{Prior, Role, Unknown};
+use super::{MeasuredBlock, MeasuredOutput, Trial, judged_steps};
+use crate::inference::unknown::{ParameterPrior, Role, Unknown};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Motion, motion};
+use crate::recording::smooth::{SmoothedSignal, motion};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
@@ -23,7 +23,7 @@ const ZERO: f64 = 0.01;
 /// Damping ratio of a drive on its friction's bristles.
 const BRISTLE_DAMPING: f64 = 0.03;
 
-/// What the model says that a drive moves at an instant.
+/// Load of a drive at an instant, by the model.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
     /// Torque of gravity against the link \[N m\].
@@ -54,11 +54,11 @@ impl Carried {
     }
 }
 
-/// What a drive carries along its motion: of a recording, by its number.
-pub(crate) type Carrying<'a> = &'a dyn Fn(usize, &Motion) -> Vec<Carried>;
+/// Function that returns the load along the motion of a recording, by its number.
+pub(crate) type Carrying<'a> = &'a dyn Fn(usize, &SmoothedSignal) -> Vec<Carried>;
 
-/// The block of a drive's recordings; `held_out` of an experiment's name, `torque` of each recording where it is known
-/// between the log's samples too.
+/// Builds the block from the recordings of a drive. `held_out` decides by the name of the experiment; `torque` has the
+/// torque of each recording between the log's samples, where known.
 pub fn drive_block(
     rig: &DriveRig,
     pieces: &[Piece],
@@ -66,11 +66,11 @@ pub fn drive_block(
     finer: usize,
     torque: &[Vec<f64>],
 ) -> MeasuredBlock {
-    let alone = |_, motion: &Motion| motion.value.iter().map(|angle| Carried::alone(rig, *angle)).collect();
+    let alone = |_, motion: &SmoothedSignal| motion.value.iter().map(|angle| Carried::alone(rig, *angle)).collect();
     loaded_block("R3 torque to motion", rig, pieces, held_out, finer, torque, &alone)
 }
 
-/// The block of a drive that carries what a model says.
+/// Builds the block of a drive whose load comes from a model.
 pub(crate) fn loaded_block(
     name: &'static str,
     rig: &DriveRig,
@@ -86,9 +86,13 @@ pub(crate) fn loaded_block(
         let known = torque.get(number).map(Vec::as_slice);
         trial(piece, held_out(&piece.experiment), finer, linked, known, &|motion| carrying(number, motion))
     };
-    let mut channels = vec![Channel { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
+    let mut channels = vec![MeasuredOutput { name: "motor", output: 0, unit: if rig.prismatic { "m" } else { "rad" } }];
     if linked {
-        channels.push(Channel { name: "link less motor", output: 1, unit: if rig.prismatic { "m" } else { "rad" } });
+        channels.push(MeasuredOutput {
+            name: "link less motor",
+            output: 1,
+            unit: if rig.prismatic { "m" } else { "rad" },
+        });
     }
     let base = to_vec(&rig.values);
     let mut tolerance = rig.tolerance.clone();
@@ -107,17 +111,18 @@ pub(crate) fn loaded_block(
     block
 }
 
-/// Damping of the friction's bristles, which no data sheet tells and every reversal shows; none where the model has no
-/// friction that bends them.
+/// Returns the damping of the friction bristles as a free parameter, since data sheets do not give it and every
+/// reversal shows it; `None` if the model has no bristle friction.
 fn bristle_damping(rig: &DriveRig, section: &Section) -> Option<Unknown> {
     let values = &rig.values;
     let stiffness = values.coulomb / values.presliding_travel;
     let critical = 2.0 * (stiffness * (values.motor_inertia + rig.link_inertia)).sqrt();
-    let prior = Prior::LogNormal { centre: BRISTLE_DAMPING * critical, spread: 1.5 };
+    let prior = ParameterPrior::LogNormal { centre: BRISTLE_DAMPING * critical, spread: 1.5 };
     (critical > 0.0).then(|| Unknown::of(section, "bristle_damping", prior, Role::Nuisance))
 }
 
-/// A recording from a time \[s\] on of a path that the model's drive followed without error: the torque is what that takes.
+/// Returns a recording, from the time `start` \[s\], of a path that the model's drive follows without error, with the
+/// torque it requires.
 pub fn followed(rig: &DriveRig, start: f64, step: f64, path: &[f64]) -> Piece {
     let motion = motion(path, step, BAND * 0.5 / step, 1);
     let torque = |i: usize| {
@@ -132,7 +137,7 @@ pub fn followed(rig: &DriveRig, start: f64, step: f64, path: &[f64]) -> Piece {
     Piece { experiment: "proposed".to_owned(), repeat: 1, start, step, signals }
 }
 
-/// Values at equal steps along the same time: `straight` from one given to the next, at a share of the way.
+/// Resamples values to `count` equal steps over the same time; `straight` interpolates between two values.
 pub(crate) fn resampled<T>(given: &[T], count: usize, straight: impl Fn(&T, &T, f64) -> T) -> Vec<T> {
     let last = given.len() - 1;
     let at = |i: usize| {
@@ -149,7 +154,7 @@ fn trial(
     finer: usize,
     linked: bool,
     torque: Option<&[f64]>,
-    carrying: &dyn Fn(&Motion) -> Vec<Carried>,
+    carrying: &dyn Fn(&SmoothedSignal) -> Vec<Carried>,
 ) -> Trial {
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let nyquist = 0.5 / piece.step;
@@ -167,11 +172,11 @@ fn trial(
         let travel = q.value[i] - q.value[i.saturating_sub(1)];
         inputs.extend([weight, coupling, inertia, payload_weight, payload_inertia, time, travel]);
     }
-    // What the motion that the drive is held to leaves of the encoder's reading.
+    // Residual of the encoder reading against the motion that the observer tracks.
     let rest = piece.signals["q"].iter().zip(q.value.iter().step_by(each)).map(|(q, held)| q - held).collect();
     let mut measured = vec![rest];
     if linked {
-        // What both encoders share, the motion, tells nothing of the gear between them.
+        // The motion common to both encoders contains no information on the gear between them.
         let pairs = piece.signals["q_link"].iter().zip(&piece.signals["q"]);
         measured.push(pairs.map(|(link, motor)| link - motor).collect());
     }

@@ -1,12 +1,11 @@
-//! The sections of a whole facility, from the logs of drives: what it was told to the motion of the parts, and that
-//! motion to the measured wrench.
+//! Sections of a whole facility from the logs of drives: command to motion of the parts, and motion to measured wrench.
 
 mod path;
 
-use super::{Channel, MeasuredBlock, Trial};
+use super::{MeasuredBlock, MeasuredOutput, Trial};
 use crate::recording::drive_log::{Cycle, DriveLog};
 use nalgebra::DMatrix;
-use path::{held, held_rows, told_rows};
+use path::{commanded_rows, held, measured_rows};
 use softdock_campaign::{Campaign, Scenario};
 use softdock_engine::decimator::Decimator;
 use softdock_engine::section::Section;
@@ -20,17 +19,17 @@ use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Vec3;
 use std::sync::Arc;
 
-/// What a facility is compared with.
+/// Model that a facility is compared with.
 #[derive(Clone, Debug)]
 pub enum FacilityModel {
-    /// A scenario: the facility is what its file says.
+    /// A scenario: the facility has the parameters of its file.
     Scenario(Box<Scenario>),
-    /// A campaign: each drive was on a facility as its run draws it.
+    /// A campaign: each drive was on the facility that its run draws.
     Campaign(Box<Campaign>),
 }
 
 impl FacilityModel {
-    /// The scenario.
+    /// Returns the scenario.
     pub fn scenario(&self) -> &Scenario {
         match self {
             Self::Scenario(scenario) => scenario,
@@ -38,7 +37,7 @@ impl FacilityModel {
         }
     }
 
-    /// The campaign, if its runs were driven.
+    /// Returns the campaign, if its runs were driven.
     pub fn campaign(&self) -> Option<&Campaign> {
         if let Self::Campaign(campaign) = self { Some(campaign) } else { None }
     }
@@ -56,11 +55,11 @@ impl FacilityModel {
 const MOTION_RATE: f64 = 250.0;
 /// Likewise of the wrench: a touch is over in some hundredths of a second.
 const WRENCH_RATE: f64 = 500.0;
-/// What a robot's axes tell of its tool at best \[m\], \[rad\].
+/// Resolution of the tool pose from the axes of a robot \[m\], \[rad\].
 const RESOLUTION: f64 = 2e-6;
-/// Standard deviation of what the time stamps of commands, axes and wrenches may be off from one another \[s\].
+/// Standard deviation of the offsets between the time stamps of commands, axes and wrenches \[s\].
 const STAMPS: f64 = 1e-4;
-/// Force that tells a touch, in standard deviations of a sample before it.
+/// Detection threshold of a touch, in standard deviations of the force before it.
 const TOUCH: f64 = 8.0;
 /// Share of the time before the first touch over which a drive's tare is checked: its end may hold what nobody saw.
 const FREE: f64 = 0.8;
@@ -83,7 +82,8 @@ pub const MOTION: [&str; 12] = [
 /// Channels of the wrench, which follow.
 pub const WRENCH: [&str; 6] = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
 
-/// From what the robots were told to the motion of the parts; `held_out` of a drive's name.
+/// Builds the section from the commands of the robots to the motion of the parts. `held_out` decides by the name of the
+/// drive.
 pub(crate) fn motion_section(
     model: &FacilityModel,
     logs: &[DriveLog],
@@ -93,11 +93,11 @@ pub(crate) fn motion_section(
     let plant = plant(&untouched(&model.scenario().model), finer);
     let nominal = model.scenario().model.nominal;
     let trial = |log: &DriveLog| {
-        let rows = told_rows(&plant, log);
+        let rows = commanded_rows(&plant, log);
         trial(&plant, log, rows, [&nominal, &model.params(log)], 0..MOTION.len(), held_out(&log.name))
     };
     let unit = |name: &str| if name.contains("turn") { "rad" } else { "m" };
-    let channel = |(output, name): (usize, &&'static str)| Channel { name, output, unit: unit(name) };
+    let channel = |(output, name): (usize, &&'static str)| MeasuredOutput { name, output, unit: unit(name) };
     let section = Section::Facility(Arc::clone(&plant));
     let base = to_vec(&nominal);
     let channels = MOTION.iter().enumerate().map(channel).collect();
@@ -109,7 +109,7 @@ pub(crate) fn motion_section(
     }
 }
 
-/// From the motion of the parts to the measured wrench: robots are where they were measured.
+/// Builds the section from the measured motion of the parts to the measured wrench.
 pub(crate) fn wrench_section(
     model: &FacilityModel,
     logs: &[DriveLog],
@@ -122,8 +122,8 @@ pub(crate) fn wrench_section(
     let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
     let trial = |log: &DriveLog| {
-        let mut rows = held_rows(&plant, log);
-        // Told a tick ahead and that much late, so that stamps may be early as well.
+        let mut rows = measured_rows(&plant, log);
+        // Commanded a tick ahead and delayed by a tick, so that stamps may be early as well.
         rows.rotate_left(1);
         let last = rows.len() - 1;
         rows[last] = rows[last - 1];
@@ -131,7 +131,8 @@ pub(crate) fn wrench_section(
         trial(&plant, log, rows, [&nominal, &own], MOTION.len()..MOTION.len() + WRENCH.len(), held_out(&log.name))
     };
     let unit = |name: &str| if name.starts_with("force") { "N" } else { "N m" };
-    let channel = |(k, name): (usize, &&'static str)| Channel { name, output: MOTION.len() + k, unit: unit(name) };
+    let channel =
+        |(k, name): (usize, &&'static str)| MeasuredOutput { name, output: MOTION.len() + k, unit: unit(name) };
     let (section, decimator) = (Section::Touch(Arc::clone(&plant)), decimator(logs, WRENCH_RATE));
     let base = to_vec(&nominal);
     let channels = WRENCH.iter().enumerate().map(channel).collect();
@@ -164,7 +165,7 @@ fn untouched(model: &Model) -> Model {
     model
 }
 
-/// Parameters with robots that are where they are told, a tick late, and a sensor that was tared.
+/// Returns parameters with robots that follow their commands one tick late, and with a tared sensor.
 fn followed_and_tared(p: Params<f64>, plant: &Plant) -> Params<f64> {
     Params {
         loop_delay: plant.timing.loop_delay(p.sensor_delay, plant.timing.tick()),
@@ -220,7 +221,7 @@ fn trial(
     }
 }
 
-/// What a drive's tare has left: the mean wrench before the parts touched, nothing where they touched at once.
+/// Returns the tare residual of a drive: the mean wrench before contact, zero if contact is immediate.
 ///
 /// Each drive is tared on its own, so that this is no property of the facility.
 fn left_by_tare(cycles: &[Cycle]) -> Wrench<f64> {

@@ -1,7 +1,7 @@
-//! The links of a robot: drawn along by its measured motors through gears that wind up.
+//! Motion of a robot's links, driven by the measured motors through elastic gears.
 
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Motion, motion};
+use crate::recording::smooth::{SmoothedSignal, motion};
 use nalgebra::{DMatrix, DVector};
 use softdock_campaign::rig::RobotRig;
 use softdock_kernels::block::drive::DriveValues;
@@ -21,9 +21,9 @@ const GAMMA: f64 = 0.6;
 const BETA: f64 = 0.25 * (GAMMA + 0.5) * (GAMMA + 0.5);
 
 /// The motion of every link at a recording's samples, if the gears are those of `drives`.
-pub(super) fn links<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<f64>]) -> [Motion; N] {
+pub(super) fn links<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<f64>]) -> [SmoothedSignal; N] {
     let cutoff = COUPLING.min(BAND * 0.5 / piece.step);
-    let motors = |finer: usize| -> [Motion; N] {
+    let motors = |finer: usize| -> [SmoothedSignal; N] {
         std::array::from_fn(|axis| motion(&piece.signals[&format!("q.{}", axis + 1)], piece.step, cutoff, finer))
     };
     if drives.iter().all(|drive| drive.compliance == 0.0) {
@@ -33,7 +33,8 @@ pub(super) fn links<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[Dri
     let motors = motors(each);
     let mut gears = Gears::<N>::of(rig, drives);
     gears.rest(&motors);
-    let mut links = motors.clone().map(|_| Motion { value: Vec::new(), rate: Vec::new(), acceleration: Vec::new() });
+    let mut links =
+        motors.clone().map(|_| SmoothedSignal { value: Vec::new(), rate: Vec::new(), acceleration: Vec::new() });
     for k in 0..motors[0].value.len() {
         if k > 0 {
             gears.step(&motors, k, piece.step / each as f64);
@@ -46,7 +47,11 @@ pub(super) fn links<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[Dri
 }
 
 /// A number of each axis' motion at a sample.
-pub(super) fn at<const N: usize>(motions: &[Motion; N], sample: usize, of: fn(&Motion) -> &Vec<f64>) -> [f64; N] {
+pub(super) fn at<const N: usize>(
+    motions: &[SmoothedSignal; N],
+    sample: usize,
+    of: fn(&SmoothedSignal) -> &Vec<f64>,
+) -> [f64; N] {
     std::array::from_fn(|axis| of(&motions[axis])[sample])
 }
 
@@ -92,7 +97,7 @@ impl<'a, const N: usize> Gears<'a, N> {
     }
 
     /// Torque that each gear carries if its link is wound up so far and accelerates as its motor does.
-    fn carried(&self, motors: &[Motion; N], k: usize, windup: &[f64; N], rate: &[f64; N]) -> [f64; N] {
+    fn carried(&self, motors: &[SmoothedSignal; N], k: usize, windup: &[f64; N], rate: &[f64; N]) -> [f64; N] {
         let (angle, speed) = (at(motors, k, |m| &m.value), at(motors, k, |m| &m.rate));
         let angle: [f64; N] = std::array::from_fn(|axis| angle[axis] - windup[axis]);
         let speed = std::array::from_fn(|axis| speed[axis] - rate[axis]);
@@ -101,14 +106,14 @@ impl<'a, const N: usize> Gears<'a, N> {
     }
 
     /// Every gear wound up by what it carries at first.
-    fn rest(&mut self, motors: &[Motion; N]) {
+    fn rest(&mut self, motors: &[SmoothedSignal; N]) {
         let torques = self.carried(motors, 0, &self.windup, &self.rate);
         self.windup = std::array::from_fn(|axis| self.compliance[axis] * torques[axis]);
     }
 
     /// Goes on to sample `k`: `c M e'' + T e' + e = c tau` of the windups `e`, where `tau` is what the gears would carry
     /// if the links accelerated as the motors do.
-    fn step(&mut self, motors: &[Motion; N], k: usize, h: f64) {
+    fn step(&mut self, motors: &[SmoothedSignal; N], k: usize, h: f64) {
         let windup: [f64; N] =
             std::array::from_fn(|i| self.windup[i] + h * self.rate[i] + h * h * (0.5 - BETA) * self.acceleration[i]);
         let rate: [f64; N] = std::array::from_fn(|i| self.rate[i] + h * (1.0 - GAMMA) * self.acceleration[i]);
@@ -130,7 +135,7 @@ impl<'a, const N: usize> Gears<'a, N> {
         self.windup = std::array::from_fn(|i| windup[i] + h * h * BETA * next[i]);
     }
 
-    fn push_links(&self, motors: &[Motion; N], k: usize, links: &mut [Motion; N]) {
+    fn push_links(&self, motors: &[SmoothedSignal; N], k: usize, links: &mut [SmoothedSignal; N]) {
         for (axis, (link, motor)) in links.iter_mut().zip(motors).enumerate() {
             link.value.push(motor.value[k] - self.windup[axis]);
             link.rate.push(motor.rate[k] - self.rate[axis]);

@@ -1,32 +1,33 @@
-//! What a signal added to a block's late input would change in its residuals, knot by knot.
+//! Sensitivity of a block's residuals to a signal added to its late input, knot by knot.
 
-use super::Part;
-use super::part::cut;
+use super::BlockRecordings;
+use super::recordings::cut;
 use crate::inference::noise::{Noise, mean};
 use nalgebra::{DMatrix, DVector};
 use softdock_kernels::block::Recorded;
 
-/// One experiment's residual, and what a unit of an added signal changes in it.
+/// Residual of an experiment and its sensitivity to an added signal.
 #[derive(Clone, Debug)]
-pub struct Response {
+pub struct KnotResponse {
     /// The experiment's first recording.
     pub recorded: Recorded,
-    /// Its name.
+    /// Name of the experiment.
     pub experiment: String,
     /// Instants of the recording at which the added signal has its knots.
     pub knots: Vec<usize>,
     /// Whitened residual, averaged over the repeats.
     pub residual: DVector<f64>,
-    /// What a unit at each knot changes in it, one column a knot; between knots the signal is straight.
+    /// Change of the residual per unit at each knot, one column per knot; the signal is piecewise linear.
     pub response: DMatrix<f64>,
 }
 
 /// Knots whose recordings are held at once.
 const MOST_KNOTS: usize = 32;
 
-impl Part<'_> {
-    /// The responses of all experiments to a signal added to the first late input, with knots so far apart \[s\].
-    pub fn responses(&self, noise: &Noise, set: &[f64], apart: f64) -> Vec<Response> {
+impl BlockRecordings<'_> {
+    /// Returns the responses of all experiments to a signal added to the first late input; `apart` is the spacing of
+    /// the knots \[s\].
+    pub fn responses(&self, noise: &Noise, set: &[f64], apart: f64) -> Vec<KnotResponse> {
         let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
         let of = |(name, members): &(&str, Vec<usize>)| {
             let recorded = self.recordings[members[0]];
@@ -36,7 +37,7 @@ impl Part<'_> {
             let columns = self.columns(recorded, set, &knots).into_iter();
             let columns: Vec<DVector<f64>> =
                 columns.map(|column| whiten(column.columns(0, own.ncols()).into())).collect();
-            Response {
+            KnotResponse {
                 recorded: recorded.clone(),
                 experiment: (*name).to_owned(),
                 knots,

@@ -1,10 +1,10 @@
-//! The blocks of a robot: each axis from its torque to its motion, against the load that gravity and the others put on it.
+//! Blocks of a robot: each axis from its torque to its motion, under the load from gravity and the other axes.
 
 use super::MeasuredBlock;
 use super::drive::{Carried, loaded_block, resampled};
 use super::links::{at, helped, links, weightless};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::Motion;
+use crate::recording::smooth::SmoothedSignal;
 use softdock_campaign::rig::{AXIS_SIGNALS, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::manipulator::{Manipulator, rigid_torques};
@@ -22,15 +22,15 @@ const NAMES: [&str; MAX_JOINTS] = [
     "R3 torque to motion, axis 6",
     "R3 torque to motion, axis 7",
 ];
-/// The axis of a block, from 1; `None` for blocks of other plants.
+/// Returns the axis of a block, from 1; `None` for blocks of other plants.
 pub fn axis(block: &str) -> Option<usize> {
     NAMES.iter().position(|name| *name == block).map(|axis| axis + 1)
 }
 
-/// What each axis carries at each sample of each recording: `[recording][axis][sample]`.
+/// Load of each axis: `[recording][axis][sample]`.
 pub(crate) type Loads = Vec<Vec<Vec<Carried>>>;
 
-/// What the axes of a robot carry along their recorded motion, if the gears are those of `drives`.
+/// Returns the loads of the axes along their recorded motion, with the gears of `drives`.
 pub(crate) fn loads(rig: &RobotRig, pieces: &[Piece], drives: &[DriveValues<f64>]) -> Loads {
     pieces.iter().map(|piece| with_joints!(rig.drives.len(), carried(rig, piece, drives))).collect()
 }
@@ -45,7 +45,7 @@ pub(crate) fn robot_block(
     finer: usize,
 ) -> MeasuredBlock {
     let own: Vec<Piece> = pieces.iter().map(|piece| of_axis(piece, axis)).collect();
-    let carrying = |piece: usize, motion: &Motion| resampled(&loads[piece][axis], motion.value.len(), between);
+    let carrying = |piece: usize, motion: &SmoothedSignal| resampled(&loads[piece][axis], motion.value.len(), between);
     loaded_block(NAMES[axis], &rig.drives[axis], &own, held_out, finer, &[], &carrying)
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn of_axis(piece: &Piece, axis: usize) -> Piece {
 /// What each axis carries at each sample: `[axis][sample]`.
 fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<f64>]) -> Vec<Vec<Carried>> {
     let robot = &rig.model;
-    let motions: [Motion; N] = links(rig, piece, drives);
+    let motions: [SmoothedSignal; N] = links(rig, piece, drives);
     let unladen_weightless = weightless(robot);
     let laden = laden(robot);
     let laden_weightless = weightless(&laden);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_axis_carries_and_what_its_own_inertias_take_is_the_torque_of_the_whole_robot() {
+    fn load_plus_own_inertia_equals_the_robot_torque() {
         let (rig, step) = (robot(), 0.004);
         let piece = swings(step);
         let rigid = drives(&rig, 0.0, 0.0);
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_an_axis_where_it_is_is_told_apart_from_what_moves_the_others() {
+    fn weight_and_coupling_of_an_axis_are_separated() {
         let (rig, piece) = (robot(), swings(0.004));
         let rigid = drives(&rig, 0.0, 0.0);
         let motions = links::<6>(&rig, &piece, &rigid);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn links_are_where_motors_are_less_what_their_gears_wind_up() {
+    fn link_angle_is_motor_angle_minus_windup() {
         let (rig, step, compliance, damping) = (robot(), 0.004, 1e-7, 0.3);
         let mut piece = swings(step);
         let truth = links::<6>(&rig, &piece, &drives(&rig, 0.0, 0.0));

@@ -1,8 +1,8 @@
-//! The block from force to reading of a force/torque sensor, from a bench's recordings.
+//! Block from force to reading of a force/torque sensor, from recordings of a test rig.
 
-use super::{Channel, MeasuredBlock, Trial, highest, judged_steps};
+use super::{MeasuredBlock, MeasuredOutput, Trial, highest, judged_steps};
 use crate::recording::grid::Piece;
-use crate::recording::smooth::{Motion, motion};
+use crate::recording::smooth::{SmoothedSignal, motion};
 use rayon::prelude::*;
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::BlockKind;
@@ -15,14 +15,14 @@ use softdock_kernels::vector::{Quat, Vec3, vec3};
 
 /// Longest step of the simulation \[s\].
 const LONGEST_STEP: f64 = 1e-3;
-/// Fewest samples that one judged sample stands for: what a recording folds back lies near its own band's end.
+/// Smallest decimation factor: aliased components lie near the end of the band.
 const FEWEST_STEPS: usize = 4;
 /// By how much the motion's band exceeds what stands out of its noise.
 const BAND: f64 = 1.5;
 /// Band of a motion that stands out of its noise nowhere, in cycles a sample.
 const LEAST_BAND: f64 = 0.01;
 
-/// What is measured, in the order of the block's outputs.
+/// Measured signals, in the order of the block's outputs.
 pub const READINGS: [(&str, &str); 6] = [
     ("force.x", "N"),
     ("force.y", "N"),
@@ -32,16 +32,16 @@ pub const READINGS: [(&str, &str); 6] = [
     ("moment.z", "N m"),
 ];
 
-/// What is fed.
+/// Input signals.
 pub const INPUTS: [&str; 5] = ["reference.force", "reference.moment", "orientation", "acceleration", "rate"];
 
-/// The block of a sensor's recordings; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a sensor. `held_out` decides by the name of the experiment.
 pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
     let base = to_vec(&rig.values);
     let steps = READINGS.iter().map(|reading| judged_steps(pieces, reading.0)).min().unwrap_or(FEWEST_STEPS);
     let bands = ["acceleration.x", "acceleration.y", "acceleration.z", "rate.x", "rate.y", "rate.z"];
     let band = bands.iter().filter_map(|signal| highest(pieces, signal)).fold(LEAST_BAND, f64::max);
-    let channel = |(output, reading): (usize, &(&'static str, &'static str))| Channel {
+    let channel = |(output, reading): (usize, &(&'static str, &'static str))| MeasuredOutput {
         name: reading.0,
         output,
         unit: reading.1,
@@ -87,8 +87,8 @@ fn loads(rig: &SensorRig, piece: &Piece, each: usize, band: f64) -> Vec<SensorLo
     let none = vec![0.0; piece.samples()];
     let rate = axes("rate").map(|signal| slow(piece.signals.get(&signal).unwrap_or(&none)));
     let pull = pull(rig, piece).map(|samples| slow(&samples));
-    let value = |m: &[Motion; 3], i: usize| vec3(m[0].value[i], m[1].value[i], m[2].value[i]);
-    let bend = |m: &[Motion; 3], i: usize| {
+    let value = |m: &[SmoothedSignal; 3], i: usize| vec3(m[0].value[i], m[1].value[i], m[2].value[i]);
+    let bend = |m: &[SmoothedSignal; 3], i: usize| {
         vec3(m[0].acceleration[i], m[1].acceleration[i], m[2].acceleration[i]) * (0.5 * step * step)
     };
     let load = |i: usize| SensorLoad {

@@ -1,7 +1,7 @@
-//! Residuals of all repeats by the simulation of one.
+//! Mean residuals of all repeats from the simulation of one of them.
 
-use super::Part;
-use super::part::{bounded, cut};
+use super::BlockRecordings;
+use super::recordings::{bounded, cut};
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::noise::{Noise, mean};
 use nalgebra::{DMatrix, DVector};
@@ -9,12 +9,12 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use softdock_kernels::block::Recorded;
 use std::borrow::Cow;
 
-/// Residuals by the first repeat of each experiment alone.
+/// Approximation of mean residuals that simulates only the first repeat of each experiment.
 ///
-/// Repeats are moved by the same command: what a parameter changes in one of them it changes in all, so the others are
-/// simulated once, at parameters near those in question.
+/// Repeats have the same command, so a parameter changes all of them alike. The others are simulated once, at
+/// parameters near those in question.
 pub struct Shortcut<'a> {
-    part: &'a Part<'a>,
+    part: &'a BlockRecordings<'a>,
     noise: &'a Noise,
     /// Its recording.
     first: Vec<Cow<'a, Recorded>>,
@@ -23,7 +23,7 @@ pub struct Shortcut<'a> {
 }
 
 impl Shortcut<'_> {
-    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    /// Returns the whitened mean residuals of all experiments, concatenated, for every parameter set.
     pub fn whitened(&self, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
             let of = |(place, own): (usize, &DMatrix<f64>)| {
@@ -36,7 +36,7 @@ impl Shortcut<'_> {
         self.part.of_typical(&self.first, sets).into_par_iter().map(whiten).collect()
     }
 
-    /// The null hypothesis: the block's nuisances, fitted from where the model has them.
+    /// Fits the null hypothesis: the nuisance parameters alone, from their nominal values.
     pub fn null(&self) -> Fitted {
         let block = self.part.block;
         let start = Start::nominal(block.nuisances.clone());
@@ -44,8 +44,9 @@ impl Shortcut<'_> {
     }
 }
 
-impl<'a> Part<'a> {
-    /// The way to [`whitened`](Self::whitened) that simulates one repeat of each experiment; exact for the parameters `at`.
+impl<'a> BlockRecordings<'a> {
+    /// Returns the approximation of [`whitened`](Self::whitened) that simulates one repeat of each experiment; it is
+    /// exact at the parameters `at`.
     pub fn shortcut(&'a self, noise: &'a Noise, at: &[f64]) -> Shortcut<'a> {
         let trials = self.of_trials(&self.all(), &[at.to_vec()]).remove(0);
         let first = self.typical();

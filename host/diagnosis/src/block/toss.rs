@@ -1,13 +1,14 @@
-//! The block from measured states to the next of a tossed body, from its recordings.
+//! Block from one measured state to the next of a tossed body, from its recordings.
 //!
-//! Recordings are cut into segments of a few frames, each of which the simulation begins anew with the measured state, so
-//! that no error is carried through several blows (multiple shooting with the states held at their measured values). A
-//! segment begins where a parabola through five frames leaves no more than noise: near a blow no velocity is known.
-//! What noise is, free flight tells. A blow makes the error of a state grow; segments weigh as much less.
+//! Recordings are cut into segments of a few frames. Each segment is simulated from its measured initial state, so that
+//! errors do not propagate through several impacts (multiple shooting with the states held at their measured values). A
+//! segment begins where a parabola through five frames has a residual at noise level: near an impact the velocity is
+//! unknown. The noise is estimated in free flight. An impact amplifies the error of the initial state; segments are
+//! weighted accordingly.
 
-use super::{Channel, MeasuredBlock, Trial};
+use super::{MeasuredBlock, MeasuredOutput, Trial};
 use crate::recording::grid::Piece;
-use crate::recording::state::{Poses, RATE_NOISE, REACH, State};
+use crate::recording::state::{BodyState, Poses, RATE_NOISE, REACH};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use softdock_campaign::rig::TossRig;
 use softdock_engine::blocks::{BlockKind, simulate};
@@ -28,14 +29,14 @@ const MOST_SEGMENTS: usize = 400;
 const AT_REST: [f64; 2] = [1e-3, 1e-2];
 const UNSEEN: f64 = 6.0;
 
-/// What is fed.
+/// Input signals.
 pub const POSES: [&str; 7] =
     ["position.x", "position.y", "position.z", "orientation.w", "orientation.x", "orientation.y", "orientation.z"];
-/// What is compared, in the order of the block's outputs.
+/// Compared signals, in the order of the block's outputs.
 pub const WAYS: [(&str, &str); 6] =
     [("way.x", "m"), ("way.y", "m"), ("way.z", "m"), ("turn.x", "rad"), ("turn.y", "rad"), ("turn.z", "rad")];
 
-/// The block of a tossed body's recordings; `held_out` of an experiment's name.
+/// Builds the block from the recordings of a tossed body. `held_out` decides by the name of the experiment.
 pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bool, finer: usize) -> MeasuredBlock {
     let base = to_vec(&rig.values);
     let tosses: Vec<(Poses, bool)> =
@@ -47,7 +48,8 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         trial(&spread(&all), held_out, finer, &noise, &base)
     };
     let trials = [part(false), part(true)].into_iter().flatten().collect();
-    let channel = |(output, row): (usize, &(&'static str, &'static str))| Channel { name: row.0, output, unit: row.1 };
+    let channel =
+        |(output, row): (usize, &(&'static str, &'static str))| MeasuredOutput { name: row.0, output, unit: row.1 };
     let channels = WAYS.iter().enumerate().map(channel).collect();
     MeasuredBlock {
         trials,
@@ -57,7 +59,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     }
 }
 
-/// How well a state is known.
+/// Measurement noise of a state.
 #[derive(Clone, Copy, Debug)]
 pub struct StateNoise {
     /// Standard deviation of a frame's position \[m\], each axis.
@@ -67,7 +69,7 @@ pub struct StateNoise {
 }
 
 impl StateNoise {
-    /// By what parabolas leave in free flight; all frames where nothing flies.
+    /// Estimates the noise from the residuals of parabolas in free flight, or in all frames if there is none.
     pub fn of<'a>(rig: &TossRig, tosses: impl Iterator<Item = &'a Poses> + Clone) -> Self {
         let left = |flying: bool| -> Vec<[f64; 2]> {
             let of = |poses: &'a Poses| {
@@ -91,13 +93,13 @@ impl StateNoise {
         [self.position, self.attitude].map(|own| own * (2.0 + grown * grown).sqrt())
     }
 
-    /// Whether a state is as smooth as in free flight.
-    pub fn is_smooth(&self, state: &State) -> bool {
+    /// Returns whether the residual of a state's parabola is that of free flight.
+    pub fn is_smooth(&self, state: &BodyState) -> bool {
         state.left[0] < SMOOTH * self.position && state.left[1] < SMOOTH * self.attitude
     }
 }
 
-/// Whether the frames that the states from one to another are taken from show no corner near the plane.
+/// Returns whether no corner is near the plane in the frames of the states `from` to `to`.
 pub fn clear(rig: &TossRig, poses: &Poses, from: usize, to: usize) -> bool {
     let half = rig.values.half_width;
     let lowest = |frame: usize| {
@@ -117,7 +119,7 @@ fn length(step: f64) -> usize {
 /// A segment: the state that it begins with, and how far the body comes and turns in it.
 #[derive(Clone, Copy)]
 struct Segment {
-    state: State,
+    state: BodyState,
     way: Vector3<f64>,
     turn: Vector3<f64>,
     /// Length \[s\], and frames in it.
@@ -151,7 +153,7 @@ fn segments(poses: &Poses, noise: &StateNoise) -> Vec<Segment> {
 
 /// Inputs at an instant.
 const ROW: usize = 16;
-/// Fewest flights that tell the noise of six channels.
+/// Smallest number of flights that determine the noise of six channels.
 const FEWEST_FLIGHTS: usize = 20;
 
 /// Some of the segments, evenly spread, where they are more than needed.
@@ -165,7 +167,7 @@ fn trial(segments: &[Segment], held_out: bool, finer: usize, noise: &StateNoise,
     let first = segments.first()?;
     let each = (first.step / LONGEST_STEP).ceil() as usize;
     let layout = Layout { frames: first.frames, frame: first.step, each };
-    let states: Vec<State> = segments.iter().map(|segment| segment.state).collect();
+    let states: Vec<BodyState> = segments.iter().map(|segment| segment.state).collect();
     let weights = weights(&layout, &states, noise, base);
     let measured = |channel: usize| {
         let of = |(segment, weight): (&Segment, &[f64; 2])| match channel {
@@ -196,7 +198,7 @@ struct Layout {
 
 impl Layout {
     /// Segments that begin with some states; the weights stand where a segment ends.
-    fn recorded(&self, states: &[State], weights: &[[f64; 2]]) -> Recorded {
+    fn recorded(&self, states: &[BodyState], weights: &[[f64; 2]]) -> Recorded {
         let stride = self.frames * self.each;
         let instants = states.len() * stride + 1;
         let mut inputs = vec![0.0; instants * ROW];
@@ -218,17 +220,17 @@ impl Layout {
 
 /// How much each segment's way and turn weigh: the error that they would have in flight, over the error that they have as
 /// the model carries the error of the segment's begin on.
-fn weights(layout: &Layout, states: &[State], noise: &StateNoise, base: &[f64]) -> Vec<[f64; 2]> {
+fn weights(layout: &Layout, states: &[BodyState], noise: &StateNoise, base: &[f64]) -> Vec<[f64; 2]> {
     let own = [noise.position, noise.attitude];
     let rates = own.map(|noise| noise * RATE_NOISE / layout.frame);
-    let recorded = |states: &[State]| layout.recorded(states, &vec![[1.0; 2]; states.len()]);
+    let recorded = |states: &[BodyState]| layout.recorded(states, &vec![[1.0; 2]; states.len()]);
     let moved = |number: usize| {
         let (kind, by) = (number / 3, |size: f64| Vector3::ith(number % 3, size));
-        let of = |state: &State| match kind {
-            0 => State { position: state.position + by(own[0]), ..*state },
-            1 => State { attitude: state.attitude * UnitQuaternion::from_scaled_axis(by(own[1])), ..*state },
-            2 => State { velocity: state.velocity + by(rates[0]), ..*state },
-            _ => State { rate: state.rate + by(rates[1]), ..*state },
+        let of = |state: &BodyState| match kind {
+            0 => BodyState { position: state.position + by(own[0]), ..*state },
+            1 => BodyState { attitude: state.attitude * UnitQuaternion::from_scaled_axis(by(own[1])), ..*state },
+            2 => BodyState { velocity: state.velocity + by(rates[0]), ..*state },
+            _ => BodyState { rate: state.rate + by(rates[1]), ..*state },
         };
         recorded(&states.iter().map(of).collect::<Vec<_>>())
     };
@@ -249,13 +251,13 @@ fn weights(layout: &Layout, states: &[State], noise: &StateNoise, base: &[f64]) 
 }
 
 /// The inputs at an instant where a segment begins with a state, without the weights.
-fn begin(state: &State) -> [f64; ROW - 2] {
+fn begin(state: &BodyState) -> [f64; ROW - 2] {
     let (p, q, v, w) = (state.position, state.attitude, state.velocity, state.rate);
     [1.0, p.x, p.y, p.z, q.w, q.i, q.j, q.k, v.x, v.y, v.z, w.x, w.y, w.z]
 }
 
-/// A toss from a measured state on: so many frames, asked at each.
-pub fn free_run(state: &State, frames: usize, frame: f64) -> Recorded {
+/// Returns the inputs of a free run from a measured state, with an output at each of `frames` frames.
+pub fn free_run(state: &BodyState, frames: usize, frame: f64) -> Recorded {
     let each = (frame / LONGEST_STEP).ceil() as usize;
     let layout = Layout { frames, frame, each };
     Recorded { stride: each, ..layout.recorded(std::slice::from_ref(state), &[[1.0; 2]]) }

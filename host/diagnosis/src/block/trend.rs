@@ -1,7 +1,7 @@
-//! What repeats differ by because the session goes on: trends, not noise.
+//! Trends over a session in the differences of repeats, which are not noise.
 
 use crate::inference::adequacy::tolerated;
-use crate::inference::memory::{Memory, power};
+use crate::inference::autocorrelation::{CorrelationTime, power};
 use nalgebra::{DMatrix, DVector};
 
 /// Repeats of one command on a session's clock.
@@ -21,9 +21,9 @@ pub(super) struct Detrended {
     pub(super) grew: bool,
 }
 
-/// Takes trends off what repeats differ by. Left in, they would pass for noise of the lowest frequencies and hide their
-/// cause and every constant. `rounding` tells the variance of each channel's rounding: a trend that all share reads as
-/// steps then, at times of their own.
+/// Removes trends from the differences of repeats, which would otherwise count as low-frequency noise and mask their
+/// cause. `rounding` returns the variance of each channel's quantisation: a common trend is then read as steps at
+/// different times.
 pub(super) fn detrended(mut repeats: Vec<Aged>, rounding: &dyn Fn() -> Vec<f64>) -> Detrended {
     remove_common(&mut repeats);
     let apart: Vec<Apart> = repeats.iter().filter_map(Aged::apart).collect();
@@ -87,7 +87,7 @@ fn grew(apart: &[Apart], rounding: &[f64]) -> bool {
     let beyond = |c: usize| (power(&grown, c) - rounding.get(c).unwrap_or(&0.0)).max(0.0);
     let ratio = (0..channels).map(|c| beyond(c) / power(&rest, c)).sum::<f64>() / channels as f64;
     let samples: usize = grown.iter().map(DMatrix::ncols).sum();
-    let independent = channels as f64 * Memory::of(&rest).independent;
+    let independent = channels as f64 * CorrelationTime::of(&rest).independent;
     ratio > tolerated([samples, spare].map(|count| independent * count as f64))
 }
 
@@ -130,21 +130,21 @@ mod tests {
     }
 
     #[test]
-    fn noise_stays_as_it_is() {
+    fn detrending_keeps_noise() {
         let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |_, t| wave(t))).into(), &Vec::new);
         assert!(!all.grew && all.noise.len() == 9);
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
 
     #[test]
-    fn a_common_growth_is_taken_off_and_is_no_other() {
+    fn common_trend_is_removed_and_not_reported() {
         let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |age, _| 0.5 * age)).into(), &Vec::new);
         assert!(!all.grew, "it is known what grows");
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
 
     #[test]
-    fn a_growth_that_goes_with_the_signal_is_found_and_is_no_noise() {
+    fn trend_proportional_to_the_signal_is_reported_and_not_noise() {
         let grown = |size: f64| ["a", "b", "c"].map(|stream| repeats(stream, |age, t| size * age * wave(t)));
         assert!(!detrended(grown(0.001).into(), &Vec::new).grew);
         let all = detrended(grown(0.05).into(), &Vec::new);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_repeats_nothing_can_be_told_apart() {
+    fn two_repeats_are_not_detrended() {
         let two = |stream: &str| {
             let Aged { mut deviations, mut ages } = repeats(stream, |age, t| 0.05 * age * wave(t));
             deviations.truncate(2);

@@ -1,4 +1,4 @@
-//! What the axes of a robot carry: told by the model's gears first, and again by those that were found.
+//! Loads of the axes of a robot: computed with the gears of the model first, then with the identified gears.
 
 use super::torque::is_explained;
 use super::{Blocks, Judged, Prepared};
@@ -14,14 +14,14 @@ const SAME: f64 = 0.02;
 /// Times that the axes are judged: by the model's gears, and twice by those found, of which one more is taken each time.
 pub(super) const PASSES: usize = 3;
 
-/// What the axes carry, and the gears that told it.
+/// Loads of the axes, and the gears they were computed with.
 pub(super) struct Axes {
     drives: Vec<DriveValues<f64>>,
     pub(super) loads: Loads,
 }
 
 impl Prepared {
-    /// What the axes of a robot carry by what is known of its gears by now.
+    /// Returns the loads of the axes with the gears identified so far.
     pub(super) fn axes(&self, rig: &RobotRig) -> &Axes {
         self.axes.get_or_init(|| self.carrying(rig, rig.drives.iter().map(|drive| drive.values).collect()))
     }
@@ -30,12 +30,12 @@ impl Prepared {
         Axes { loads: loads(rig, self.pieces(), &drives), drives }
     }
 
-    /// Tells anew what the axes carry, if a gear was found that winds up otherwise: its link, which loads the other
-    /// axes, moves otherwise than was told. `false` if all gears are as they were.
+    /// Recomputes the loads of the axes if a gear with another compliance was identified, because its link moves
+    /// differently and loads the other axes. Returns `false` if all gears are unchanged.
     ///
-    /// What one axis seems to have may be what another one's link does to it: of the gears that were not known, the one
-    /// that explains its axis best is taken first.
-    pub(super) fn carries_otherwise(&mut self, all: &Blocks) -> bool {
+    /// The finding in one axis may be caused by the link of another: of the newly identified gears, the one with the
+    /// best explanation of its axis is applied first.
+    pub(super) fn update_loads(&mut self, all: &Blocks) -> bool {
         let Some(RigModel::Robot(rig)) = self.plant() else {
             return false;
         };
@@ -54,8 +54,8 @@ impl Prepared {
         true
     }
 
-    /// Nothing is said of axes that nothing explains beside one that lacks more: if its gear winds up otherwise than anybody
-    /// knows, its link moves otherwise than was told, which loads the others.
+    /// Withholds the verdict on unexplained axes beside an axis with a larger misfit: the unknown motion of its link
+    /// loads the others.
     pub(super) fn withhold_loaded(&mut self, all: &mut Blocks) {
         let Some(RigModel::Robot(_)) = self.plant() else { return };
         let unexplained = (0..all.answers.len()).filter(|place| !is_explained(&all.answers[*place]));
@@ -69,15 +69,15 @@ impl Prepared {
         let culprit = all.answers[worst].block;
         for (place, _) in lacks.into_iter().filter(|(place, _)| *place != worst) {
             let what = format!(
-                "no cause explains the motion, but what `{culprit}` puts on it may, for no cause explains that either: \
-                 nothing is said of this axis; understand that one first"
+                "no cause explains the motion, but the load from `{culprit}`, which is itself unexplained, may: no verdict \
+                 on this axis; diagnose `{culprit}` first"
             );
             self.findings.push(all.withhold(place, what));
         }
     }
 }
 
-/// Whether two drives' gears wind up alike.
+/// Returns whether the gears of two drives have equal compliance.
 fn winds_alike(a: &DriveValues<f64>, b: &DriveValues<f64>) -> bool {
     (a.compliance - b.compliance).abs() <= SAME * a.compliance.abs()
 }
@@ -90,7 +90,7 @@ impl Judged {
             own.any(|unknown| unknown.name == "compliance" && unknown.role != Role::Nuisance)
         };
         let judgement = &self.judgement;
-        let best = judgement.sound().next()?;
+        let best = judgement.admissible().next()?;
         let present = judgement.finds(best, self.library.len());
         (present && best.hypotheses.iter().any(of_gear)).then(|| from_slice(&best.fitted.values(&self.block.base)))
     }

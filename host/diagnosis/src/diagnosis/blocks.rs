@@ -1,4 +1,4 @@
-//! The blocks that a subject's channels allow, each with its library.
+//! Blocks that the channels of a model allow, each with its library.
 
 use super::{Prepared, Subject};
 use crate::block::MeasuredBlock;

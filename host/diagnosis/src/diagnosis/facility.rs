@@ -1,13 +1,13 @@
-//! A whole facility from the logs of its drives: told to motion, and motion to wrench.
+//! Whole facility from the logs of its drives: command to motion, and motion to wrench.
 
-use super::{Options, Prepared, Subject};
+use super::{DiagnosisOptions, Prepared, Subject};
 use crate::block::MeasuredBlock;
 use crate::block::facility::{FacilityModel, MOTION, WRENCH};
 use crate::isolability::BlockView;
 use crate::library::Hypothesis;
 use crate::recording::drive_log::DriveLog;
 use crate::recording::grid::Finding;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -19,11 +19,11 @@ pub fn prepare_facility(
     model: FacilityModel,
     logs: &[&Path],
     holdout: &[&Path],
-    options: &Options,
+    options: &DiagnosisOptions,
 ) -> Result<Prepared> {
     if model.scenario().model.facility.impedance.is_some() {
-        let what = "the scenario has impedance control: what the robots were told is not in the log";
-        return Err(Error::unfit(what, "diagnose a drive of the same facility without [facility.impedance]"));
+        let what = "the scenario has impedance control, so the log does not contain the commands to the robots";
+        return Err(DiagnosisError::unfit(what, "diagnose a drive of the same facility without [facility.impedance]"));
     }
     let mut findings = Vec::new();
     let mut read = |paths: &[&Path]| -> Result<Vec<DriveLog>> {
@@ -34,13 +34,13 @@ pub fn prepare_facility(
         test = learn.split_off(learn.len() - learn.len().div_ceil(3).min(learn.len() - 1));
     }
     if learn.is_empty() || test.is_empty() {
-        let what = "one drive alone cannot be learnt from and judged by";
-        return Err(Error::unfit(what, "drive another run of the campaign and give its log too"));
+        let what = "one drive cannot serve both for training and as held-out data";
+        return Err(DiagnosisError::unfit(what, "drive another run of the campaign and pass its log as well"));
     }
     findings.extend(strangers(&model, learn.iter().chain(&test)));
     named_apart(learn.iter_mut().chain(&mut test));
     let held_out: BTreeSet<String> = test.iter().map(|log| log.name.clone()).collect();
-    let why = "no drive repeats another's commands: the motion's noise is what the richest explanation leaves";
+    let why = "no drive repeats the commands of another: the noise of the motion is estimated from the residual of the richest hypothesis";
     let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
     let subject = Subject::Facility(Box::new(model), logs);
@@ -53,11 +53,11 @@ fn strangers<'a>(model: &FacilityModel, logs: impl Iterator<Item = &'a DriveLog>
         return Vec::new();
     };
     let is_strange = |log: &&DriveLog| log.campaign_hash.as_ref().is_some_and(|hash| *hash != campaign.hash);
-    let told = |log: &DriveLog| Finding {
+    let finding = |log: &DriveLog| Finding {
         recording: log.name.clone(),
-        what: format!("driven for another state of the campaign than {}: its draw may be another", campaign.id),
+        what: format!("driven for another version of campaign {}: its draw may differ", campaign.id),
     };
-    logs.filter(is_strange).map(told).collect()
+    logs.filter(is_strange).map(finding).collect()
 }
 
 /// Drives of the same name get numbers: each is an experiment of its own.

@@ -1,10 +1,10 @@
-//! From a rig's recordings to what can be judged: what is learnt from, what is held out, what makes an answer provisional.
+//! Preparation of a rig's recordings: training data, held-out data, reasons for a provisional answer.
 
-use super::{Options, Prepared, Subject};
+use super::{DiagnosisOptions, Prepared, Subject};
 use crate::hold_out::{default_of, last_third, split};
 use crate::recording::grid::{Finding, Piece, read};
 use crate::timing;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ const HELD_OUT: &str = ", held out";
 ///
 /// # Errors
 /// Recordings that cannot be used, an id that is in no library.
-pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -> Result<Prepared> {
+pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisOptions) -> Result<Prepared> {
     let mut findings = Vec::new();
     let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
     if matches!(rig.plant, RigModel::Drive(_) | RigModel::Robot(_)) {
@@ -34,17 +34,17 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &Options) -
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
         let (before, after) = split(&learn, from);
         (learn, test) = (before, test.into_iter().chain(after).collect());
-        provisional.push(format!("no different motion was held out, only what follows {from:.3} s"));
+        provisional.push(format!("no different motion was held out, only the recordings after {from:.3} s"));
     }
     if named_apart(&learn, &mut test) && options.hold_out_from.is_none() {
-        provisional.push("a held-out recording has the motion of one that was learnt from".to_owned());
+        provisional.push("a held-out recording repeats a training motion".to_owned());
     }
     if !learn.iter().any(|piece| piece.repeat > 1) {
         provisional.push(format!("no repeats: {}", noise_without(&rig)));
     }
     if learn.is_empty() || test.is_empty() {
-        let what = "nothing is left to learn from or to judge by".to_owned();
-        return Err(Error::unfit(what, "record longer, or hold out less"));
+        let what = "no recording remains for training or for the held-out test".to_owned();
+        return Err(DiagnosisError::unfit(what, "record longer, or hold out less"));
     }
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
@@ -63,8 +63,8 @@ fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec
     Ok(all)
 }
 
-/// Recordings of events without an echo, which tell delays and nothing that could be held out.
-fn timed(rig: Rig, pieces: Vec<Piece>, findings: Vec<Finding>, options: &Options) -> Prepared {
+/// Prepares recordings of events without an echo, which determine delays only and have no held-out data.
+fn timed(rig: Rig, pieces: Vec<Piece>, findings: Vec<Finding>, options: &DiagnosisOptions) -> Prepared {
     let (provisional, isolability) = (vec![timing::reason(&pieces)], timing::views(&pieces));
     let subject = Subject::Rig(Box::new(rig), pieces);
     Prepared { isolability, ..Prepared::new(subject, BTreeSet::new(), provisional, findings, options) }
@@ -81,10 +81,8 @@ fn named_apart(learn: &[Piece], test: &mut [Piece]) -> bool {
 /// What stands for the noise where nothing was repeated.
 fn noise_without(rig: &Rig) -> &'static str {
     match rig.plant {
-        RigModel::Toss(_) => {
-            "the noise is that of free flight, and what differs from blow to blow counts as unexplained"
-        }
-        _ => "the noise is what the richest explanation leaves",
+        RigModel::Toss(_) => "the noise is estimated in free flight; impact-to-impact variance counts as unexplained",
+        _ => "the noise is estimated from the residual of the richest hypothesis",
     }
 }
 
@@ -93,9 +91,9 @@ fn moves(piece: &Piece) -> Result<()> {
     let still = |values: &Vec<f64>| values.iter().all(|value| *value == values[0]);
     match piece.signals.iter().find(|(_, values)| still(values)) {
         None => Ok(()),
-        Some((signal, values)) => Err(Error::unfit(
+        Some((signal, values)) => Err(DiagnosisError::unfit(
             format!("`{signal}` is constant in {}: {} throughout", piece.experiment, values[0]),
-            "check its column in [log]; a channel that was not recorded is left out there",
+            "check its column in [log]; remove it there if the channel was not recorded",
         )),
     }
 }

@@ -1,11 +1,11 @@
-//! The experiment that an ambiguous answer asks for: a motion that the joint can make.
+//! Discriminating experiment of an ambiguous answer: a motion within the envelope of the joint.
 
 use super::{Judged, Prepared};
 use crate::block::MeasuredBlock;
 use crate::block::controller::controller_block;
 use crate::block::drive::{drive_block, followed};
 use crate::decide::rivals;
-use crate::experiment::{self, Envelope, Experiment};
+use crate::experiment::{self, Envelope, ProposedExperiment};
 use crate::recording::grid::Piece;
 use crate::recording::smooth::motion;
 use softdock_campaign::rig::RigModel;
@@ -15,8 +15,8 @@ use softdock_engine::blocks::BlockKind;
 const STEADY: f64 = 0.08;
 
 impl Prepared {
-    /// The motion that tells the rivals of an ambiguous block apart, if its plant is a drive.
-    pub(super) fn proposed(&self, judged: &Judged) -> Option<Experiment> {
+    /// Returns the motion that separates the rivals of an ambiguous block, if its plant is a drive.
+    pub(super) fn proposed(&self, judged: &Judged) -> Option<ProposedExperiment> {
         let Some(RigModel::Drive(rig)) = self.plant() else {
             return None;
         };

@@ -1,17 +1,18 @@
-//! The answers of all blocks as one.
+//! Overall answer from the answers of all blocks.
 
 use super::{Diagnosis, Prepared};
-use crate::answer::{BlockAnswer, Residual, Verdict};
+use crate::answer::{BlockAnswer, DiagnosisVerdict, Residual};
 
-/// The answers of all blocks as one: what is wrong anywhere is wrong.
+/// Returns the overall answer: the most severe of all blocks.
 pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64>) -> Diagnosis {
-    let answer = blocks.iter().map(|block| block.answer).max().unwrap_or(Verdict::NoEffect);
-    let found = |block: &&BlockAnswer| block.answer >= Verdict::NoPracticalEffect;
+    let answer = blocks.iter().map(|block| block.answer).max().unwrap_or(DiagnosisVerdict::NoEffect);
+    let found = |block: &&BlockAnswer| block.answer >= DiagnosisVerdict::NoPracticalEffect;
     let main = blocks.iter().filter(found).max_by(|a, b| a.residual.before.total_cmp(&b.residual.before));
     let main = main.or(blocks.last());
     // What is hardly worth knowing is no cause beside one that is.
-    let worth =
-        |block: &&BlockAnswer| block.answer > Verdict::NoPracticalEffect || answer <= Verdict::NoPracticalEffect;
+    let worth = |block: &&BlockAnswer| {
+        block.answer > DiagnosisVerdict::NoPracticalEffect || answer <= DiagnosisVerdict::NoPracticalEffect
+    };
     Diagnosis {
         answer,
         provisional: !prepared.provisional.is_empty(),
@@ -30,15 +31,15 @@ pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_err
     }
 }
 
-/// What would split the rivals of an ambiguous answer: the experiments of the groups that they share, with each other or
-/// with what was not in the library.
+/// Returns the discriminating experiments of the groups that the rivals of an ambiguous answer share, with each other
+/// or with effects outside the library.
 fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
-    let ambiguous = blocks.iter().find(|block| block.answer == Verdict::Ambiguous)?;
+    let ambiguous = blocks.iter().find(|block| block.answer == DiagnosisVerdict::Ambiguous)?;
     let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
         let found = ambiguous.effects.iter().filter(|effect| group.members.contains(&effect.id)).count();
         let missing = ambiguous.partner_missing.iter().any(|id| group.members.contains(id));
         group.id != "own" && found >= if missing { 1 } else { 2 }
     });
-    let told: Vec<&str> = groups.map(|group| group.splits).collect();
-    (!told.is_empty()).then(|| told.join("; "))
+    let splits: Vec<&str> = groups.map(|group| group.splits).collect();
+    (!splits.is_empty()).then(|| splits.join("; "))
 }

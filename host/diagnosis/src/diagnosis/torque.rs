@@ -1,8 +1,8 @@
-//! Torque between a log's samples: which of those that a controller may have asked for moved the drive as it did, and what
-//! may be said where none did.
+//! Torque between the samples of a log: selects, among the torques that the controller may have commanded, the one that
+//! explains the motion, and withholds the verdict if none does.
 
 use super::{Blocks, Prepared, Subject};
-use crate::answer::{BlockAnswer, Verdict};
+use crate::answer::{BlockAnswer, DiagnosisVerdict};
 use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
@@ -30,9 +30,9 @@ impl Prepared {
         allowed.into_iter().zip(best).map(|(mut own, best)| own.swap_remove(best)).collect()
     }
 
-    /// Where neither the controller's torque nor the drive's motion is explained, the one may be all that is wrong with the
-    /// other: a jump of the torque between two samples of the log is an impulse that nobody knows of. Then nothing is said
-    /// of the drive, and no cause is named in the controller whose torque does not move the drive as it moved.
+    /// Withholds the verdict on the drive where neither the controller's torque nor the drive's motion is explained: a
+    /// torque jump between two samples is an unknown impulse. No cause is named in a controller whose torque does not
+    /// explain the motion.
     pub(super) fn withhold(&mut self, all: &mut Blocks, prismatic: bool) {
         let place = |kind: BlockKind| all.judged.iter().position(|own| own.block.section.is(kind));
         let (Some(asked), Some(moved)) = (place(BlockKind::Controller), place(BlockKind::Drive)) else { return };
@@ -42,18 +42,18 @@ impl Prepared {
             return;
         }
         let what = format!(
-            "no cause explains the motion, but torque that jumps between the log's samples may, for the controller is not \
-             understood and the log has one in {periods} of its periods: nothing is said of the drive; log every period"
+            "no cause explains the motion, but torque steps between the samples of the log may: the controller is \
+             unexplained, and the log has only one in {periods} of its periods; no verdict on the drive; log every period"
         );
         self.findings.push(all.withhold(moved, what));
         let answer = &mut all.answers[asked];
         if answer.answer.names() {
-            *answer = all.judged[asked].looked_outside(answer.clone().denied(), prismatic);
+            *answer = all.judged[asked].looked_outside(answer.clone().without_name(), prismatic);
         }
     }
 }
 
-/// A block's parameters with its nuisances where the motion has them; the model's own where its noise cannot be told.
+/// Returns the block's parameters with fitted nuisance parameters; the nominal ones if the noise is not identifiable.
 fn settled(block: &MeasuredBlock) -> Vec<f64> {
     let learn = block.part(false);
     let Some(noise) = learn.noise(&block.base) else { return block.base.clone() };
@@ -61,7 +61,7 @@ fn settled(block: &MeasuredBlock) -> Vec<f64> {
 }
 
 impl Blocks {
-    /// Says nothing of a block, and why.
+    /// Withholds the verdict on a block and reports the reason.
     pub(super) fn withhold(&mut self, place: usize, what: String) -> Finding {
         let (own, answer) = (&mut self.judged[place], &mut self.answers[place]);
         own.outside = None;
@@ -71,7 +71,7 @@ impl Blocks {
     }
 }
 
-/// Whether a block's motion needs nothing that nobody knows.
+/// Returns whether the motion of a block is explained.
 pub(super) fn is_explained(answer: &BlockAnswer) -> bool {
-    answer.answer != Verdict::NotInLibrary || answer.form.as_ref().is_some_and(|form| form.holds)
+    answer.answer != DiagnosisVerdict::NotInLibrary || answer.form.as_ref().is_some_and(|form| form.holds)
 }

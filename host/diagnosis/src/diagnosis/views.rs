@@ -1,10 +1,10 @@
-//! What the signals of each plant let a diagnosis tell apart, before any number.
+//! Isolability from the signals of each plant, before any data are read.
 
 use super::{Prepared, facility};
 use crate::block::{MeasuredBlock, body, command, contact, sensor, toss};
 use crate::isolability::BlockView;
 use crate::library::Hypothesis;
-use crate::{Error, Result, packets, timing, variance};
+use crate::{DiagnosisError, Result, packets, timing, variance};
 use softdock_campaign::rig::{CommandRig, RigModel, RobotRig, SensorRig};
 use softdock_engine::blocks::BlockKind;
 use std::collections::BTreeSet;
@@ -28,8 +28,8 @@ impl Prepared {
         let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
         if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
             let known: Vec<&str> = known.into_iter().collect();
-            return Err(Error::unfit(
-                format!("there is no effect `{id}` in any block"),
+            return Err(DiagnosisError::unfit(
+                format!("no block has an effect `{id}`"),
                 format!("write one of: {}", known.join(", ")),
             ));
         }
@@ -61,9 +61,9 @@ impl Prepared {
         for signal in (1..=rig.drives.len()).flat_map(|axis| [format!("q.{axis}"), format!("tau.{axis}")]) {
             if !self.has(&signal) {
                 let what =
-                    format!("the robot's model file names no column for `{signal}`: its axis could not be judged");
+                    format!("the robot's model file names no column for `{signal}`: its axis cannot be diagnosed");
                 let remedy = format!("add it to [log] there: \"r1.{signal}\" = {{ column = \"...\", unit = \"...\" }}");
-                return Err(Error::unfit(what, remedy));
+                return Err(DiagnosisError::unfit(what, remedy));
             }
         }
         let view = |(block, library): &(MeasuredBlock, Vec<Hypothesis>)| {
@@ -77,8 +77,8 @@ impl Prepared {
         for signal in ["q", "tau"] {
             if !self.has(signal) {
                 let what =
-                    format!("the [log] of the model file names no column for `{signal}`: no block could be judged");
-                return Err(Error::unfit(
+                    format!("the [log] of the model file names no column for `{signal}`: no block can be diagnosed");
+                return Err(DiagnosisError::unfit(
                     what,
                     format!("add it: \"{signal}\" = {{ column = \"...\", unit = \"...\" }}"),
                 ));

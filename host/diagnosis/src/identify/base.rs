@@ -1,8 +1,9 @@
-//! Base parameters: the combinations that joint torques can show, found by rank-revealing QR, and their least squares.
+//! Base parameters: the parameter combinations that joint torques identify, by rank-revealing QR, and their least
+//! squares.
 
 use crate::identify::filter::Smoother;
 use crate::identify::layout::{INERTIAL, Layout};
-use crate::identify::motion::Motion;
+use crate::identify::motion::RecordedMotion;
 use crate::identify::regressor::rigid_regressor;
 use crate::identify::system::{System, rms};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -24,14 +25,14 @@ const UNDETERMINED: f64 = 1e-14;
 /// Which combinations of parameters are identifiable: `beta = map * theta`.
 #[derive(Clone, Debug)]
 pub struct Base {
-    /// Parameters that stand for a combination each.
+    /// Independent parameters, one for each combination.
     pub independent: Vec<usize>,
     /// Base parameters x parameters; unit columns at the independent ones.
     pub map: DMatrix<f64>,
 }
 
 impl Base {
-    /// The structure of a robot, from its regressor at random postures, rates and accelerations.
+    /// Determines the base parameters of a robot from its regressor at random postures, rates and accelerations.
     pub fn of(robot: &Robot) -> Self {
         let layout = Layout::of(robot);
         let mut w = random_regressor(robot, &layout);
@@ -67,17 +68,17 @@ impl Base {
         Self { independent, map }
     }
 
-    /// Number of base parameters.
+    /// Returns the number of base parameters.
     pub fn len(&self) -> usize {
         self.independent.len()
     }
 
-    /// A robot without joints has none.
+    /// Returns whether there are none (a robot without joints).
     pub fn is_empty(&self) -> bool {
         self.independent.is_empty()
     }
 
-    /// Parameters that give the combinations these values: the independent ones carry all.
+    /// Returns parameters with these combinations: the independent ones take the values, the others are zero.
     pub fn spread(&self, beta: &DVector<f64>) -> DVector<f64> {
         let mut theta = DVector::zeros(self.map.ncols());
         self.independent.iter().zip(beta.iter()).for_each(|(place, value)| theta[*place] = *value);
@@ -131,8 +132,8 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// Weights joints by their residuals: once equally by torque, once more by what that leaves.
-    pub fn new(system: &System, base: &Base, motions: &[Motion]) -> Self {
+    /// Fits with joints weighted by their residuals: first all equal, then by the residuals of that fit.
+    pub fn new(system: &System, base: &Base, motions: &[RecordedMotion]) -> Self {
         let mut sigma: Vec<f64> = system.joints.iter().map(|rows| rms(rows.y.iter()).max(1e-9)).collect();
         let reduced: Vec<DMatrix<f64>> =
             system.joints.iter().map(|rows| rows.x.select_columns(&base.independent)).collect();
@@ -151,7 +152,7 @@ impl LeastSquares {
         Self { base: base.clone(), beta, covariance, condition: normal.condition, sigma }
     }
 
-    /// Standard error of each base parameter.
+    /// Returns the standard error of each base parameter.
     pub fn standard_errors(&self) -> DVector<f64> {
         self.covariance.diagonal().map(|variance| variance.max(0.0).sqrt())
     }
@@ -196,7 +197,7 @@ fn covariance(
     reduced: &[DMatrix<f64>],
     system: &System,
     beta: &DVector<f64>,
-    motions: &[Motion],
+    motions: &[RecordedMotion],
 ) -> DMatrix<f64> {
     let p = normal.right.len();
     let (mut seen, mut white) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p));
@@ -225,7 +226,7 @@ fn covariance(
 }
 
 /// How many independent numbers a smooth series holds.
-fn independent_samples(motion: &Motion) -> f64 {
+fn independent_samples(motion: &RecordedMotion) -> f64 {
     match motion.smoother {
         Smoother::LowPass { cutoff } => 2.0 * cutoff * motion.step * motion.rows() as f64,
         Smoother::Fourier { harmonics } => (2 * harmonics + 1) as f64,
@@ -233,7 +234,7 @@ fn independent_samples(motion: &Motion) -> f64 {
 }
 
 /// Autocovariance of the residual, from lag 0, under a flat-top window several cut-off times long (Politis 2003).
-fn seen_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
+fn seen_kernel(motion: &RecordedMotion, residual: &[f64]) -> Vec<f64> {
     let n = residual.len();
     match motion.smoother {
         Smoother::Fourier { .. } => white_kernel(motion, residual),
@@ -250,7 +251,7 @@ fn seen_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
 ///
 /// On columns that lie in a Fourier projection themselves it acts as one variance: the noise's power is spread over the
 /// harmonics kept.
-fn white_kernel(motion: &Motion, residual: &[f64]) -> Vec<f64> {
+fn white_kernel(motion: &RecordedMotion, residual: &[f64]) -> Vec<f64> {
     let sum: f64 = residual.iter().map(|r| r * r).sum();
     match motion.smoother {
         Smoother::Fourier { .. } => vec![sum / independent_samples(motion)],

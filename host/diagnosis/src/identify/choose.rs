@@ -1,8 +1,8 @@
-//! Hyper-parameters by cross-validation inside the fitted recordings: weight of the a-priori robot, shape of friction.
+//! Hyper-parameters by cross-validation within the fitted recordings: weight of the a-priori robot, friction shapes.
 
-use crate::identify::consistent::Prior;
-use crate::identify::motion::Motion;
-use crate::identify::system::{Rows, Shape, System};
+use crate::identify::consistent::RobotPrior;
+use crate::identify::motion::RecordedMotion;
+use crate::identify::system::{FrictionShape, Rows, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Blocks of consecutive samples; each is predicted from the others.
@@ -37,24 +37,24 @@ pub struct Folds {
     weights: Vec<f64>,
 }
 
-/// Outcome of the cross-validation of one weight.
+/// Cross-validation errors of a weight.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Score {
+pub struct CrossValidationScore {
     /// Weight of the a-priori robot.
     pub lambda: f64,
     /// Relative error of each joint on blocks that were not fitted.
     pub errors: Vec<f64>,
 }
 
-impl Score {
-    /// The figure that is minimised: mean over the joints.
+impl CrossValidationScore {
+    /// Returns the criterion: the mean over the joints.
     pub fn mean(&self) -> f64 {
         self.errors.iter().sum::<f64>() / self.errors.len() as f64
     }
 }
 
 impl Folds {
-    /// Sums of a system whose joints are weighted by the inverse of these residuals \[N m\].
+    /// Computes the sums of a system with joints weighted by the inverse of these residuals \[N m\].
     pub fn new(system: &System, sigma: &[f64]) -> Self {
         let sums = system.joints.iter().map(|rows| joint_sums(rows, &system.lengths)).collect();
         let weights = sigma.iter().map(|sigma| 1.0 / (sigma * sigma)).collect();
@@ -76,14 +76,14 @@ impl Folds {
         (h * scale, g * scale)
     }
 
-    /// The physically consistent parameters of all blocks.
-    pub fn fit(&self, prior: &Prior, lambda: f64) -> DVector<f64> {
+    /// Returns the physically consistent parameters fitted to all blocks.
+    pub fn fit(&self, prior: &RobotPrior, lambda: f64) -> DVector<f64> {
         let (h, g) = self.normal(None);
         prior.solve(&h, &g, lambda, &prior.theta)
     }
 
-    /// Predicts each block from the others.
-    pub fn score(&self, prior: &Prior, lambda: f64) -> Score {
+    /// Returns the errors of predicting each block from the others.
+    pub fn score(&self, prior: &RobotPrior, lambda: f64) -> CrossValidationScore {
         let mut squares = vec![0.0; self.sums.len()];
         for fold in 0..FOLDS {
             let (h, g) = self.normal(Some(fold));
@@ -97,22 +97,28 @@ impl Folds {
             let whole: f64 = blocks.iter().map(|block| block.yy).sum();
             (sum / whole.max(f64::MIN_POSITIVE)).sqrt()
         };
-        Score { lambda, errors: squares.iter().zip(&self.sums).map(error).collect() }
+        CrossValidationScore { lambda, errors: squares.iter().zip(&self.sums).map(error).collect() }
     }
 
-    /// Scores of all weights.
-    pub fn scores(&self, prior: &Prior) -> Vec<Score> {
+    /// Returns the cross-validation errors of all weights.
+    pub fn scores(&self, prior: &RobotPrior) -> Vec<CrossValidationScore> {
         LAMBDAS.iter().map(|lambda| self.score(prior, *lambda)).collect()
     }
 
-    /// Chooses each joint's friction shape in turn; the system is left with the chosen ones.
-    pub fn choose_shapes(&mut self, system: &mut System, motions: &[Motion], prior: &Prior, shapes: &mut [Shape]) {
+    /// Chooses each joint's friction shape in turn and sets it in the system.
+    pub fn choose_shapes(
+        &mut self,
+        system: &mut System,
+        motions: &[RecordedMotion],
+        prior: &RobotPrior,
+        shapes: &mut [FrictionShape],
+    ) {
         let mut best = self.score(prior, SEARCH_LAMBDA).mean();
         for (joint, chosen) in shapes.iter_mut().enumerate() {
             let mut kept = (*chosen, self.sums[joint].clone());
             for travel in TRAVELS {
                 for speed in SPEEDS {
-                    let shape = Shape { travel, speed };
+                    let shape = FrictionShape { travel, speed };
                     system.set_shape(motions, joint, shape);
                     self.sums[joint] = joint_sums(&system.joints[joint], &system.lengths);
                     let score = self.score(prior, SEARCH_LAMBDA).mean();

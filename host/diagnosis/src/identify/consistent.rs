@@ -1,4 +1,4 @@
-//! The physically consistent solution: a convex problem whose every point is a robot that can exist.
+//! Physically consistent solution: a convex problem over the parameters of physically possible robots.
 //!
 //! `1/2 sum w |y - x theta|^2 / rows + lambda * distance to the a-priori robot`, where the distance of a link is the
 //! log-det divergence of its pseudo-inertia: it grows without bound towards masses and inertias that no body has, does
@@ -28,9 +28,9 @@ const LEAST_THICKNESS: f64 = 1e-3;
 /// Newton steps; the problem is convex and takes about ten.
 const MOST_STEPS: usize = 100;
 
-/// What is known before any measurement.
+/// Prior of a robot's parameters.
 #[derive(Clone, Debug)]
-pub struct Prior {
+pub struct RobotPrior {
     /// The a-priori parameters.
     pub theta: DVector<f64>,
     /// Inverse pseudo-inertias of the links.
@@ -43,8 +43,8 @@ pub struct Prior {
     free: Vec<(usize, f64, f64)>,
 }
 
-impl Prior {
-    /// From a robot model.
+impl RobotPrior {
+    /// Builds the prior from a robot model.
     pub fn of(robot: &Robot) -> Self {
         let layout = Layout::of(robot);
         let mut theta = DVector::from_vec(layout.values(robot));
@@ -179,7 +179,8 @@ fn missing_thickness(inertia: Sym3<f64>) -> f64 {
     (LEAST_THICKNESS * moments.max() - moments.min()).max(0.0)
 }
 
-/// The 4 x 4 matrix of second, first and zeroth moments of mass that is positive definite for every real body.
+/// Returns the pseudo-inertia: the 4 x 4 matrix of second, first and zeroth moments of mass, positive definite for
+/// every real body.
 pub fn pseudo_inertia(p: &[f64]) -> Matrix4<f64> {
     let half = 0.5 * (p[0] + p[3] + p[5]);
     #[rustfmt::skip]
@@ -220,7 +221,7 @@ mod tests {
         let mut robot = Robot::load(&path).expect("the shipped robot");
         let plate = Sym3 { xx: 1.0, yy: 2.0, zz: 3.0, xy: 0.0, xz: 0.0, yz: 0.0 };
         robot.model.joints[2].link.inertia = plate;
-        let prior = Prior::of(&robot);
+        let prior = RobotPrior::of(&robot);
         assert!(prior.distance(&prior.theta).is_finite());
         // Second moments 2, 1 and 0 kg m^2: a thousandth of the greatest is added to each.
         assert!((missing_thickness(plate) - 2e-3).abs() < 1e-12);

@@ -1,40 +1,40 @@
-//! Gear stiffness from the difference of the encoders before and behind the gear.
+//! Gear stiffness from the difference of the motor-side and link-side encoders.
 
 use crate::identify::filter::Smoother;
 use crate::identify::log::Recording;
 use crate::identify::model::predicted;
-use crate::identify::motion::{Motion, Preparation};
+use crate::identify::motion::{Preparation, RecordedMotion};
 use serde::Serialize;
 use softdock_campaign::Robot;
 
-/// Share of the variance that the load must explain, of what the recorder's lag leaves, before a stiffness is believed.
+/// Share of the variance remaining after the recorder latency that the load must explain for a valid stiffness.
 const LEAST_EXPLAINED: f64 = 0.5;
 
-/// What the second encoder of a joint shows.
+/// Elasticity of a joint from its second encoder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Elasticity {
     /// Joint, from 0.
     pub joint: usize,
     /// Root mean square of motor angle - link angle about its mean \[rad\].
     pub difference_rad: f64,
-    /// Time by which the second encoder's samples are older than the motor's \[s\].
+    /// Latency of the second encoder relative to the motor's \[s\].
     pub lag_s: f64,
-    /// Share of the difference's variance that this lag explains.
+    /// Share of the difference's variance that this latency explains.
     pub explained_by_lag: f64,
-    /// Stiffness `load / (motor angle - link angle)` of what the lag leaves \[N m/rad\].
+    /// Stiffness `load / (motor angle - link angle)` after removal of the latency \[N m/rad\].
     pub stiffness_n_m_per_rad: f64,
-    /// Share of the variance that the load explains of what the lag leaves.
+    /// Share of the remaining variance that the load explains.
     pub explained_by_load: f64,
 }
 
 impl Elasticity {
-    /// Worth writing into the model.
+    /// Returns whether the stiffness is valid for the model.
     pub fn is_believed(&self) -> bool {
         self.explained_by_load >= LEAST_EXPLAINED && self.stiffness_n_m_per_rad > 0.0
     }
 }
 
-/// For each joint with a second encoder: the difference of the angles against the load that the links put on the gear.
+/// Returns the elasticity of each joint with a second encoder, from the angle difference and the load of the gear.
 ///
 /// The load is the identified robot's without rotors, friction and offsets, which act before the gear.
 pub fn elasticity(robot: &Robot, recordings: &[Recording], preparation: &Preparation) -> Vec<Elasticity> {
@@ -54,7 +54,7 @@ pub fn elasticity(robot: &Robot, recordings: &[Recording], preparation: &Prepara
         let (mut load, mut rate, mut difference) = (Vec::new(), Vec::new(), Vec::new());
         for recording in recordings {
             let Some(link) = recording.link_angle.get(&joint) else { continue };
-            let motion = Motion::new(recording, &preparation).ok()?;
+            let motion = RecordedMotion::new(recording, &preparation).ok()?;
             load.extend(predicted(&bare, &motion).swap_remove(joint));
             rate.extend_from_slice(&motion.rate[joint]);
             let link = smoother.smooth(link, recording.step);

@@ -1,4 +1,5 @@
-//! Excitation design: a periodic motion inside all limits that shows the base parameters as evenly as possible.
+//! Excitation design: a periodic motion within all limits with a minimal condition number of the base-parameter
+//! regressor.
 //!
 //! Limits are kept by construction (angle, speed, acceleration) or by a penalty (torque, workspace); the condition
 //! number of the base-parameter regressor is lowered by random starts and an evolution strategy with one parent.
@@ -7,21 +8,21 @@ use crate::identify::base::Base;
 use crate::identify::layout::{INERTIAL, Layout};
 use crate::identify::regressor::rigid_regressor;
 use crate::identify::series::Series;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use nalgebra::DMatrix;
 use softdock_campaign::Robot;
 use softdock_kernels::manipulator::{flange, inverse_dynamics, link_frames};
 use softdock_kernels::vector::Vec3;
 use softdock_kernels::{philox, with_joints};
 
-/// What may be chosen.
+/// Options of the design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DesignOptions {
     /// Period of the motion \[s\].
     pub period: f64,
     /// Harmonics of the series.
     pub harmonics: usize,
-    /// Random motions from which the best is improved.
+    /// Number of random motions, the best of which is improved.
     pub starts: u32,
     /// Steps of the improvement.
     pub steps: u32,
@@ -50,7 +51,7 @@ const CLEARANCE: f64 = 0.15;
 /// Below this share of the reach the column stands in the way.
 const COLUMN_HEIGHT: f64 = 0.4;
 
-/// A designed motion.
+/// Designed motion.
 #[derive(Clone, Debug)]
 pub struct Excitation {
     /// Motion of each joint.
@@ -59,7 +60,7 @@ pub struct Excitation {
     pub period: f64,
     /// Condition number of the base-parameter regressor, columns of equal norm, rows in units of the torque limits.
     pub condition: f64,
-    /// Median of the same over the random starts that keep all limits.
+    /// Median of the same over the random starts within all limits.
     pub random_condition: f64,
     /// Greatest use of each limit.
     pub uses: Uses,
@@ -81,7 +82,7 @@ pub struct Uses {
 }
 
 impl Uses {
-    /// The greatest of all.
+    /// Returns the greatest of all.
     pub fn greatest(&self) -> f64 {
         [self.angle, self.speed, self.acceleration, self.torque, self.workspace].into_iter().fold(0.0, f64::max)
     }
@@ -95,10 +96,13 @@ impl Uses {
     }
 }
 
-/// Designs a motion; an error if none of the starts keeps the limits.
+/// Designs a motion.
+///
+/// # Errors
+/// If none of the starts keeps all limits.
 pub fn design(robot: &Robot, options: &DesignOptions) -> Result<Excitation> {
     if options.harmonics < 2 {
-        return Err(Error::unfit("one harmonic cannot start at rest", "ask for two harmonics or more"));
+        return Err(DiagnosisError::unfit("one harmonic cannot start at rest", "set --harmonics to 2 or more"));
     }
     let base = Base::of(robot);
     let length = robot.joints.len() * (2 * options.harmonics - 1);
@@ -134,8 +138,8 @@ pub fn design(robot: &Robot, options: &DesignOptions) -> Result<Excitation> {
     let joints = decode(robot, options, &best);
     let (uses, condition) = judged(robot, &base, &joints, options.period, FINE_INSTANTS);
     if uses.greatest() > 1.0 {
-        let what = "no motion was found that keeps all limits";
-        return Err(Error::unfit(what, "ask for more starts, a longer period or fewer harmonics"));
+        let what = "no motion within all limits was found";
+        return Err(DiagnosisError::unfit(what, "increase the starts or the period, or use fewer harmonics"));
     }
     kept.sort_by(f64::total_cmp);
     let random_condition = kept.get(kept.len() / 2).copied().unwrap_or(f64::NAN);

@@ -1,9 +1,9 @@
-//! The files of an identification and of a designed motion, with the figures for programs.
+//! Result files of an identification and of a designed motion.
 
 use crate::Result;
 use crate::identify::Identification;
 use crate::identify::excitation::Excitation;
-use crate::identify::marks::Mark;
+use crate::identify::published_errors::PublishedErrors;
 use crate::identify::{motion_page, report};
 use crate::result_files::{FiguresAndFiles, readable};
 use softdock_campaign::Robot;
@@ -12,15 +12,19 @@ use softdock_results::ResultFile;
 /// Time between set points of a designed motion \[s\]: the stock interface of an industrial robot.
 const SET_POINTS: f64 = 0.004;
 
-/// Robot model, page and figures of an identification that `command` has made.
+/// Returns robot model, page and figures of an identification made by `command`.
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.
-pub fn identification_files(found: &Identification, marks: &[Mark], command: &str) -> Result<FiguresAndFiles> {
+pub fn identification_files(
+    found: &Identification,
+    marks: &[PublishedErrors],
+    command: &str,
+) -> Result<FiguresAndFiles> {
     let remarks = [
         format!("{}, identified by softdock {}", found.prior.title, env!("CARGO_PKG_VERSION")),
         command.to_owned(),
-        "A robot model: what no motion showed stands near its a-priori value.".to_owned(),
+        "A robot model. Parameters that no motion excites stay near their a-priori values.".to_owned(),
     ];
     let figures = report::summary(found, marks);
     let files = vec![
@@ -31,7 +35,7 @@ pub fn identification_files(found: &Identification, marks: &[Mark], command: &st
     Ok(FiguresAndFiles { figures, files })
 }
 
-/// Set points, page and figures of a motion that `command` has designed.
+/// Returns set points, page and figures of a motion designed by `command`.
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.

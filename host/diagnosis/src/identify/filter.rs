@@ -1,8 +1,8 @@
-//! Zero-phase low-pass and projection on a Fourier series: positions, torques and model columns pass alike.
+//! Zero-phase low-pass and projection on a Fourier series, applied alike to positions, torques and regressor columns.
 
 use std::f64::consts::PI;
 
-/// How series are smoothed.
+/// Smoother of time series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Smoother {
     /// Butterworth low-pass of order 4, forwards and backwards: order 8, no phase.
@@ -18,7 +18,7 @@ pub enum Smoother {
 }
 
 impl Smoother {
-    /// The smooth part of a series sampled at equal steps \[s\].
+    /// Returns the smoothed series; `step` is the sampling period \[s\].
     pub fn smooth(&self, series: &[f64], step: f64) -> Vec<f64> {
         match self {
             Self::LowPass { cutoff } => low_pass(series, *cutoff, step),
@@ -26,7 +26,7 @@ impl Smoother {
         }
     }
 
-    /// The smooth part with its first and second derivative.
+    /// Returns the smoothed series with its first and second derivative.
     pub fn derivatives(&self, series: &[f64], step: f64) -> [Vec<f64>; 3] {
         match self {
             Self::LowPass { cutoff } => {
@@ -113,7 +113,7 @@ impl Circle {
     }
 }
 
-/// Mean of the whole periods of a series; `period` in samples.
+/// Returns the mean over the whole periods of a series; `period` in samples.
 pub fn period_mean(series: &[f64], period: usize) -> Vec<f64> {
     let periods = (series.len() / period).max(1);
     (0..period).map(|i| (0..periods).map(|k| series[k * period + i]).sum::<f64>() / periods as f64).collect()

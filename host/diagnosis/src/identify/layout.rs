@@ -1,4 +1,5 @@
-//! The vector of parameters: 13 per joint as in the reference facility's paper, then offsets and friction beyond it.
+//! Parameter vector: 13 per joint as in the reference facility's paper, followed by offsets and further friction
+//! parameters.
 
 use softdock_campaign::Robot;
 use softdock_kernels::vector::Sym3;
@@ -26,7 +27,7 @@ const NAMES: [(&str, &str); PER_JOINT] = [
     ("fv", "N m s/rad"),
 ];
 
-/// Where each parameter stands in the vector.
+/// Indices of the parameters in the vector.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Number of joints.
@@ -36,60 +37,60 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The parameters of a robot.
+    /// Returns the layout of a robot's parameters.
     pub fn of(robot: &Robot) -> Self {
         let joints = &robot.model.joints;
         let balanced = (0..joints.len()).filter(|joint| joints[*joint].counterweight.is_some());
         Self { joints: joints.len(), counterweights: balanced.collect() }
     }
 
-    /// Length of the vector.
+    /// Returns the length of the vector.
     pub fn len(&self) -> usize {
         (PER_JOINT + 2) * self.joints + 2 * self.counterweights.len()
     }
 
-    /// A robot without joints has no parameters.
+    /// Returns whether there are no parameters (a robot without joints).
     pub fn is_empty(&self) -> bool {
         self.joints == 0
     }
 
-    /// First of the ten inertial parameters of a link.
+    /// Returns the index of the first of the ten inertial parameters of a link.
     pub fn inertial(&self, joint: usize) -> usize {
         PER_JOINT * joint
     }
 
-    /// Reflected rotor inertia \[kg m^2\].
+    /// Returns the index of the reflected rotor inertia \[kg m^2\].
     pub fn rotor(&self, joint: usize) -> usize {
         PER_JOINT * joint + 10
     }
 
-    /// Coulomb friction \[N m\].
+    /// Returns the index of the Coulomb friction \[N m\].
     pub fn coulomb(&self, joint: usize) -> usize {
         PER_JOINT * joint + 11
     }
 
-    /// Viscous friction \[N m s/rad\].
+    /// Returns the index of the viscous friction \[N m s/rad\].
     pub fn viscous(&self, joint: usize) -> usize {
         PER_JOINT * joint + 12
     }
 
-    /// Torque offset \[N m\].
+    /// Returns the index of the torque offset \[N m\].
     pub fn offset(&self, joint: usize) -> usize {
         PER_JOINT * self.joints + 2 * joint
     }
 
-    /// Static friction beyond Coulomb's \[N m\].
+    /// Returns the index of the static friction beyond Coulomb's \[N m\].
     pub fn stribeck(&self, joint: usize) -> usize {
         self.offset(joint) + 1
     }
 
-    /// Factors of sin q and cos q of the counterbalance of a joint, if it has one \[N m\].
+    /// Returns the index of the counterbalance's factors of sin q and cos q \[N m\], if the joint has one.
     pub fn counterweight(&self, joint: usize) -> Option<usize> {
         let place = self.counterweights.iter().position(|balanced| *balanced == joint)?;
         Some((PER_JOINT + 2) * self.joints + 2 * place)
     }
 
-    /// Name (`Izz 2`) and unit of a parameter.
+    /// Returns the name (`Izz 2`) and unit of a parameter.
     pub fn name(&self, index: usize) -> (String, &'static str) {
         let (plain, offsets) = (PER_JOINT * self.joints, 2 * self.joints);
         if index < plain {
@@ -106,7 +107,7 @@ impl Layout {
         (format!("{name} {}", self.counterweights[rest / 2] + 1), "N m")
     }
 
-    /// The parameters that a robot model holds.
+    /// Returns the parameter values of a robot model.
     pub fn values(&self, robot: &Robot) -> Vec<f64> {
         let mut values = vec![0.0; self.len()];
         for (i, joint) in robot.model.joints.iter().enumerate() {

@@ -1,7 +1,7 @@
-//! Recordings: CSV or Parquet, any columns, read through the model file's `[log]` into joint-side SI.
+//! Recordings in CSV or Parquet, mapped by the model file's `[log]` to joint-side SI units.
 
 use crate::recording::table::{Gaps, Named, Wanted};
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ const FEWEST_ROWS: usize = 50;
 /// Steps of the clock may differ by this share of the mean step.
 const JITTER: f64 = 0.02;
 
-/// One recording at equal steps, in SI; columns by joint.
+/// Recording at equal steps, in SI units; one column per joint.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// The file's name, without its folder.
@@ -29,12 +29,12 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn rows(&self) -> usize {
         self.angle.first().map_or(0, Vec::len)
     }
 
-    /// Reads a recording of a robot; the ending `.parquet` tells Parquet from CSV.
+    /// Reads a recording of a robot: Parquet if the file name ends in `.parquet`, otherwise CSV.
     pub fn read(path: &Path, robot: &Robot) -> Result<Self> {
         let joints = robot.model.joints.len();
         let columns = Columns::read(path, robot)?;
@@ -69,10 +69,10 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|value| value * factor).collect()
 }
 
-fn missing(path: &Path, robot: &Robot, signal: &str) -> Error {
+fn missing(path: &Path, robot: &Robot, signal: &str) -> DiagnosisError {
     let what = format!("the signal `{signal}` is not mapped to any column");
     let remedy = format!("add it to [log] of {}: \"r1.q.1\" = {{ column = \"...\", unit = \"deg\" }}", robot.file);
-    Error::log(path, None, what, remedy)
+    DiagnosisError::log(path, None, what, remedy)
 }
 
 /// A mapped column in SI.
@@ -102,8 +102,8 @@ impl Columns {
 /// The mean step; the clock must run forwards in equal steps.
 fn equal_step(path: &Path, time: &[f64]) -> Result<f64> {
     if time.len() < FEWEST_ROWS {
-        let what = format!("{} rows are too few to filter", time.len());
-        return Err(Error::log(
+        let what = format!("{} rows are too few for the low-pass", time.len());
+        return Err(DiagnosisError::log(
             path,
             None,
             what,
@@ -121,8 +121,8 @@ fn equal_step(path: &Path, time: &[f64]) -> Result<f64> {
                 time[row + 1] - time[row],
                 row + 1
             );
-            let remedy = "resample the recording to equal steps, or cut it where rows are lost";
-            Err(Error::log(path, None, what, remedy))
+            let remedy = "resample the recording to equal steps, or cut it at the missing rows";
+            Err(DiagnosisError::log(path, None, what, remedy))
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Identification of a robot: from recordings to a physically consistent model with its errors and what is left.
+//! Identification of a robot: from recordings to a physically consistent model with its prediction errors and
+//! residuals.
 
 pub mod base;
 pub mod choose;
@@ -9,10 +10,10 @@ pub mod files;
 pub mod filter;
 pub mod layout;
 pub mod log;
-pub mod marks;
 pub mod model;
 pub mod motion;
 pub mod motion_page;
+pub mod published_errors;
 pub mod regressor;
 pub mod report;
 pub mod series;
@@ -20,32 +21,32 @@ pub mod system;
 pub mod whiteness;
 
 use crate::identify::base::{Base, LeastSquares};
-use crate::identify::choose::{Folds, Score};
-use crate::identify::consistent::Prior;
+use crate::identify::choose::{CrossValidationScore, Folds};
+use crate::identify::consistent::RobotPrior;
 use crate::identify::elasticity::{Elasticity, elasticity};
 use crate::identify::layout::Layout;
 use crate::identify::log::Recording;
 use crate::identify::model::{identified, predicted};
-use crate::identify::motion::{Motion, Preparation};
-use crate::identify::system::{Shape, System, rms, shapes};
+use crate::identify::motion::{Preparation, RecordedMotion};
+use crate::identify::system::{FrictionShape, System, rms, shapes};
 use crate::identify::whiteness::Whiteness;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use nalgebra::DVector;
 use softdock_campaign::Robot;
 use std::path::Path;
 
-/// What may be chosen.
+/// Options of an identification.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct IdentificationOptions {
     /// Filter and period.
     pub preparation: Preparation,
     /// Weight of the a-priori robot; `None` chooses it by cross-validation.
     pub lambda: Option<f64>,
-    /// Choose the shape of each joint's friction by cross-validation; otherwise the a-priori robot's stays.
+    /// Whether to choose each joint's friction shape by cross-validation; otherwise the a-priori shape is used.
     pub choose_shapes: bool,
 }
 
-impl Default for Options {
+impl Default for IdentificationOptions {
     fn default() -> Self {
         let preparation = Preparation { cutoff: 10.0, period: None };
         Self { preparation, lambda: None, choose_shapes: true }
@@ -54,7 +55,7 @@ impl Default for Options {
 
 /// Measured and predicted torque of one joint over one recording.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub struct TorqueComparison {
     /// RMS(measured - predicted) / RMS(measured).
     pub relative_error: f64,
     /// The same for unregularised weighted least squares over the base parameters.
@@ -69,25 +70,25 @@ pub struct Comparison {
     pub predicted: Vec<f64>,
 }
 
-/// One recording with all its joints.
+/// Torque comparison of a recording.
 #[derive(Clone, Debug)]
-pub struct Compared {
+pub struct RecordingComparison {
     /// Name of the recording.
     pub name: String,
     /// Sampling period \[s\].
     pub step: f64,
-    /// By joint.
-    pub joints: Vec<Comparison>,
+    /// Comparison of each joint.
+    pub joints: Vec<TorqueComparison>,
 }
 
-/// What an identification found.
+/// Result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identification {
     /// The a-priori robot.
     pub prior: Robot,
-    /// The identified robot: what is written.
+    /// Identified robot, as written to the model file.
     pub robot: Robot,
-    /// Places and names of the parameters.
+    /// Indices and names of the parameters.
     pub layout: Layout,
     /// The physically consistent parameters.
     pub theta: DVector<f64>,
@@ -96,44 +97,53 @@ pub struct Identification {
     /// Weighted least squares over the base parameters, with standard errors.
     pub least_squares: LeastSquares,
     /// Friction shapes.
-    pub shapes: Vec<Shape>,
-    /// The weight of the a-priori robot and how it predicts inside the fitted recordings.
-    pub score: Score,
-    /// All weights tried.
-    pub scores: Vec<Score>,
-    /// What second encoders show.
+    pub shapes: Vec<FrictionShape>,
+    /// Chosen weight of the a-priori robot with its cross-validation errors.
+    pub score: CrossValidationScore,
+    /// Cross-validation errors of all weights.
+    pub scores: Vec<CrossValidationScore>,
+    /// Elasticity from second encoders.
     pub elasticity: Vec<Elasticity>,
     /// The fitted recordings.
-    pub fitted: Vec<Compared>,
-    /// Recordings that were not fitted.
-    pub validated: Vec<Compared>,
+    pub fitted: Vec<RecordingComparison>,
+    /// Validation recordings, which were not fitted.
+    pub validated: Vec<RecordingComparison>,
 }
 
-/// Identifies a robot from recordings and judges it on others.
+/// Identifies a robot from recordings and validates it on others.
 ///
-/// Errors: recordings that cannot be read, too few equations, a motion that moves some joint too little.
-pub fn identify(prior: &Robot, logs: &[&Path], validation: &[&Path], options: &Options) -> Result<Identification> {
+/// # Errors
+/// If a recording cannot be read, the equations are too few, or a joint moves too little.
+pub fn identify(
+    prior: &Robot,
+    logs: &[&Path],
+    validation: &[&Path],
+    options: &IdentificationOptions,
+) -> Result<Identification> {
     let read = |paths: &[&Path]| paths.iter().map(|path| Recording::read(path, prior)).collect::<Result<Vec<_>>>();
     let (recordings, others) = (read(logs)?, read(validation)?);
     identify_recordings(prior, &recordings, &others, options)
 }
 
-/// As [`identify`], from recordings in memory.
+/// Identifies a robot as [`identify`] does, from recordings in memory.
 pub fn identify_recordings(
     prior: &Robot,
     recordings: &[Recording],
     others: &[Recording],
-    options: &Options,
+    options: &IdentificationOptions,
 ) -> Result<Identification> {
     let ready = |recordings: &[Recording]| {
-        recordings.iter().map(|recording| Motion::new(recording, &options.preparation)).collect::<Result<Vec<_>>>()
+        recordings
+            .iter()
+            .map(|recording| RecordedMotion::new(recording, &options.preparation))
+            .collect::<Result<Vec<_>>>()
     };
     let (motions, other_motions) = (ready(recordings)?, ready(others)?);
     still_joints(prior, &motions)?;
     let mut shape = shapes(prior);
     let mut system = System::new(prior, &motions, &shape);
     let base = Base::of(prior);
-    let knowledge = Prior::of(prior);
+    let knowledge = RobotPrior::of(prior);
     let mut least_squares = LeastSquares::new(&system, &base, &motions);
     let mut folds = Folds::new(&system, &least_squares.sigma);
     if options.choose_shapes {
@@ -154,7 +164,7 @@ pub fn identify_recordings(
         robot.joints[row.joint].sources.drive.insert_str(0, "gear stiffness: second encoder; ");
     }
     let plain = base.spread(&least_squares.beta);
-    let compare = |motions: &[Motion]| {
+    let compare = |motions: &[RecordedMotion]| {
         motions.iter().map(|motion| compared(&robot, prior, motion, &shape, &plain, options)).collect::<Vec<_>>()
     };
     let (fitted, validated) = (compare(&motions), compare(&other_motions));
@@ -182,15 +192,15 @@ pub(crate) fn names(recordings: &[Recording]) -> String {
 /// Every joint must slide: less travel than this is taken for a joint at rest \[rad\].
 const LEAST_TRAVEL: f64 = 0.01;
 
-fn still_joints(robot: &Robot, motions: &[Motion]) -> Result<()> {
+fn still_joints(robot: &Robot, motions: &[RecordedMotion]) -> Result<()> {
     for (joint, facts) in robot.joints.iter().enumerate() {
         let all = || motions.iter().flat_map(|motion| motion.angle[joint].iter());
         let (least, greatest) =
             (all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(f64::NEG_INFINITY, f64::max));
         if greatest - least < LEAST_TRAVEL {
-            let what = format!("joint {} moves by {:.4} deg only", facts.name, (greatest - least).to_degrees());
+            let what = format!("joint {} moves by only {:.4} deg", facts.name, (greatest - least).to_degrees());
             let remedy = "record a motion that moves every joint; `identify robot MODEL --design` makes one";
-            return Err(Error::unfit(what, remedy));
+            return Err(DiagnosisError::unfit(what, remedy));
         }
     }
     Ok(())
@@ -200,11 +210,11 @@ fn still_joints(robot: &Robot, motions: &[Motion]) -> Result<()> {
 fn compared(
     robot: &Robot,
     prior: &Robot,
-    motion: &Motion,
-    shapes: &[Shape],
+    motion: &RecordedMotion,
+    shapes: &[FrictionShape],
     plain: &DVector<f64>,
-    options: &Options,
-) -> Compared {
+    options: &IdentificationOptions,
+) -> RecordingComparison {
     let system = System::new(prior, std::slice::from_ref(motion), shapes);
     let predicted = predicted(&robot.model, motion);
     let every = (0.5 / (options.preparation.cutoff * motion.step)).round() as usize;
@@ -212,7 +222,7 @@ fn compared(
         let measured = motion.torque[index].clone();
         let residual: Vec<f64> = measured.iter().zip(&predicted).map(|(m, p)| m - p).collect();
         let whole = rms(&measured).max(f64::MIN_POSITIVE);
-        Comparison {
+        TorqueComparison {
             relative_error: rms(&residual) / whole,
             plain_error: rms(system.residual(index, plain).iter()) / whole,
             residual_rms: rms(&residual),
@@ -222,5 +232,5 @@ fn compared(
         }
     };
     let joints = predicted.into_iter().enumerate().map(joint).collect();
-    Compared { name: motion.name.clone(), step: motion.step, joints }
+    RecordingComparison { name: motion.name.clone(), step: motion.step, joints }
 }

@@ -1,19 +1,19 @@
-//! From parameters back to a robot model, and the torques that a model predicts for a motion.
+//! Robot model from identified parameters, and predicted torques of a motion.
 
 use crate::identify::layout::{INERTIAL, Layout};
-use crate::identify::motion::Motion;
-use crate::identify::system::Shape;
+use crate::identify::motion::RecordedMotion;
+use crate::identify::system::FrictionShape;
 use nalgebra::DVector;
 use softdock_campaign::Robot;
 use softdock_kernels::manipulator::{Counterweight, Manipulator, inverse_dynamics};
 use softdock_kernels::vector::{Sym3, vec3};
 use softdock_kernels::with_joints;
 
-/// What an earlier identification left as it was stands behind these words.
+/// Separator before the source of the parameters that an earlier identification did not change.
 const REST: &str = "; the rest: ";
 
-/// The a-priori robot with the identified parameters; `source` says where they come from.
-pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source: &str) -> Robot {
+/// Returns the a-priori robot with the identified parameters; `source` describes their origin.
+pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[FrictionShape], source: &str) -> Robot {
     let layout = Layout::of(prior);
     let mut robot = prior.clone();
     for i in 0..layout.joints {
@@ -49,14 +49,14 @@ pub fn identified(prior: &Robot, theta: &DVector<f64>, shapes: &[Shape], source:
     robot
 }
 
-/// Torques at the joints' side that a robot needs for a motion, passed through the motion's filter \[N m\].
-pub fn predicted(robot: &Manipulator, motion: &Motion) -> Vec<Vec<f64>> {
+/// Returns the joint-side torques of a motion \[N m\], filtered as the motion.
+pub fn predicted(robot: &Manipulator, motion: &RecordedMotion) -> Vec<Vec<f64>> {
     let raw = with_joints!(robot.joints.len(), raw_torques(robot, motion));
     raw.iter().map(|series| motion.smooth(series)).collect()
 }
 
 /// Unfiltered torques, by joint.
-fn raw_torques<const N: usize>(robot: &Manipulator, motion: &Motion) -> Vec<Vec<f64>> {
+fn raw_torques<const N: usize>(robot: &Manipulator, motion: &RecordedMotion) -> Vec<Vec<f64>> {
     let slip: Vec<Vec<f64>> =
         (0..N).map(|joint| motion.slip(joint, robot.joints[joint].friction.presliding_travel())).collect();
     let mut out = vec![Vec::with_capacity(motion.rows()); N];

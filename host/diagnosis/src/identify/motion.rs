@@ -1,11 +1,11 @@
-//! A recording made ready: smooth angles with their derivatives, torques passed through the same filter.
+//! Preprocessed recording: smoothed angles with their derivatives, and torques through the same filter.
 
 use crate::identify::filter::{Smoother, period_mean};
 use crate::identify::log::Recording;
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_kernels::manipulator::bristle;
 
-/// How recordings are made ready.
+/// Options of the preprocessing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preparation {
     /// Cut-off of the low-pass, or highest frequency of the Fourier series \[Hz\].
@@ -14,14 +14,14 @@ pub struct Preparation {
     pub period: Option<f64>,
 }
 
-/// One motion; columns by joint, all of the same length.
+/// Preprocessed motion; one column per joint, all of equal length.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub struct RecordedMotion {
     /// Name of the recording.
     pub name: String,
     /// Sampling period \[s\].
     pub step: f64,
-    /// What smoothed it.
+    /// Smoother that was applied.
     pub smoother: Smoother,
     /// Angles \[rad\].
     pub angle: Vec<Vec<f64>>,
@@ -33,8 +33,8 @@ pub struct Motion {
     pub torque: Vec<Vec<f64>>,
 }
 
-impl Motion {
-    /// Smooths a recording; a periodic one is averaged over its whole periods first.
+impl RecordedMotion {
+    /// Smooths a recording; a periodic recording is first averaged over its whole periods.
     pub fn new(recording: &Recording, preparation: &Preparation) -> Result<Self> {
         let step = recording.step;
         if preparation.cutoff >= 0.4 / step {
@@ -44,7 +44,7 @@ impl Motion {
                 preparation.cutoff,
                 1.0 / step
             );
-            return Err(Error::unfit(what, "lower --cutoff, or record faster"));
+            return Err(DiagnosisError::unfit(what, "lower --cutoff, or record at a higher rate"));
         }
         let (smoother, period) = match preparation.period {
             None => (Smoother::LowPass { cutoff: preparation.cutoff }, None),
@@ -73,12 +73,12 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn rows(&self) -> usize {
         self.angle.first().map_or(0, Vec::len)
     }
 
-    /// Presliding states of a joint for a travel \[rad\]; the first passage starts relaxed, a periodic one as it ends.
+    /// Returns the presliding states of a joint for a travel \[rad\]; a periodic motion starts with its final state.
     pub fn slip(&self, joint: usize, travel: f64) -> Vec<f64> {
         let angle = &self.angle[joint];
         let pass = |start: f64, before: f64| {
@@ -96,7 +96,7 @@ impl Motion {
         }
     }
 
-    /// A column of a model passed through the filter of the torques.
+    /// Applies the filter of the torques to a regressor column.
     pub fn smooth(&self, column: &[f64]) -> Vec<f64> {
         self.smoother.smooth(column, self.step)
     }
@@ -111,12 +111,15 @@ fn whole_period(recording: &Recording, period: f64) -> Result<usize> {
             "{}: a period of {period} s is not a whole number of steps of {:.6} s",
             recording.name, recording.step
         );
-        return Err(Error::unfit(what, "state the period of the motion exactly, or leave out --period"));
+        return Err(DiagnosisError::unfit(what, "state the period of the motion exactly, or leave out --period"));
     }
     if whole as usize > recording.rows() {
         let have = recording.rows() as f64 * recording.step;
         let what = format!("{}: {have:.3} s are shorter than one period of {period} s", recording.name);
-        return Err(Error::unfit(what, "record at least one whole period, better five, or leave out --period"));
+        return Err(DiagnosisError::unfit(
+            what,
+            "record at least one whole period, better five, or leave out --period",
+        ));
     }
     Ok(whole as usize)
 }

@@ -1,4 +1,4 @@
-//! A designed motion as files: set points for the robot in its own columns, figures for people and for programs.
+//! Files of a designed motion: set points in the robot's own columns, page and JSON summary.
 
 use crate::Result;
 use crate::identify::excitation::{Excitation, Uses};
@@ -29,7 +29,8 @@ struct Page {
     command: String,
 }
 
-/// One period at equal steps \[s\]: time and joint angles, in the columns, units and offsets of the robot's `[log]`.
+/// Returns one period as CSV with sampling period `step` \[s\]: time and joint angles, in the columns, units and
+/// offsets of the robot's `[log]`.
 ///
 /// Joints without a column there are written as `q_N_rad`. The motion begins and ends at rest, so that periods follow
 /// one another without a step.
@@ -53,7 +54,7 @@ pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
     text
 }
 
-/// The motion for programs: coefficients, condition number, use of the limits.
+/// Returns the JSON summary: coefficients, condition number, use of the limits.
 pub fn summary(robot: &Robot, motion: &Excitation) -> Value {
     let joint = |(series, facts): (&crate::identify::series::Series, &softdock_campaign::robot::JointFacts)| {
         json!({
@@ -82,7 +83,7 @@ fn uses(uses: &Uses) -> [(&'static str, f64); 5] {
     ]
 }
 
-/// The page: angles and speeds of every joint inside their limits.
+/// Renders the page: angles and speeds of every joint within their limits.
 pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String> {
     let mut drawings = Vec::new();
     for joint in 0..motion.joints.len() {

@@ -1,4 +1,4 @@
-//! The rigid-body regressor: joint torques are linear in the inertial parameters of the links.
+//! Rigid-body regressor: joint torques as linear functions of the links' inertial parameters.
 //!
 //! Each link's force and moment about its own frame's origin, in its own axes, then moved to the joints below it.
 //! Khalil, Dombre, Modeling, Identification and Control of Robots (2002), ch. 12.
@@ -7,7 +7,8 @@ use crate::identify::layout::INERTIAL;
 use softdock_kernels::manipulator::{Joint, Manipulator};
 use softdock_kernels::vector::{Mat3, Pose, Quat, Vec3, vec3};
 
-/// Torque of each joint per inertial parameter of each link: `[joint][10 link + parameter]`, shape N x 10 N.
+/// Returns the torque of each joint per inertial parameter of each link: `[joint][10 link + parameter]`, shape N x 10
+/// N.
 ///
 /// Angles \[rad\], rates \[rad/s\], accelerations \[rad/s^2\]; the parameters are about the link frames' origins.
 pub fn rigid_regressor(robot: &Manipulator, angle: &[f64], rate: &[f64], acceleration: &[f64]) -> Vec<Vec<f64>> {

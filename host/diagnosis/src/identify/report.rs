@@ -1,9 +1,9 @@
-//! The identification's page and summary: one self-contained HTML file, and the same figures for programs.
+//! Page and JSON summary of an identification.
 
 use crate::Result;
 use crate::identify::layout::Layout;
-use crate::identify::marks::Mark;
-use crate::identify::{Compared, Comparison, Identification};
+use crate::identify::published_errors::PublishedErrors;
+use crate::identify::{Identification, RecordingComparison, TorqueComparison};
 use crate::template::render;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -99,10 +99,11 @@ struct ElasticityRow {
     believed: bool,
 }
 
-/// The page as text; `command` is what repeats it.
-pub fn page(found: &Identification, marks: &[Mark], command: &str) -> Result<String> {
+/// Renders the page as HTML; `command` is the command that reproduces it.
+pub fn page(found: &Identification, marks: &[PublishedErrors], command: &str) -> Result<String> {
     let names: Vec<String> = found.robot.joints.iter().map(|joint| joint.name.clone()).collect();
-    let list = |compared: &[Compared]| compared.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(", ");
+    let list =
+        |compared: &[RecordingComparison]| compared.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(", ");
     let all = || found.fitted.iter().chain(&found.validated);
     let page = Page {
         style: STYLE,
@@ -128,8 +129,8 @@ fn percent(share: f64) -> String {
     digits_of(100.0 * share, 3)
 }
 
-fn error_rows(found: &Identification, marks: &[Mark]) -> Vec<ErrorRow> {
-    let row = |name: &str, compared: &Compared, error: fn(&Comparison) -> f64| ErrorRow {
+fn error_rows(found: &Identification, marks: &[PublishedErrors]) -> Vec<ErrorRow> {
+    let row = |name: &str, compared: &RecordingComparison, error: fn(&TorqueComparison) -> f64| ErrorRow {
         name: name.to_owned(),
         recording: compared.name.clone(),
         percent: compared.joints.iter().map(|joint| percent(error(joint))).collect(),
@@ -153,8 +154,8 @@ fn error_rows(found: &Identification, marks: &[Mark]) -> Vec<ErrorRow> {
     rows
 }
 
-fn remain_rows(found: &Identification, compared: &Compared) -> Vec<RemainRow> {
-    let row = |(index, joint): (usize, &Comparison)| RemainRow {
+fn remain_rows(found: &Identification, compared: &RecordingComparison) -> Vec<RemainRow> {
+    let row = |(index, joint): (usize, &TorqueComparison)| RemainRow {
         recording: compared.name.clone(),
         joint: found.robot.joints[index].name.clone(),
         rms: significant(joint.residual_rms, 3),
@@ -167,7 +168,7 @@ fn remain_rows(found: &Identification, compared: &Compared) -> Vec<RemainRow> {
 }
 
 /// Measured and predicted torque over time, and their difference, joint by joint.
-fn figures(names: &[String], compared: &Compared) -> Result<Figures> {
+fn figures(names: &[String], compared: &RecordingComparison) -> Result<Figures> {
     let stride = compared.joints[0].measured.len().div_ceil(MOST_POINTS).max(1);
     let mut drawings = Vec::new();
     for (name, joint) in names.iter().zip(&compared.joints) {
@@ -226,7 +227,7 @@ fn base_rows(found: &Identification) -> Vec<BaseRow> {
     ls.base.independent.iter().enumerate().map(row).collect()
 }
 
-/// The parameters in a combination, in words.
+/// Returns the text of a parameter combination.
 fn combination(layout: &Layout, ls: &crate::identify::base::LeastSquares, index: usize, name: String) -> String {
     let others = ls.base.map.row(index);
     let parts = others.iter().enumerate().filter(|(at, factor)| *at != ls.base.independent[index] && **factor != 0.0);
@@ -245,7 +246,7 @@ fn combination(layout: &Layout, ls: &crate::identify::base::LeastSquares, index:
 }
 
 fn score_rows(found: &Identification) -> Vec<ScoreRow> {
-    let row = |score: &crate::identify::choose::Score| ScoreRow {
+    let row = |score: &crate::identify::choose::CrossValidationScore| ScoreRow {
         lambda: significant(score.lambda, 2),
         mean: percent(score.mean()),
         errors: score.errors.iter().map(|error| percent(*error)).collect(),
@@ -276,7 +277,7 @@ fn facts(found: &Identification) -> Vec<(String, String)> {
             format!("{} ({} a joint, {} more)", found.layout.len(), 13, found.layout.len() - 13 * found.layout.joints),
         ),
         ("base parameters", ls.base.len().to_string()),
-        ("of which known better than to their own size (95 %)", excited.to_string()),
+        ("of these, 95 % interval narrower than the value", excited.to_string()),
         ("condition number of the weighted regressor, columns of equal norm", significant(ls.condition, 3)),
         ("weight of the a-priori robot", significant(found.score.lambda, 2)),
         ("mean relative error in cross-validation", format!("{} %", percent(found.score.mean()))),
@@ -286,9 +287,9 @@ fn facts(found: &Identification) -> Vec<(String, String)> {
     .into()
 }
 
-/// The figures for programs.
-pub fn summary(found: &Identification, marks: &[Mark]) -> Value {
-    let compared = |compared: &Compared| {
+/// Returns the JSON summary.
+pub fn summary(found: &Identification, marks: &[PublishedErrors]) -> Value {
+    let compared = |compared: &RecordingComparison| {
         json!({
             "recording": compared.name,
             "joints": compared.joints.iter().zip(&found.robot.joints).map(|(joint, facts)| json!({
@@ -315,8 +316,8 @@ pub fn summary(found: &Identification, marks: &[Mark]) -> Value {
     })
 }
 
-/// The table of errors for the terminal.
-pub fn terminal(found: &Identification, marks: &[Mark]) -> String {
+/// Returns the table of errors for the terminal.
+pub fn terminal(found: &Identification, marks: &[PublishedErrors]) -> String {
     let mut text = format!("{:<86}", "relative torque error [%]");
     found.robot.joints.iter().for_each(|joint| text += &format!("{:>7}", joint.name));
     for row in error_rows(found, marks) {

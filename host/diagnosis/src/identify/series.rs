@@ -1,4 +1,4 @@
-//! Joint motion as a finite Fourier series that starts and ends at rest (paper eq. 6).
+//! Joint motion as a finite Fourier series that starts and ends at rest (paper, eq. 6).
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// From free coefficients of all harmonics but the last, which brings rate and acceleration at t = 0 to rest.
+    /// Builds a series from the coefficients of all harmonics but the last, which makes rate and acceleration zero at t
+    /// = 0.
     pub fn at_rest(period: f64, mean: f64, free: &[(f64, f64)]) -> Self {
         let last = (free.len() + 1) as f64;
         let sum = free.iter().enumerate().fold((0.0, 0.0), |(a, b), (index, (ak, bk))| {
@@ -26,7 +27,7 @@ impl Series {
         Self { omega: 2.0 * PI / period, mean, coefficients }
     }
 
-    /// Angle \[rad\], rate \[rad/s\] and acceleration \[rad/s^2\] at a time \[s\].
+    /// Returns angle \[rad\], rate \[rad/s\] and acceleration \[rad/s^2\] at a time \[s\].
     pub fn at(&self, time: f64) -> [f64; 3] {
         let mut out = [self.mean, 0.0, 0.0];
         for (index, (a, b)) in self.coefficients.iter().enumerate() {
@@ -39,7 +40,7 @@ impl Series {
         out
     }
 
-    /// All coefficients times a factor; the mean stays.
+    /// Returns the series with all coefficients but the mean scaled.
     pub fn scaled(&self, factor: f64) -> Self {
         let coefficients = self.coefficients.iter().map(|(a, b)| (a * factor, b * factor)).collect();
         Self { coefficients, ..self.clone() }

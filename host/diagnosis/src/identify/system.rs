@@ -1,23 +1,23 @@
-//! The overdetermined equations of all samples, joint by joint: measured torque = row of the regressor * parameters.
+//! Overdetermined equations of all samples, joint by joint: measured torque = regressor row * parameters.
 
 use crate::identify::layout::Layout;
-use crate::identify::motion::Motion;
+use crate::identify::motion::RecordedMotion;
 use crate::identify::regressor::rigid_regressor;
 use nalgebra::{DMatrix, DVector};
 use softdock_campaign::Robot;
 
-/// Shape of a joint's friction that is not linear in its parameters.
+/// Friction parameters of a joint that are not linear in the torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
+pub struct FrictionShape {
     /// Presliding travel \[rad\].
     pub travel: f64,
     /// Stribeck speed \[rad/s\].
     pub speed: f64,
 }
 
-/// Shapes of a robot's joints.
-pub fn shapes(robot: &Robot) -> Vec<Shape> {
-    let shape = |joint: &softdock_kernels::manipulator::Joint| Shape {
+/// Returns the friction shapes of a robot's joints.
+pub fn shapes(robot: &Robot) -> Vec<FrictionShape> {
+    let shape = |joint: &softdock_kernels::manipulator::Joint| FrictionShape {
         travel: joint.friction.presliding_travel().max(1e-9),
         speed: joint.friction.stribeck_speed,
     };
@@ -36,7 +36,7 @@ pub struct Rows {
 /// Equations of all joints; the rows of all motions stand one after the other.
 #[derive(Clone, Debug)]
 pub struct System {
-    /// What the columns are.
+    /// Layout of the columns.
     pub layout: Layout,
     /// Equations per joint.
     pub joints: Vec<Rows>,
@@ -45,10 +45,10 @@ pub struct System {
 }
 
 impl System {
-    /// The equations of motions of a robot whose friction has these shapes.
-    pub fn new(robot: &Robot, motions: &[Motion], shapes: &[Shape]) -> Self {
+    /// Builds the equations of motions for these friction shapes.
+    pub fn new(robot: &Robot, motions: &[RecordedMotion], shapes: &[FrictionShape]) -> Self {
         let layout = Layout::of(robot);
-        let lengths: Vec<usize> = motions.iter().map(Motion::rows).collect();
+        let lengths: Vec<usize> = motions.iter().map(RecordedMotion::rows).collect();
         let rows = lengths.iter().sum();
         let empty = Rows { x: DMatrix::zeros(rows, layout.len()), y: DVector::zeros(rows) };
         let mut system = Self { joints: vec![empty; layout.joints], layout, lengths };
@@ -64,7 +64,7 @@ impl System {
     }
 
     /// Columns that do not depend on a friction's shape, and the torques.
-    fn rigid(&mut self, robot: &Robot, motion: &Motion, start: usize) {
+    fn rigid(&mut self, robot: &Robot, motion: &RecordedMotion, start: usize) {
         let n = self.layout.joints;
         let mut raw = vec![vec![vec![0.0; motion.rows()]; 10 * n]; n];
         for k in 0..motion.rows() {
@@ -91,8 +91,8 @@ impl System {
         }
     }
 
-    /// Columns of dry friction for another shape.
-    pub fn set_shape(&mut self, motions: &[Motion], joint: usize, shape: Shape) {
+    /// Recomputes the columns of dry friction for another shape.
+    pub fn set_shape(&mut self, motions: &[RecordedMotion], joint: usize, shape: FrictionShape) {
         let mut start = 0;
         for motion in motions {
             let slip = motion.slip(joint, shape.travel);
@@ -108,13 +108,13 @@ impl System {
         self.joints[joint].x.column_mut(column).rows_mut(start, values.len()).copy_from_slice(values);
     }
 
-    /// Residuals of a joint \[N m\].
+    /// Returns the residuals of a joint \[N m\].
     pub fn residual(&self, joint: usize, theta: &DVector<f64>) -> DVector<f64> {
         &self.joints[joint].y - &self.joints[joint].x * theta
     }
 }
 
-/// Root mean square.
+/// Returns the root mean square.
 pub fn rms<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     let (sum, count) = values.into_iter().fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
     (sum / f64::max(count, 1.0)).sqrt()

@@ -1,4 +1,4 @@
-//! What is left in a residual: its correlation over time.
+//! Whiteness of a residual: its correlation over time.
 
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -18,7 +18,7 @@ pub struct Whiteness {
 }
 
 impl Whiteness {
-    /// Of every so many samples of a residual.
+    /// Tests every `every`-th sample of a residual.
     pub fn of(residual: &[f64], every: usize) -> Self {
         let series: Vec<f64> = residual.iter().copied().step_by(every.max(1)).collect();
         let n = series.len() as f64;
@@ -39,7 +39,7 @@ mod tests {
     use softdock_kernels::philox;
 
     #[test]
-    fn white_and_coloured_noise_are_told_apart() {
+    fn white_and_coloured_noise_are_distinguished() {
         let white: Vec<f64> = (0..2000).map(|i| philox::uniform(1, "white", i, 0) - 0.5).collect();
         let test = Whiteness::of(&white, 1);
         assert!(test.lag_one.abs() < 0.06 && test.p_value > 0.01, "{test:?}");

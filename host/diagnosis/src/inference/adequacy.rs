@@ -1,62 +1,63 @@
-//! Whether a fit explains motion that it has not seen: evidence ranks, adequacy decides whether any name may be spoken.
+//! Adequacy of a fit on held-out motion: the evidence ranks hypotheses, adequacy decides whether a cause is named.
 
 use super::bootstrap::{Pair, interval, interval_elsewhere};
 
 /// Mean square of whitened residuals up to which a fit is adequate, however many they are.
 pub(crate) const ADEQUATE: f64 = 1.3;
-/// Standard deviations of chance by which a ratio of powers must exceed 1 to be no chance.
+/// Standard deviations by which a ratio of powers must exceed 1 to be significant.
 const CERTAIN: f64 = 4.0;
 
-/// Share of what is left that a hypothesis explains of a motion which shows next to nothing of it.
+/// Share of the residual that a hypothesis explains on a motion that hardly excites it.
 const FAINT: f64 = 0.01;
 
-/// What held-out residuals say, all per sample and in units of the variance of the noise of the held-out motions.
+/// Held-out residuals per sample, in units of the noise variance of the held-out motions.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Adequacy {
-    /// Mean square of the whitened residuals with the hypothesis; 1 if nothing but noise is left.
+    /// Mean square of the whitened residuals with the hypothesis; noise alone gives 1.
     pub with: f64,
-    /// The same by the noise that repeats have if the hypothesis holds: a resonance carries the torque's noise too.
+    /// The same with the noise of repeats under the hypothesis, since a resonance also propagates the noise of the
+    /// torque.
     pub own: f64,
     /// Without the hypothesis.
     pub without: f64,
-    /// Share of what is not noise that the hypothesis explains.
+    /// Share of the non-noise power that the hypothesis explains.
     pub explained: f64,
-    /// Mean square up to which a fit is adequate: what so few samples may show by chance is no misfit.
+    /// Mean square up to which a fit is adequate, including chance for this number of samples.
     pub tolerated: f64,
-    /// By how much the residual's root mean square falls.
+    /// Relative reduction of the residual's root mean square.
     pub gain: f64,
-    /// Its 95 % interval.
+    /// Bound of its 95 % interval.
     pub gain_lo: f64,
-    /// Its 95 % interval.
+    /// Bound of its 95 % interval.
     pub gain_hi: f64,
     /// 95 % interval of the gain on a motion that was not recorded, if several were.
     pub gain_elsewhere: Option<[f64; 2]>,
 }
 
-/// The noise of some motions in units of that which their residuals are whitened by.
+/// Noise level of motions, in units of the noise that whitens their residuals.
 #[derive(Clone, Copy, Debug)]
 pub struct Level {
-    /// Its power.
+    /// Power of the noise.
     pub power: f64,
-    /// By how many independent samples it is known.
+    /// Number of independent samples that determine it.
     pub samples: f64,
 }
 
 impl Level {
-    /// The noise that was learnt from, for want of its own.
+    /// Level of the training noise, used if the motions have no repeats.
     pub const LEARNT: Self = Self { power: 1.0, samples: f64::INFINITY };
 }
 
-/// Greatest ratio of two powers of the same noise, each by so many independent samples, that counts as chance, and no
-/// less than [`ADEQUATE`].
+/// Returns the greatest ratio of two powers of the same noise that counts as chance for these numbers of independent
+/// samples, at least [`ADEQUATE`].
 pub(crate) fn tolerated(samples: [f64; 2]) -> f64 {
     let chance = samples.iter().map(|count| 2.0 / count).sum::<f64>().sqrt();
     ADEQUATE.max((CERTAIN * chance).exp())
 }
 
-/// Compares whitened residuals of the same held-out samples with and without a hypothesis, `carried` the power in either
-/// of noise that the simulation lets through beyond what the model's own lets through, `level` the noise of these
-/// motions; `own` as in [`Adequacy`].
+/// Compares whitened residuals of the same held-out samples with and without a hypothesis. `carried` is the propagated
+/// input noise in either, beyond that of the nominal parameters; `level` the noise level of these motions; `own` as in
+/// [`Adequacy`].
 pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], level: Level) -> Adequacy {
     let (x, x0) = (less(power(with), carried[0]) / level.power, less(power(without), carried[1]) / level.power);
     let tolerated = tolerated([with.len() as f64, level.samples]);
@@ -66,7 +67,7 @@ pub fn adequacy(with: &[f64], own: f64, without: &[f64], carried: [f64; 2], leve
     Adequacy { with: x, own, without: x0, explained, tolerated, gain, gain_lo, gain_hi, gain_elsewhere: None }
 }
 
-/// 95 % interval of the gain on the motion of whitened residuals with and without a hypothesis; see [`adequacy`].
+/// Returns the 95 % interval of the gain on the motion of the residuals; see [`adequacy`].
 pub fn gain_interval(pair: Pair<'_>, carried: [f64; 2]) -> [f64; 2] {
     interval(pair, &|powers| gain(cleared(powers, carried)))
 }
@@ -95,13 +96,13 @@ fn gain([x, x0]: [f64; 2]) -> f64 {
     1.0 - (x / x0).sqrt()
 }
 
-/// Powers with and without a hypothesis, but for noise that is carried. What repeats differ by may be less than under the
-/// model's own parameters, too: then they were moved apart, and that is explained.
+/// Returns the powers with and without a hypothesis, less the propagated input noise. If repeats scatter less than
+/// under the nominal parameters, the difference counts as explained.
 fn cleared(powers: [f64; 2], carried: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|i| less(powers[i], carried[i].max(0.0)))
 }
 
-/// Where as much is carried as is there nothing is left, and a share of nothing would be no number.
+/// Limits the difference to a positive value, so that ratios are finite.
 fn less(power: f64, carried: f64) -> f64 {
     (power - carried).max(f64::MIN_POSITIVE)
 }
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_that_a_hypothesis_lets_through_is_no_loss() {
+    fn propagated_noise_does_not_reduce_the_gain() {
         let noise = |i: i32, k: f64| (f64::from(i) * k).sin() * 2_f64.sqrt();
         let without: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 0.01)).collect();
         let with: Vec<f64> = (0..4000).map(|i| noise(i, 12.9898) + noise(i, 1.37)).collect();
@@ -130,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn on_another_motion_a_hypothesis_may_gain_more_or_less_than_on_any_that_was_recorded() {
+    fn gain_interval_on_other_motion_exceeds_the_recorded_gains() {
         let noise = |i: i32| (f64::from(i) * 12.9898).sin() * 1.4;
         let shown = |size: f64| -> Vec<f64> { (0..2000).map(|i| noise(i) + size * noise(7 * i + 3)).collect() };
         let (none, little, much) = (shown(0.0), shown(0.5), shown(5.0));
@@ -139,18 +140,18 @@ mod tests {
         assert!((0.10..0.106).contains(&lo) && (0.106..0.11).contains(&hi), "motions alike: {lo} {hi}");
         let [lo, hi] = of(&[[&none, &little], [&none, &much], [&none, &little]]).expect("three motions");
         assert!((0.0..0.05).contains(&lo) && (0.85..0.99).contains(&hi), "{lo} {hi}");
-        assert_eq!(of(&[[&none, &much]]), None, "one motion does not tell of others");
+        assert_eq!(of(&[[&none, &much]]), None, "one motion does not determine others");
     }
 
     #[test]
-    fn what_few_samples_show_by_chance_is_no_misfit() {
+    fn few_samples_widen_the_adequacy_limit() {
         assert!((tolerated([467.0, 934.0]) - 1.378).abs() < 1e-3, "a few seconds of motion");
         assert!((tolerated([467.0, f64::INFINITY]) - 1.299).abs() < 2e-3, "whose noise is known");
         assert_eq!(tolerated([4000.0, 8000.0]), ADEQUATE, "a minute");
     }
 
     #[test]
-    fn a_touch_in_a_long_recording_gains_what_it_gains() {
+    fn gain_of_a_short_touch_is_independent_of_the_recording_length() {
         let noise = |i: i32| (f64::from(i) * 12.9898).sin() * 1.4;
         let touch = |i: i32| if (5000..5100).contains(&i) { 20.0 } else { 0.0 };
         let without: Vec<f64> = (0..10_000).map(|i| noise(i) + touch(i)).collect();

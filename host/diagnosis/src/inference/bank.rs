@@ -1,8 +1,8 @@
-//! A bank of matched filters: where fits should start, what chance alone would find, and what the data could show at all.
+//! Bank of matched filters: starts of fits, detection threshold, and detectability of effects.
 //!
-//! Every entry of the bank is an effect of finite size and given form, simulated once; its signatures are what it changes
-//! in the whitened residuals. Effects that act only beyond a size (backlash, presliding, saturation) have no derivative
-//! at nothing, which is why the sizes are finite. After Anau Montel, Alvey and Weniger, PRD 111 (2025) 083013.
+//! Every entry of the bank is an effect of finite size and given form, simulated once; its signatures are its changes
+//! of the whitened residuals. Effects that act only beyond a size (backlash, presliding, saturation) have no derivative
+//! at zero, so the sizes are finite. After Anau Montel, Alvey and Weniger, PRD 111 (2025) 083013.
 
 use super::fit::{Fitted, Simulate};
 use super::unknown::applied;
@@ -12,14 +12,14 @@ use softdock_kernels::philox;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::ops::Range;
 
-/// Removes from whitened vectors what free numbers of a fit could explain within their tolerance.
+/// Projector that removes from whitened vectors the part that the free parameters of a fit explain within their priors.
 pub struct Projector<'a> {
     jacobian: &'a DMatrix<f64>,
     normal: nalgebra::Cholesky<f64, nalgebra::Dyn>,
 }
 
 impl<'a> Projector<'a> {
-    /// Of all free numbers of a fit.
+    /// Builds the projector for all free parameters of a fit.
     pub fn of(fitted: &'a Fitted) -> Self {
         let jacobian = &fitted.jacobian;
         let normal = jacobian.transpose() * jacobian + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
@@ -27,7 +27,7 @@ impl<'a> Projector<'a> {
         Self { jacobian, normal }
     }
 
-    /// The part of a vector that none of them explains.
+    /// Returns the part of a vector that they do not explain.
     pub fn reject(&self, vector: &DVector<f64>) -> DVector<f64> {
         vector - self.jacobian * self.normal.solve(&self.jacobian.tr_mul(vector))
     }
@@ -40,12 +40,12 @@ impl<'a> Projector<'a> {
     }
 }
 
-/// One form of a hypothesis at a finite size.
+/// Form of a hypothesis at a finite size.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct SignatureEntry {
     /// Number of the hypothesis.
     pub hypothesis: usize,
-    /// A `z` for every free number of the hypothesis.
+    /// Standardised value `z` of every free parameter of the hypothesis.
     pub form: Vec<f64>,
     /// Its signatures among the bank's: one a size, two where a sine and a cosine belong together.
     signatures: Range<usize>,
@@ -57,15 +57,15 @@ pub struct Entry {
     signed: bool,
 }
 
-/// All entries of a library.
+/// Signatures of all entries of a library.
 pub struct Bank {
-    entries: Vec<Entry>,
+    entries: Vec<SignatureEntry>,
     signatures: DMatrix<f64>,
     /// Products of signatures with those of the same entry, a column a signature.
     own: DMatrix<f64>,
 }
 
-/// What a residual says of every entry.
+/// Products of a residual with every entry.
 pub struct Scores {
     /// Products of signatures and residual.
     products: DVector<f64>,
@@ -73,7 +73,7 @@ pub struct Scores {
     own: DMatrix<f64>,
 }
 
-/// Products of all signatures of a bank with one another, behind what the free numbers of a fit explain.
+/// Gram matrix of all signatures of a bank after the projection of a fit.
 pub struct Gram(DMatrix<f64>);
 
 impl Bank {
@@ -85,7 +85,7 @@ impl Bank {
             for form in &hypothesis.forms {
                 let first = sets.len();
                 sets.extend(hypothesis.sizes.iter().map(|size| alone(&base, hypothesis, form, *size)));
-                entries.push(Entry {
+                entries.push(SignatureEntry {
                     hypothesis: number,
                     form: form.clone(),
                     signatures: first..sets.len(),
@@ -104,17 +104,17 @@ impl Bank {
         Self { entries, signatures, own }
     }
 
-    /// Its entries.
-    pub fn entries(&self) -> &[Entry] {
+    /// Returns the entries.
+    pub fn entries(&self) -> &[SignatureEntry] {
         &self.entries
     }
 
-    /// What an entry changes in the residuals, one column a size.
-    pub fn signatures(&self, entry: &Entry) -> DMatrix<f64> {
+    /// Returns the signatures of an entry, one column per size.
+    pub fn signatures(&self, entry: &SignatureEntry) -> DMatrix<f64> {
         self.signatures.columns_range(entry.signatures.clone()).into_owned()
     }
 
-    /// Greatest correlation of a hypothesis' signatures with a change of the residuals.
+    /// Returns the greatest correlation of a hypothesis' signatures with a change of the residuals.
     pub fn correlation(&self, hypothesis: usize, change: &DVector<f64>) -> f64 {
         let own = self.entries.iter().filter(|entry| entry.hypothesis == hypothesis);
         let columns = own.flat_map(|entry| entry.signatures.clone()).map(|place| self.signatures.column(place));
@@ -123,11 +123,11 @@ impl Bank {
         columns.map(of).fold(0.0, f64::max) / change.norm().max(f64::MIN_POSITIVE)
     }
 
-    /// The first form of a hypothesis that changes the residuals as `change` does, with the multiples of its sizes by which
-    /// it does so; `None` if it has none.
-    pub fn imitation(&self, hypothesis: usize, change: &DVector<f64>) -> Option<(&Entry, Vec<f64>)> {
+    /// Returns the first form of a hypothesis that reproduces `change`, with the multiples of its sizes; `None` if
+    /// there is none.
+    pub fn imitation(&self, hypothesis: usize, change: &DVector<f64>) -> Option<(&SignatureEntry, Vec<f64>)> {
         let mut own = self.entries.iter().filter(|entry| entry.hypothesis == hypothesis && !entry.shaped);
-        let of = |entry: &'_ Entry| {
+        let of = |entry: &'_ SignatureEntry| {
             let signatures = self.signatures.columns_range(entry.signatures.clone());
             let gram = signatures.transpose() * signatures;
             let multiples = gram.cholesky()?.solve(&(signatures.transpose() * change));
@@ -139,7 +139,7 @@ impl Bank {
         own.find_map(|entry| Some((entry, of(entry)?)))
     }
 
-    /// Compares the residual of a fit with every entry.
+    /// Computes the products of a fit's residual with every entry.
     pub fn scores(&self, fitted: &Fitted) -> Scores {
         let projector = Projector::of(fitted);
         // A product with the transpose is blocked; `tr_mul` goes column by column, ten times slower here.
@@ -148,13 +148,13 @@ impl Bank {
         Scores { products, own }
     }
 
-    /// How all signatures look beside one another behind a fit.
+    /// Returns the Gram matrix of all signatures after the projection of a fit.
     pub fn gram(&self, fitted: &Fitted) -> Gram {
         let explained = Projector::of(fitted).explained(&self.signatures);
         Gram(self.signatures.transpose() * &self.signatures - explained.transpose() * explained)
     }
 
-    /// Log-odds of each hypothesis against none, its forms and sizes averaged over.
+    /// Returns the log-odds of each hypothesis against the null hypothesis, averaged over its forms and sizes.
     pub fn log_odds(&self, scores: &Scores, hypotheses: usize) -> Vec<f64> {
         let mut sums = vec![LogMean::default(); hypotheses];
         for entry in &self.entries {
@@ -163,7 +163,7 @@ impl Bank {
         sums.iter().map(LogMean::value).collect()
     }
 
-    /// The greatest log-odds that noise alone gives to any hypothesis, exceeded with a probability of `rarity`.
+    /// Returns the greatest log-odds that noise alone gives to any hypothesis, exceeded with probability `rarity`.
     ///
     /// Noise is drawn `NULLS` times in the space of the signatures; beyond the draws the tail is exponential.
     pub fn chance(&self, Gram(gram): &Gram, hypotheses: usize, rarity: f64) -> f64 {
@@ -188,7 +188,7 @@ impl Bank {
         tail[0] + excess * (0.05 / rarity).ln()
     }
 
-    /// Log-odds that each hypothesis would have at a plausible size, were it there; see [`chance`](Self::chance).
+    /// Returns the expected log-odds of each hypothesis at a plausible size; see [`chance`](Self::chance).
     pub fn visibility(&self, scores: &Scores, hypotheses: usize) -> Vec<f64> {
         let mut best = vec![f64::NEG_INFINITY; hypotheses];
         let mut weights = vec![LogMean::default(); hypotheses];
@@ -203,8 +203,8 @@ impl Bank {
         best
     }
 
-    /// How alike the signatures of two hypotheses can look behind what nuisances explain: greatest correlation over
-    /// their forms.
+    /// Returns the greatest correlation, over their forms, of the signatures of two hypotheses after the projection of
+    /// the nuisance parameters.
     pub fn likeness(&self, Gram(gram): &Gram, a: usize, b: usize) -> f64 {
         let of = |hypothesis| {
             self.entries.iter().filter(move |entry| entry.hypothesis == hypothesis).flat_map(|e| e.signatures.clone())
@@ -217,20 +217,20 @@ impl Bank {
 }
 
 impl Scores {
-    /// As they are if residual variances exceed the noise's by a factor.
+    /// Returns the products for residual variances that exceed the noise by a factor.
     pub fn dispersed(self, factor: f64) -> Self {
         Self { products: self.products / factor, own: self.own / factor }
     }
 }
 
 /// Products of columns with those of the same entry.
-fn of_same_entry(entries: &[Entry], columns: &DMatrix<f64>) -> DMatrix<f64> {
+fn of_same_entry(entries: &[SignatureEntry], columns: &DMatrix<f64>) -> DMatrix<f64> {
     by_entry(entries, |i, j| columns.column(i).dot(&columns.column(j)))
 }
 
 /// What is known of pairs of signatures of the same entry: a column a signature, its entry's in rows, as many as the
 /// largest entry has.
-fn by_entry(entries: &[Entry], of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+fn by_entry(entries: &[SignatureEntry], of: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     let most = entries.iter().map(|entry| entry.signatures.len()).max().unwrap_or(0);
     let count = entries.iter().map(|entry| entry.signatures.len()).sum();
     let mut all = DMatrix::zeros(most, count);
@@ -263,7 +263,7 @@ fn alone(base: &[f64], hypothesis: &Hypothesis, form: &[f64], size: usize) -> Ve
     applied(base, &hypothesis.unknowns, &z)
 }
 
-impl Entry {
+impl SignatureEntry {
     /// Log-odds of this entry against none; the multiplier of a linear size has its prior, `1 / z` wide.
     fn log_odds(&self, scores: &Scores) -> f64 {
         if self.shaped {
@@ -285,7 +285,7 @@ impl Entry {
         odds
     }
 
-    /// How much better the data agree with the best multiples of the signatures, and those multiples.
+    /// Returns the reduction of chi-squared with the best multiples of the signatures, and those multiples.
     pub fn best(&self, scores: &Scores) -> (f64, Vec<f64>) {
         if self.shaped {
             return (2.0 * self.log_odds(scores), vec![1.0]);

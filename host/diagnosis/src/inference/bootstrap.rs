@@ -1,4 +1,5 @@
-//! Intervals of what a hypothesis gains, by the moving-block bootstrap (Kuensch 1989) over residuals with and without it.
+//! Intervals of the gain of a hypothesis by the moving-block bootstrap (Kuensch 1989) over residuals with and without
+//! it.
 
 use softdock_kernels::noise::normals;
 use softdock_kernels::philox;
@@ -24,7 +25,7 @@ pub(crate) fn interval(pair: Pair<'_>, f: &dyn Fn([f64; 2]) -> f64) -> [f64; 2] 
     middle(|resample| f(blocks.powers(resample)))
 }
 
-/// 95 % interval on a motion that was not recorded, by what those that were differ by; `None` of fewer than two.
+/// Returns the 95 % interval on an unrecorded motion from the scatter of the recorded ones; `None` for fewer than two.
 ///
 /// Every resample takes one of them at random, and blocks of it (two-stage bootstrap; Davison and Hinkley 1997, 3.8).
 /// `shown` is the logarithm of how much of the hypothesis a motion shows, and `f` the function where a motion shows so many

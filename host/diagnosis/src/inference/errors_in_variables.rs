@@ -1,9 +1,9 @@
-//! Takes from a fit what the noise of measured inputs pulls, and what is plausible of its sizes.
+//! Bias compensation for the noise of measured inputs (errors in variables).
 //!
-//! The noise of an input reaches the residuals through the simulation, as strongly as the parameters let it. Least squares
-//! prefer parameters that let less of it through: a torque constant comes out too small by the share of noise in the
-//! measured torque's power. Repeats tell how much comes through for any parameters, so what is minimised should be
-//! `r'r - N c(z)`, c the carried power in units of the noise (Söderström, Errors-in-variables methods in system
+//! The simulation propagates the noise of an input into the residuals, depending on the parameters. Least squares
+//! prefer parameters that propagate less of it: a torque constant is underestimated by the share of noise in the
+//! measured torque's power. Repeats determine the propagated noise for any parameters, so that the cost is `r'r - N
+//! c(z)`, with c the propagated power in units of the noise (Söderström, Errors-in-variables methods in system
 //! identification, 2018, ch. 5: bias-compensated least squares).
 
 use super::fit::{Fitted, InputNoise, Simulate};
@@ -14,9 +14,8 @@ use nalgebra::{DMatrix, DVector};
 const STEPS: usize = 4;
 const SETTLED: f64 = 0.1;
 
-/// A fit with freed sizes without those pulls: `mean` simulates the whitened mean residuals, `deviation` what repeats
-/// differ by, if there are any, whitened by the same noise. `None` where input noise is all that the data seem to tell of
-/// some number.
+/// Returns the bias-compensated fit with freed sizes. `mean` simulates the whitened mean residuals, `deviation` the
+/// whitened differences of repeats, if any. Returns `None` if input noise dominates the information on some parameter.
 pub fn compensated(fitted: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simulate>) -> Option<Fitted> {
     let (mut at, mut moved) = stepped(fitted, base, mean, deviation)?;
     for _ in 1..STEPS {
@@ -62,7 +61,7 @@ fn derived(mut all: Vec<DVector<f64>>, steps: &DVector<f64>) -> (DVector<f64>, D
 #[cfg(test)]
 mod tests {
     use super::super::fit::{Start, fit};
-    use super::super::unknown::{Prior, Role, Unknown};
+    use super::super::unknown::{ParameterPrior, Role, Unknown};
     use super::*;
     use softdock_kernels::philox;
 
@@ -102,14 +101,14 @@ mod tests {
     }
 
     #[test]
-    fn a_gain_of_a_noisy_input_is_not_too_small() {
-        let prior = Prior::Normal { mean: 1.0, sd: 1.0 };
+    fn compensated_gain_of_a_noisy_input_is_unbiased() {
+        let prior = ParameterPrior::Normal { mean: 1.0, sd: 1.0 };
         let unknowns = vec![Unknown { name: "gain".to_owned(), field: 0, unit: "1", prior, role: Role::Size }];
         let by = |of: fn(f64) -> DVector<f64>| move |sets: &[Vec<f64>]| sets.iter().map(|set| of(set[0])).collect();
         let (mean, deviation) = (by(mean), by(deviations));
         let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0).with_freed_sizes();
         let attenuated = fitted.values(&[1.0])[0];
-        let compensated = compensated(&fitted, &[1.0], &mean, Some(&deviation)).expect("the data tell of it");
+        let compensated = compensated(&fitted, &[1.0], &mean, Some(&deviation)).expect("identifiable");
         let gain = compensated.values(&[1.0])[0];
         // Noise of the input counts as noise of the residual too, thirty-six times the power of the output's own.
         let noise = (1.0 + (GAIN * NOISE[0] / NOISE[1]).powi(2)).sqrt();
@@ -118,6 +117,6 @@ mod tests {
         // Attenuated by the share of the noise of three repeats' mean.
         let power = 0.5 / (0.5 + NOISE[0].powi(2) / REPEATS as f64);
         assert!((attenuated - GAIN * power).abs() < 3.0 * sd, "{attenuated}, standard deviation {sd}");
-        assert!(GAIN * (1.0 - power) > 6.0 * sd, "the test could not tell");
+        assert!(GAIN * (1.0 - power) > 6.0 * sd, "the bias exceeds the uncertainty");
     }
 }

@@ -1,26 +1,25 @@
-//! How well the data speak for a hypothesis: its marginal likelihood by Laplace's method, and what follows for its
-//! parameters.
+//! Evidence of a hypothesis: its marginal likelihood by Laplace's method, and the intervals of its parameters.
 
 use super::fit::Fitted;
-use super::unknown::Prior;
+use super::unknown::ParameterPrior;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Logarithm of the marginal likelihood, and the posterior near its peak.
+/// Logarithm of the marginal likelihood (evidence), and the posterior covariance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Evidence {
+pub struct MarginalLikelihood {
     /// log Z, up to a constant that all hypotheses share.
     pub log: f64,
     /// Covariance of the free numbers' `z`.
     pub covariance: DMatrix<f64>,
 }
 
-/// Evidence of a fit, `dispersion` >= 1 the factor by which residual variances exceed the noise's.
+/// Returns the evidence of a fit; `dispersion` >= 1 is the factor by which residual variances exceed the noise.
 ///
 /// `log Z = -chi2/2c - z'Pz/2 - log det(1 + P^-1 J'J/c)/2`, P the precision of what is plausible, 1 unless sizes are
 /// freed; a number that cannot be negative adds the share of its posterior that is allowed, over the half that its prior
 /// is (MacKay, Information theory, inference, and learning algorithms, ch. 27).
-pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
+pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
     let plausible = fitted.plausible();
     let cholesky = fitted.curvature(dispersion).cholesky().expect("the priors make it positive definite");
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
@@ -40,7 +39,7 @@ pub fn evidence(fitted: &Fitted, dispersion: f64) -> Evidence {
             log += if z[i] <= 0.0 { 0.5 * (peak / sd).powi(2) } else { 0.0 };
         }
     }
-    Evidence { log, covariance }
+    MarginalLikelihood { log, covariance }
 }
 
 /// log of the standard normal distribution function, far into its tail.
@@ -52,9 +51,9 @@ fn log_normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x).ln()
 }
 
-/// Value of an unknown with the bounds of its 95 % interval.
+/// Value of a parameter with its 95 % credible interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Interval {
+pub struct CredibleInterval {
     /// Best value, SI.
     pub value: f64,
     /// Lower bound.
@@ -63,19 +62,20 @@ pub struct Interval {
     pub hi: f64,
 }
 
-/// Prior deviations of a factor beyond which nothing is told of it: an interval of all that a number can hold is none.
+/// Prior standard deviations of a factor beyond which it is not identifiable: an interval of all possible values has no
+/// information.
 const WIDEST: f64 = 8.0;
 
-/// The interval of a free number whose `z` has a standard deviation.
-pub fn interval(prior: &Prior, z: f64, sd: f64) -> Interval {
+/// Returns the interval of a free parameter from the standard deviation of its `z`.
+pub fn interval(prior: &ParameterPrior, z: f64, sd: f64) -> CredibleInterval {
     let half = 1.959_964 * sd;
-    let half = if matches!(prior, Prior::LogNormal { .. }) { half.min(WIDEST) } else { half };
+    let half = if matches!(prior, ParameterPrior::LogNormal { .. }) { half.min(WIDEST) } else { half };
     let bounds = [z - half, z + half].map(|z| prior.value(prior.allowed(z)));
-    Interval { value: prior.value(z), lo: bounds[0].min(bounds[1]), hi: bounds[0].max(bounds[1]) }
+    CredibleInterval { value: prior.value(z), lo: bounds[0].min(bounds[1]), hi: bounds[0].max(bounds[1]) }
 }
 
-/// Whether a nuisance was pulled further than its tolerance allows, and how far at most.
-pub fn greatest_pull(fitted: &Fitted) -> Option<(&str, f64)> {
+/// Returns the nuisance parameter with the greatest z-score.
+pub fn greatest_nuisance_deviation(fitted: &Fitted) -> Option<(&str, f64)> {
     let pulls = fitted.nuisances().map(|(_, unknown, z)| (unknown.name.as_str(), z));
     pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
@@ -91,10 +91,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_nothing_is_known_of_has_bounds_all_the_same() {
-        let Interval { value, lo, hi } = interval(&Prior::LogNormal { centre: 0.05, spread: 1.5 }, 1.0, 400.0);
+    fn unidentified_parameter_has_finite_bounds() {
+        let CredibleInterval { value, lo, hi } =
+            interval(&ParameterPrior::LogNormal { centre: 0.05, spread: 1.5 }, 1.0, 400.0);
         assert!(lo > 0.0 && lo < 1e-4 * value && hi > 1e4 * value && hi.is_finite(), "{lo} {hi}");
-        let known = interval(&Prior::LogNormal { centre: 1.0, spread: 1.0 }, 0.0, 0.5);
+        let known = interval(&ParameterPrior::LogNormal { centre: 1.0, spread: 1.0 }, 0.0, 0.5);
         assert!((known.hi - (1.959_964_f64 * 0.5).exp()).abs() < 1e-12);
     }
 }

@@ -1,4 +1,4 @@
-//! Fits many hypotheses at once: Levenberg-Marquardt in lockstep, every simulation of a round in one batch.
+//! Levenberg-Marquardt fits of many hypotheses in lockstep, with all simulations of a round in one batch.
 //!
 //! Simulations for derivatives are most of the cost. They are kept from where they were last simulated until a step gains
 //! less than they promise, and simulated once more where the fit ends.
@@ -15,7 +15,7 @@ use std::borrow::Borrow;
 
 /// Most rounds.
 const ROUNDS: usize = 25;
-/// Times that one looks beside where fits ended.
+/// Number of searches beside the end points of fits.
 const PROBES: usize = 3;
 /// Shares of its cost by which a start may trail the best of its hypothesis after so many rounds.
 const TRAILS: [(usize, f64); 2] = [(2, 0.1), (4, 0.02)];
@@ -25,40 +25,40 @@ const SLOW: f64 = 0.05;
 /// Share of what it trails by which a round must bring a start nearer that trails too far.
 const FAST: f64 = 0.5;
 
-/// Whitened residuals of parameter sets, one vector a set: what the data have left over, in standard deviations.
+/// Function that returns the whitened residuals of parameter sets, one vector per set, in standard deviations.
 pub type Simulate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<DVector<f64>> + 'a;
 
-/// A hypothesis and where its fit starts.
+/// Start of a fit of a hypothesis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
-    /// Number of the hypothesis: starts of one compete.
+    /// Number of the hypothesis; starts of the same hypothesis compete.
     pub hypothesis: usize,
-    /// Its free numbers, nuisances first.
+    /// Free parameters, nuisance parameters first.
     pub unknowns: Vec<Unknown>,
-    /// First `z` of each.
+    /// Initial `z` of each.
     pub z: Vec<f64>,
-    /// Derivatives of the residuals by each `z`, where another fit tells them.
+    /// Derivatives of the residuals with respect to each `z`, where known from another fit.
     pub slopes: Vec<Option<DVector<f64>>>,
 }
 
 impl Start {
-    /// Of a hypothesis, whose derivatives nothing tells.
+    /// Builds a start without known derivatives.
     pub fn new(hypothesis: usize, unknowns: Vec<Unknown>, z: Vec<f64>) -> Self {
         Self { hypothesis, slopes: vec![None; unknowns.len()], unknowns, z }
     }
 
-    /// Of the only hypothesis, every number where its prior has it.
+    /// Builds the start of the only hypothesis, with every parameter at its prior value.
     pub fn nominal(unknowns: Vec<Unknown>) -> Self {
         let z = vec![0.0; unknowns.len()];
         Self::new(0, unknowns, z)
     }
 
-    /// Where a fit ended.
+    /// Builds a start at the end of a fit.
     pub fn at(fitted: &Fitted) -> Self {
         Self::new(fitted.hypothesis, fitted.unknowns.clone(), fitted.z.clone()).beside(fitted)
     }
 
-    /// With the derivatives of another fit by the numbers that both have.
+    /// Adds the derivatives of another fit for the common parameters.
     #[must_use]
     pub fn beside(self, fitted: &Fitted) -> Self {
         let slope = |unknown: &Unknown| {
@@ -69,121 +69,120 @@ impl Start {
     }
 }
 
-/// A fitted hypothesis.
+/// Fitted hypothesis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// Number of the hypothesis.
     pub hypothesis: usize,
-    /// Its free numbers.
+    /// Free parameters.
     pub unknowns: Vec<Unknown>,
-    /// Their places.
+    /// Standardised values.
     pub z: Vec<f64>,
-    /// Whitened residuals there.
+    /// Whitened residuals at these values.
     pub residual: DVector<f64>,
-    /// Their derivatives by `z`, one column each.
+    /// Derivatives of the residuals with respect to `z`, one column each.
     pub jacobian: DMatrix<f64>,
-    /// Power of the noise that the simulation carries into the residuals under these parameters, beyond what it carries
-    /// under the model's own, in units of the noise; 0 until it is looked at.
+    /// Power of the input noise that the simulation propagates into the residuals, relative to that of the nominal
+    /// parameters, in units of the noise; 0 until computed.
     pub carried: f64,
-    /// What the noise of measured inputs does to it; none until that is taken off.
+    /// Effect of the noise of measured inputs; `None` before bias compensation.
     pub input_noise: Option<InputNoise>,
-    /// Whether sizes are what the data say: what is plausible of a size weighs its hypothesis, and would only shrink it
-    /// once that is found.
+    /// Whether the priors of sizes are removed: they weight the hypothesis, and would bias the size after detection.
     pub freed: bool,
 }
 
 /// Weight that is left of a freed size's prior.
 const FREED: f64 = 1e-2;
 
-/// What the noise of measured inputs does to a fit, by its `z`.
+/// Effect of the noise of measured inputs on a fit, with respect to `z`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputNoise {
-    /// What it adds to the gradient of half the sum of squares.
+    /// Contribution to the gradient of half the sum of squares.
     pub pull: DVector<f64>,
-    /// What it adds to the information `J'J`.
+    /// Contribution to the information `J'J`.
     pub information: DMatrix<f64>,
 }
 
 impl Fitted {
-    /// Sum of squares of the whitened residuals, as if the simulation carried the same noise whatever the parameters.
+    /// Returns the sum of squares of the whitened residuals, compensated for the propagated input noise.
     ///
-    /// What was measured of an input has noise, which a simulation carries into the residuals, and most of all where a
-    /// controller answers to the very noise that the output was read with. Parameters that make this noise smaller explain
-    /// nothing: by as much as repeats scatter less, the sum of squares of their mean is smaller by itself.
+    /// A simulation propagates the noise of measured inputs into the residuals, in particular where a controller
+    /// responds to the noise of the output. Parameters that reduce this noise explain nothing: the sum of squares of
+    /// the mean decreases by as much as the repeats scatter less.
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared() - self.carried * self.residual.len() as f64
     }
 
-    /// Mean square of the whitened residuals; 1 if nothing but noise is left.
+    /// Returns the mean square of the whitened residuals; noise alone gives 1.
     pub fn mean_square(&self) -> f64 {
         self.chi2() / self.residual.len() as f64
     }
 
-    /// Gradient of half the sum of squares, without what the noise of inputs pulls where that is known.
+    /// Returns the gradient of half the sum of squares, compensated for input noise where known.
     pub fn gradient(&self) -> DVector<f64> {
         let mut gradient = self.jacobian.tr_mul(&self.residual);
         self.input_noise.iter().for_each(|noise| gradient -= &noise.pull);
         gradient
     }
 
-    /// Information `J'J` of the data on the `z`, without what is noise of inputs where that is known.
+    /// Returns the information `J'J` of the data on `z`, compensated for input noise where known.
     pub fn information(&self) -> DMatrix<f64> {
         let mut information = self.jacobian.transpose() * &self.jacobian;
         self.input_noise.iter().for_each(|noise| information -= &noise.information);
         information
     }
 
-    /// Precision of each `z` by what is plausible of it.
+    /// Returns the prior precision of each `z`.
     pub fn plausible(&self) -> DVector<f64> {
         let of = |unknown: &Unknown| if self.freed && unknown.role == Role::Size { FREED } else { 1.0 };
         DVector::from_iterator(self.z.len(), self.unknowns.iter().map(of))
     }
 
-    /// What the fit minimises: the sum of squares with the priors' share.
+    /// Returns the cost: sum of squares plus prior terms.
     pub fn cost(&self) -> f64 {
         self.chi2() + self.prior_slope().dot(&DVector::from_column_slice(&self.z))
     }
 
-    /// Slope of half of the priors' share in what the fit minimises.
+    /// Returns the gradient of half the prior terms.
     pub fn prior_slope(&self) -> DVector<f64> {
         self.plausible().component_mul(&DVector::from_column_slice(&self.z))
     }
 
-    /// Curvature of half of what the fit minimises, where residual variances exceed the noise's by a factor.
+    /// Returns the Hessian of half the cost, for residual variances that exceed the noise by a factor.
     pub fn curvature(&self, dispersion: f64) -> DMatrix<f64> {
         self.information() / dispersion + DMatrix::from_diagonal(&self.plausible())
     }
 
-    /// The same numbers with sizes that are what the data say.
+    /// Returns the fit with the priors of sizes removed.
     #[must_use]
     pub fn with_freed_sizes(self) -> Self {
         Self { freed: true, ..self }
     }
 
-    /// Place of the free number that a field of the block's parameters is.
+    /// Returns the index of the free parameter of a field.
     pub fn place(&self, field: usize) -> Option<usize> {
         self.unknowns.iter().position(|unknown| unknown.field == field)
     }
 
-    /// Value of a free number, `None` if the fit does not have it.
+    /// Returns the value of a free parameter; `None` if the fit does not have it.
     pub fn value(&self, field: usize) -> Option<f64> {
         self.place(field).map(|place| self.unknowns[place].prior.value(self.z[place]))
     }
 
-    /// The nuisances: place, what it is, and by how many tolerances it is off.
+    /// Returns the nuisance parameters: index, parameter and z-score.
     pub fn nuisances(&self) -> impl Iterator<Item = (usize, &Unknown, f64)> {
         let all = self.unknowns.iter().zip(&self.z).enumerate().map(|(place, (unknown, z))| (place, unknown, *z));
         all.filter(|(_, unknown, _)| unknown.role == Role::Nuisance)
     }
 
-    /// The block's parameters at the fit.
+    /// Returns the block's parameters at the fit.
     pub fn values(&self, base: &[f64]) -> Vec<f64> {
         applied(base, &self.unknowns, &self.z)
     }
 }
 
-/// Fits all starts by difference quotients over such a share of a standard deviation; the best of each hypothesis comes
-/// back, in the order of their numbers.
+/// Fits all starts and returns the best fit of each hypothesis, in the order of their numbers. `quotient` is the step
+/// of difference quotients, as a share of a standard deviation.
 pub fn fit(starts: Vec<Start>, base: &[f64], quotient: f64, simulate: &Simulate) -> Vec<Fitted> {
     let mut climbs = begun(starts, base, quotient, simulate);
     climb(&mut climbs, base, simulate);
@@ -276,12 +275,12 @@ fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Fitted> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::unknown::Prior;
+    use super::super::unknown::ParameterPrior;
     use super::climb::GAIN;
     use super::*;
     use std::cell::Cell;
 
-    fn unknown(field: usize, prior: Prior, role: Role) -> Unknown {
+    fn unknown(field: usize, prior: ParameterPrior, role: Role) -> Unknown {
         Unknown { name: format!("p{field}"), field, unit: "1", prior, role }
     }
 
@@ -297,10 +296,10 @@ mod tests {
     }
 
     #[test]
-    fn size_and_form_are_found_together_and_the_worse_start_is_dropped() {
+    fn size_and_form_are_fitted_together_and_the_worse_start_is_dropped() {
         let unknowns = vec![
-            unknown(0, Prior::Positive { scale: 1.0 }, Role::Size),
-            unknown(1, Prior::LogNormal { centre: 4.0, spread: 0.5 }, Role::Form),
+            unknown(0, ParameterPrior::Positive { scale: 1.0 }, Role::Size),
+            unknown(1, ParameterPrior::LogNormal { centre: 4.0, spread: 0.5 }, Role::Form),
         ];
         let start = |z: [f64; 2]| Start::new(3, unknowns.clone(), z.into());
         let found = fit(vec![start([0.1, 0.0]), start([0.1, 1.8])], &[0.0, 1.0], 2e-3, &wave([0.7, 5.0]));
@@ -311,8 +310,8 @@ mod tests {
     }
 
     #[test]
-    fn a_size_that_would_be_negative_stays_at_nothing() {
-        let unknowns = vec![unknown(0, Prior::Positive { scale: 1.0 }, Role::Size)];
+    fn negative_size_is_clamped_to_zero() {
+        let unknowns = vec![unknown(0, ParameterPrior::Positive { scale: 1.0 }, Role::Size)];
         let start = Start::new(0, unknowns, vec![0.5]);
         let found = fit(vec![start], &[0.0, 5.0], 2e-3, &wave([-0.3, 5.0]));
         assert_eq!(found[0].z, [0.0]);
@@ -329,12 +328,12 @@ mod tests {
     }
 
     fn offset_and_slope() -> Vec<Unknown> {
-        let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
+        let prior = ParameterPrior::Normal { mean: 0.0, sd: 1.0 };
         vec![unknown(0, prior, Role::Nuisance), unknown(1, prior, Role::Size)]
     }
 
     #[test]
-    fn derivatives_that_hold_are_not_simulated_again() {
+    fn valid_derivatives_are_not_recomputed() {
         let count = Cell::new(0);
         let simulate = line([0.5, 2.0], &count);
         let found = fit(vec![Start::nominal(offset_and_slope())], &[0.0, 0.0], 1e-3, &simulate).remove(0);
@@ -342,14 +341,14 @@ mod tests {
         let start = Start::new(0, found.unknowns.clone(), vec![0.0; 2]).beside(&found);
         let again = fit(vec![start], &[0.0, 0.0], 1e-3, &simulate).remove(0);
         assert!((again.cost() - found.cost()).abs() < GAIN, "{} and {}", again.cost(), found.cost());
-        // Both at first, if nothing told them; after that none until all are, once more, at the end.
+        // Both at first, if unknown; after that none until all, once more, at the end.
         assert_eq!((from_nothing, count.get()), (1 + (2 + 4) + 4 + (2 + 4), 1 + 4 + 4 + (2 + 4)));
     }
 
     #[test]
-    fn a_nuisance_that_is_far_off_is_reached_in_strides_that_grow() {
+    fn distant_nuisance_is_reached_with_growing_steps() {
         let count = Cell::new(0);
-        let unknowns = vec![unknown(0, Prior::Normal { mean: 0.0, sd: 0.1 }, Role::Nuisance)];
+        let unknowns = vec![unknown(0, ParameterPrior::Normal { mean: 0.0, sd: 0.1 }, Role::Nuisance)];
         let found = fit(vec![Start::nominal(unknowns)], &[0.0, 0.0], 1e-3, &line([3.0, 0.0], &count)).remove(0);
         // The prior, one against a hundred samples of a tolerance each, holds it back a little.
         assert!((found.z[0] - 30.0 * 100.0 / 101.0).abs() < 1e-3, "{:?}", found.z);
@@ -357,26 +356,26 @@ mod tests {
     }
 
     #[test]
-    fn a_residual_that_jumps_is_followed_over_a_longer_way() {
+    fn discontinuous_residual_uses_a_longer_difference_quotient() {
         // Stairs of 0.03 in the parameter: no derivative over 0.001 sees them, but where it meets an edge.
         let simulate = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
             let stair = |p: f64| (p / 0.03).floor() * 0.03;
             sets.iter().map(|set| DVector::from_fn(50, |i, _| (1.0 - stair(set[0])) * (1.0 + 0.1 * i as f64))).collect()
         };
-        let unknowns = vec![unknown(0, Prior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
+        let unknowns = vec![unknown(0, ParameterPrior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
         let found = fit(vec![Start::new(0, unknowns, vec![0.2])], &[0.0], 1e-3, &simulate).remove(0);
         assert!((found.z[0] - 1.0).abs() < 0.1, "{:?}", found.z);
     }
 
     #[test]
-    fn a_narrow_minimum_beside_a_narrow_minimum_is_found() {
-        // Two valleys 0.03 apart, 0.004 wide to either side; between them nothing tells of the deeper one.
+    fn adjacent_narrow_minimum_is_found() {
+        // Two minima 0.03 apart, 0.004 wide to either side; no derivative between them shows the deeper one.
         let valley = |p: f64, centre: f64, depth: f64| depth * (1.0 - (p - centre).abs() / 0.004).max(0.0);
         let simulate = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
             let left = |p: f64| 3.0 - valley(p, 0.5, 1.0) - valley(p, 0.53, 2.9);
             sets.iter().map(|set| DVector::from_element(100, left(set[0]))).collect()
         };
-        let unknowns = vec![unknown(0, Prior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
+        let unknowns = vec![unknown(0, ParameterPrior::Normal { mean: 0.0, sd: 1.0 }, Role::Size)];
         let found = fit(vec![Start::new(0, unknowns, vec![0.5])], &[0.0], 1e-3, &simulate).remove(0);
         assert!((found.z[0] - 0.53).abs() < 1e-3, "{:?}", found.z);
     }

@@ -1,16 +1,17 @@
-//! Latent inputs: the signal that, added to a measured input, closes what a block leaves; estimated through the simulator.
+//! Latent inputs: the signal that, added to a measured input, explains a block's residual; estimated through the
+//! simulator.
 //!
 //! The signal is piecewise linear between knots; its second differences are as large as the evidence says (an integrated
 //! random walk, the prior of a smoothing spline: Wahba 1978). No measured signal is differentiated.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A signal with its uncertainty.
+/// Signal with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Latent {
     /// Values at the knots.
     pub value: Vec<f64>,
-    /// Standard deviations of these.
+    /// Standard deviations of the values.
     pub sd: Vec<f64>,
 }
 
@@ -18,8 +19,8 @@ pub struct Latent {
 const RATIO: f64 = 10.0;
 const TRIED: i32 = 9;
 
-/// The most probable signal behind whitened residuals; `response` is what a unit at each knot changes in them, `size` a
-/// size that the signal will hardly exceed.
+/// Estimates the most probable signal from whitened residuals. `response` has their change per unit at each knot;
+/// `size` is an upper bound of the signal's magnitude.
 pub fn latent(residual: &DVector<f64>, response: &DMatrix<f64>, size: f64) -> Option<Latent> {
     let moments = (response.transpose() * response, -(response.transpose() * residual));
     // From as rough as its size allows to nearly straight.
@@ -69,7 +70,7 @@ mod tests {
     use softdock_kernels::philox;
 
     #[test]
-    fn a_signal_behind_a_lag_and_noise_is_found_within_its_uncertainty() {
+    fn latent_signal_is_estimated_within_its_uncertainty() {
         let (knots, every) = (60, 10);
         let truth = |knot: usize| 3.0 * (knot as f64 * 0.2).sin();
         // Each knot's unit is felt for two knots' time.

@@ -1,8 +1,7 @@
-//! The noise of a block's residuals: a vector autoregression, learnt where nothing systematic can be.
+//! Noise of a block's residuals: a vector autoregression, fitted where no systematic error occurs.
 //!
-//! Repeats of one command differ by noise alone, so the model is fitted to their differences; a model fitted to a
-//! residual would swallow the effect that is looked for. The vector form matters: in a feedback loop the noise of one
-//! channel comes back in another.
+//! Repeats of a command differ by noise alone, so the model is fitted to their differences; a model fitted to the
+//! residual would absorb the effect. It is a vector model because feedback couples the noise of the channels.
 
 use nalgebra::{DMatrix, DVectorView};
 
@@ -19,15 +18,15 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Fits series of pure noise; the order by the Bayesian information criterion.
+    /// Fits the model to series of pure noise, with the order by the Bayesian information criterion (BIC).
     ///
     /// Returns `None` if there are too few samples, or a channel without any noise.
     pub fn fit(series: &[DMatrix<f64>]) -> Option<Self> {
         Self::above(series, &[])
     }
 
-    /// The same with white noise of these standard deviations, channel by channel, besides: what a channel cannot
-    /// resolve. None for an empty list.
+    /// Fits the model with additional white noise of these standard deviations, channel by channel: the resolution of
+    /// the channels. Empty for none.
     pub fn above(series: &[DMatrix<f64>], floor: &[f64]) -> Option<Self> {
         let channels = series.first()?.nrows();
         let samples: usize = series.iter().map(DMatrix::ncols).sum();
@@ -38,8 +37,8 @@ impl Noise {
         (0..=most).filter_map(|order| Self::of_order(&moments, order)).min_by(|a, b| a.1.total_cmp(&b.1)).map(|x| x.0)
     }
 
-    /// Noise of no colour, as large as what the second differences of residuals hold: all that can be said before
-    /// anything is known of what is systematic in them.
+    /// Returns white noise with the power of the second differences of residuals: the estimate before any systematic
+    /// error is known.
     pub fn rough(residuals: &[DMatrix<f64>], floor: &[f64]) -> Option<Self> {
         let channels = residuals.first()?.nrows();
         let variance = |channel: usize| {
@@ -78,13 +77,13 @@ impl Noise {
         Some((Self { lags: (0..order).map(lag).collect(), whitener }, criterion))
     }
 
-    /// Order of the autoregression.
+    /// Returns the order of the autoregression.
     pub fn order(&self) -> usize {
         self.lags.len()
     }
 
-    /// The innovations of a residual in units of their standard deviation, channel after channel at each instant;
-    /// `repeats` residuals were averaged. The first instants, which lack a past, are left out.
+    /// Returns the innovations of a residual in units of their standard deviation, channel by channel at each instant;
+    /// `repeats` is the number of averaged residuals. The first instants, which have no past, are omitted.
     pub fn whiten(&self, residual: &DMatrix<f64>, repeats: usize) -> Vec<f64> {
         let (channels, order) = (residual.nrows(), self.order());
         let taps = self.taps() * (repeats as f64).sqrt();
@@ -157,7 +156,7 @@ impl Moments {
     }
 }
 
-/// What repeats of one command differ by: the deviations from their mean, as large as a single residual's noise.
+/// Returns the deviations of repeats from their mean, scaled to the noise of a single residual.
 pub fn deviations(repeats: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
     let n = repeats.len() as f64;
     if repeats.len() < 2 {
@@ -167,7 +166,7 @@ pub fn deviations(repeats: &[DMatrix<f64>]) -> Vec<DMatrix<f64>> {
     repeats.iter().map(|x| (x - &mean) * (n / (n - 1.0)).sqrt()).collect()
 }
 
-/// The mean of residuals.
+/// Returns the mean of residuals.
 pub fn mean(repeats: &[DMatrix<f64>]) -> DMatrix<f64> {
     let sum = repeats.iter().skip(1).fold(repeats[0].clone(), |sum, x| sum + x);
     sum / repeats.len() as f64
@@ -208,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_without_a_past_tell_a_noise_without_colour() {
+    fn single_samples_give_white_noise() {
         let series: Vec<_> = (0..400).map(|i| DMatrix::from_element(1, 1, 3.0 * normal("alone", i))).collect();
         let noise = Noise::fit(&series).expect("enough samples");
         let white: f64 = series.iter().flat_map(|x| noise.whiten(x, 1)).map(|w| w * w).sum::<f64>() / 400.0;
@@ -216,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_learnt_from_one_repeat_or_from_silence() {
+    fn one_repeat_or_a_constant_channel_gives_no_noise() {
         assert!(deviations(&[coloured(100, "a")]).is_empty());
         assert!(Noise::fit(&[]).is_none());
         assert!(Noise::fit(&[DMatrix::zeros(1, 500)]).is_none(), "a channel without noise");

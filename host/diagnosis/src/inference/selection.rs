@@ -1,7 +1,7 @@
-//! Stability selection: which terms of a linear model are picked whichever half of the data is looked at.
+//! Stability selection: terms of a linear model that random halves of the data select consistently.
 //!
-//! After Meinshausen and Buehlmann, J. R. Stat. Soc. B 72 (2010) 417; halves are drawn of whole stretches of the data,
-//! since neighbouring samples share what disturbs them. Terms are added while their evidence pays.
+//! After Meinshausen and Buehlmann, J. R. Stat. Soc. B 72 (2010) 417. Halves consist of whole stretches of the data,
+//! because neighbouring samples are correlated. Terms are added while they raise the evidence.
 
 use nalgebra::{DMatrix, DVector};
 use softdock_kernels::philox;
@@ -14,33 +14,34 @@ const HALVES: usize = 100;
 const SEED: u64 = 3;
 /// Share of the halves that must pick a term.
 const STABLE: f64 = 0.8;
-/// Log-odds by which a term must pay for itself, beyond its share of the prior.
+/// Log-odds that a term must gain beyond its prior.
 const PAYS: f64 = 5.0;
 
-/// Whitened residuals, and what unknowns change them by.
+/// Whitened residuals and their derivatives.
 pub struct Linear<'a> {
-    /// The residuals, where the known unknowns are as they are.
+    /// Residuals at the values `z`.
     pub residual: &'a DVector<f64>,
-    /// Derivatives by the unknowns that the model always has, one column each, in their priors' standard deviations.
+    /// Derivatives with respect to the parameters that are always in the model, one column each, per prior standard
+    /// deviation.
     pub known: &'a DMatrix<f64>,
-    /// Where those stand.
+    /// Values of these parameters.
     pub z: &'a [f64],
-    /// What each term may add: one column a size, likewise.
+    /// Derivatives of each term, one column per size, per prior standard deviation.
     pub terms: &'a [DMatrix<f64>],
     /// Factor by which residual variances exceed the noise's.
     pub dispersion: f64,
 }
 
-/// A term that was picked.
+/// Selected term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picked {
     /// Its number among the terms.
     pub term: usize,
-    /// Share of the halves that picked it.
+    /// Share of the halves that select it.
     pub share: f64,
 }
 
-/// The terms that are picked by most halves of the data.
+/// Returns the terms that most halves of the data select.
 pub fn stable(model: &Linear) -> Vec<Picked> {
     let moments = Moments::of(model);
     let mut counts = vec![0_usize; model.terms.len()];
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_terms_that_are_there_are_picked_and_no_others() {
+    fn only_present_terms_are_selected() {
         let known = DMatrix::from_columns(&[wave(3.0)]);
         let terms: Vec<DMatrix<f64>> = (5..15).map(|c| DMatrix::from_columns(&[wave(f64::from(c))])).collect();
         let residual = noise("a") + wave(3.0) * 2.0 - wave(7.0) * 0.4 + wave(12.0) * 0.3;

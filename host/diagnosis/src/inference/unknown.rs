@@ -1,13 +1,13 @@
-//! The free numbers of a hypothesis, each with what is plausible before the data are seen.
+//! Free parameters of a hypothesis with their priors.
 
 use softdock_engine::section::Section;
 
-/// What is plausible of a number; `z` counts in its own spread and is standard normal.
+/// Prior of a parameter in terms of `z`, which is standard normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Prior {
+pub enum ParameterPrior {
     /// Either sign: `mean + sd z`.
     Normal {
-        /// Most plausible value.
+        /// Prior median.
         mean: f64,
         /// Standard deviation.
         sd: f64,
@@ -19,22 +19,22 @@ pub enum Prior {
     },
     /// At most `top`: `top exp(-share z)` with z >= 0.
     Below {
-        /// Value from which on nothing changes.
+        /// Value above which the parameter has no effect.
         top: f64,
         /// Natural logarithm of the factor that is a plausible size.
         share: f64,
     },
     /// Positive, known to a factor: `centre exp(spread z)`.
     LogNormal {
-        /// Most plausible value.
+        /// Prior median.
         centre: f64,
         /// Natural logarithm of the factor that is one standard deviation.
         spread: f64,
     },
 }
 
-impl Prior {
-    /// The value that belongs to a `z`.
+impl ParameterPrior {
+    /// Returns the value at `z`.
     pub fn value(&self, z: f64) -> f64 {
         match *self {
             Self::Normal { mean, sd } => mean + sd * z,
@@ -44,7 +44,7 @@ impl Prior {
         }
     }
 
-    /// By how much the value grows with `z`.
+    /// Returns the derivative of the value with respect to `z`.
     pub fn slope(&self, z: f64) -> f64 {
         match *self {
             Self::Normal { sd, .. } => sd,
@@ -54,7 +54,7 @@ impl Prior {
         }
     }
 
-    /// The `z` that belongs to a value.
+    /// Returns the `z` of a value.
     pub fn place(&self, value: f64) -> f64 {
         match *self {
             Self::Normal { mean, sd } => (value - mean) / sd,
@@ -64,40 +64,40 @@ impl Prior {
         }
     }
 
-    /// The nearest `z` that is allowed.
+    /// Returns the nearest admissible `z`.
     pub fn allowed(&self, z: f64) -> f64 {
         if self.is_one_sided() { z.max(0.0) } else { z }
     }
 
-    /// Whether only z >= 0 is allowed.
+    /// Returns whether only z >= 0 is admissible.
     pub fn is_one_sided(&self) -> bool {
         matches!(self, Self::Positive { .. } | Self::Below { .. })
     }
 }
 
-/// What a free number is to its hypothesis.
+/// Role of a free parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It may differ within its tolerance unnoticed, whatever the hypothesis.
+    /// Nuisance parameter, free within its tolerance under every hypothesis.
     Nuisance,
-    /// How large the effect is; at zero there is no effect.
+    /// Size of the effect; zero for no effect.
     Size,
-    /// How the effect looks, whatever its size (a frequency, a speed, a time constant).
+    /// Form of the effect, independent of its size (a frequency, a speed, a time constant).
     Form,
 }
 
-/// A free number.
+/// Free parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// Field of the block's parameters.
     pub name: String,
-    /// Its place in the block's field table.
+    /// Index in the block's field table.
     pub field: usize,
-    /// Its SI unit.
+    /// SI unit.
     pub unit: &'static str,
-    /// What is plausible.
-    pub prior: Prior,
-    /// What it is to the hypothesis.
+    /// Prior.
+    pub prior: ParameterPrior,
+    /// Role.
     pub role: Role,
 }
 
@@ -106,14 +106,14 @@ impl Unknown {
     ///
     /// # Panics
     /// If the block has no such parameter.
-    pub(crate) fn of(section: &Section, name: &str, prior: Prior, role: Role) -> Self {
+    pub(crate) fn of(section: &Section, name: &str, prior: ParameterPrior, role: Role) -> Self {
         let fields = section.parameters();
         let field = fields.iter().position(|field| field.name == name).expect("the name of a block's parameter");
         Self { name: name.to_owned(), field, unit: fields[field].unit, prior, role }
     }
 }
 
-/// A block's parameters with some of them replaced; `z` in the order of the unknowns.
+/// Returns a block's parameters with the free ones replaced; `z` in the order of the unknowns.
 pub fn applied(base: &[f64], unknowns: &[Unknown], z: &[f64]) -> Vec<f64> {
     let mut values = base.to_vec();
     for (unknown, z) in unknowns.iter().zip(z) {

@@ -1,4 +1,4 @@
-//! White noise of series that move, by their differences from sample to sample.
+//! White noise of moving series, estimated from sample-to-sample differences.
 
 /// Median of the size of a standard normal number.
 const MEDIAN: f64 = 0.6745;

@@ -1,21 +1,21 @@
-//! How each candidate does on motion that no fit has seen, and what it may gain on motion that nobody recorded.
+//! Adequacy of each candidate on held-out motion, and its gain on unrecorded motion.
 
-use super::{Bench, CLAMP, Candidate, clamped};
+use super::{CLAMP, Candidate, JudgementContext, clamped};
+use crate::admissibility::{gains, has_nuisance_beyond_prior};
 use crate::inference::adequacy::{Adequacy, adequacy, gain_elsewhere};
 use crate::inference::bootstrap::Pair;
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
-use crate::inference::spread::Experiment;
-use crate::soundness::{gains, is_strained};
+use crate::inference::parameter_deviations::ExperimentRows;
 use nalgebra::DVector;
 
 /// Best candidates whose held-out residuals are whitened by the noise under themselves too.
 const OWN_NOISE: usize = 3;
 
-impl Bench<'_> {
-    /// How each candidate does on held-out data against the clamped null hypothesis. One that pulls a nuisance beyond the
-    /// clamp is not sound unless it explains more of them than the null hypothesis whose nuisances may go as far: by chance
-    /// one of many is that far off, but if it is strained, then the null hypothesis may go any way.
+impl JudgementContext<'_> {
+    /// Computes the adequacy of each candidate against the clamped null hypothesis. A candidate with a nuisance
+    /// parameter beyond the clamp is inadmissible unless it explains more of the held-out data than the null hypothesis
+    /// with nuisance parameters as far from nominal: one of many may be that far by chance.
     pub(crate) fn add_adequacies(&self, null: &Fitted, clamped: &Fitted, ranking: &mut [Candidate]) {
         if self.test.is_empty() {
             return;
@@ -38,7 +38,7 @@ impl Bench<'_> {
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
-            candidate.sound = candidate.sound && self.outdoes_pulled(candidate, null, with);
+            candidate.admissible = candidate.admissible && self.outdoes_pulled(candidate, null, with);
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }
@@ -47,11 +47,11 @@ impl Bench<'_> {
     /// Whether a candidate that pulls a nuisance explains more of held-out data, as `with` has it, than the null hypothesis
     /// does that pulls nuisances as far, or any way if that is strained.
     fn outdoes_pulled(&self, candidate: &Candidate, null: &Fitted, with: &DVector<f64>) -> bool {
-        let pull = candidate.greatest_pull().map_or(0.0, |(_, pull)| pull.abs());
+        let pull = candidate.greatest_nuisance_deviation().map_or(0.0, |(_, pull)| pull.abs());
         if pull <= CLAMP {
             return true;
         }
-        let reach = if is_strained(&candidate.fitted) { f64::INFINITY } else { pull };
+        let reach = if has_nuisance_beyond_prior(&candidate.fitted) { f64::INFINITY } else { pull };
         let pulled = clamped(self.block, null, reach, &|sets| self.simulated(sets));
         let without = self.test.whitened(&self.noise, &[pulled.values(&self.block.base)]).remove(0);
         gains(mean_square(&without), mean_square(with))
@@ -73,6 +73,6 @@ fn mean_square(w: &DVector<f64>) -> f64 {
 }
 
 /// Residuals with and without a hypothesis, motion by motion.
-fn each_of<'r>(motions: &'r [Experiment], both: [&'r DVector<f64>; 2]) -> impl Iterator<Item = Pair<'r>> {
+fn each_of<'r>(motions: &'r [ExperimentRows], both: [&'r DVector<f64>; 2]) -> impl Iterator<Item = Pair<'r>> {
     motions.iter().map(move |motion| both.map(|all| &all.as_slice()[motion.rows.clone()]))
 }

@@ -1,42 +1,42 @@
-//! What the data say of a block: its candidates, the null hypotheses that they are measured by, and the noise.
+//! Result of a block's judgement: candidates, null hypotheses and noise.
 
+use crate::admissibility::{has_nuisance_beyond_prior, penalty_of_nuisances};
 use crate::combine::price;
 use crate::inference::adequacy::Adequacy;
-use crate::inference::evidence::{Evidence, greatest_pull};
+use crate::inference::evidence::{MarginalLikelihood, greatest_nuisance_deviation};
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
-use crate::soundness::{is_strained, strain};
 use nalgebra::{DMatrix, DVector};
 
-/// One or several hypotheses together, with what the data say of them.
+/// Hypothesis, or combination of hypotheses, with its fit and evidence.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// Numbers in the library, in rising order.
     pub hypotheses: Vec<usize>,
     /// The fit.
     pub fitted: Fitted,
-    /// Its evidence.
-    pub evidence: Evidence,
-    /// Standard deviations of its free numbers' `z`: by noise, by the simulation's step, by what the model lacks.
+    /// Evidence of the fit.
+    pub evidence: MarginalLikelihood,
+    /// Standard deviations of the free parameters' `z`, from noise, discretisation error and model error.
     pub deviations: Vec<f64>,
-    /// How much better than the null hypothesis it explains the data: difference of log evidence.
+    /// Log-odds against the null hypothesis: difference of log evidence.
     pub log_odds: f64,
-    /// Log-odds that the noise of measured inputs alone may give it, for it carries that noise otherwise than the null
-    /// hypothesis does; 0 until it is looked at.
+    /// Log-odds that input noise alone may give, because the candidate propagates it differently from the null
+    /// hypothesis; 0 until computed.
     pub by_input_noise: f64,
-    /// Whether it is what its name says; see `is_sound`.
-    pub sound: bool,
-    /// Whether it is that by all that its numbers may be off, not by noise alone.
+    /// Whether it is admissible; see `is_admissible`.
+    pub admissible: bool,
+    /// Whether it is admissible under the total uncertainty of its parameters, not under noise alone.
     pub sure: bool,
-    /// Whitened residuals of held-out data, none if there are none.
+    /// Whitened residuals of held-out data; empty without any.
     pub held_out: DVector<f64>,
-    /// How it does on held-out data, if there are any.
+    /// Adequacy on held-out data, if there are any.
     pub adequacy: Option<Adequacy>,
 }
 
 impl Candidate {
     /// A fit of some hypotheses of which no more is known than its evidence.
-    pub(crate) fn new(hypotheses: Vec<usize>, fitted: Fitted, evidence: Evidence) -> Self {
+    pub(crate) fn new(hypotheses: Vec<usize>, fitted: Fitted, evidence: MarginalLikelihood) -> Self {
         let (deviations, held_out) = (Vec::new(), DVector::zeros(0));
         let (log_odds, by_input_noise) = (0.0, 0.0);
         Self {
@@ -46,7 +46,7 @@ impl Candidate {
             deviations,
             log_odds,
             by_input_noise,
-            sound: true,
+            admissible: true,
             sure: true,
             held_out,
             adequacy: None,
@@ -58,10 +58,10 @@ impl Candidate {
         self.log_odds - self.hypotheses.len() as f64 * price(effects)
     }
 
-    /// Whether it is there by the statistics, where an effect counts as present from a threshold of log-odds on, and from
-    /// what strained nuisances hide beside it.
+    /// Returns whether it is detected: its log-odds exceed the threshold and the penalty of nuisance parameters beyond
+    /// their priors.
     pub(crate) fn is_present(&self, threshold: f64) -> bool {
-        self.log_odds >= threshold.max(self.by_input_noise) + strain(&self.fitted)
+        self.log_odds >= threshold.max(self.by_input_noise) + penalty_of_nuisances(&self.fitted)
     }
 
     /// Covariance of its free numbers' `z`, as large as their deviations have it.
@@ -71,75 +71,76 @@ impl Candidate {
         covariance.component_mul(&(&scale * scale.transpose()))
     }
 
-    /// The nuisance that was pulled furthest, and how far.
-    pub fn greatest_pull(&self) -> Option<(&str, f64)> {
-        greatest_pull(&self.fitted)
+    /// Returns the nuisance parameter with the greatest z-score.
+    pub fn greatest_nuisance_deviation(&self) -> Option<(&str, f64)> {
+        greatest_nuisance_deviation(&self.fitted)
     }
 }
 
-/// Where a block's noise is known from.
+/// Source of the noise estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseFrom {
-    /// What repeats of one command differ by.
+    /// Differences of repeats.
     Repeats,
-    /// Stretches of the recordings that hold nothing else.
+    /// Stretches of the recordings that contain only noise.
     Quiet,
-    /// What the richest combination of effects leaves.
+    /// Residual of the richest combination of effects.
     Richest,
 }
 
-/// What the data say of a block.
+/// Judgement of a block.
 #[derive(Clone, Debug)]
-pub struct Judgement {
-    /// The block's name.
+pub struct BlockJudgement {
+    /// Name of the block.
     pub block: &'static str,
     /// Number of whitened samples.
     pub samples: usize,
     /// The noise.
     pub noise: Noise,
-    /// Where the noise is known from.
+    /// Source of the noise estimate.
     pub noise_from: NoiseFrom,
     /// The null hypothesis: nuisances alone.
     pub null: Fitted,
-    /// The null hypothesis with no nuisance beyond what its tolerance makes plausible.
+    /// The null hypothesis with all nuisance parameters clamped to their priors.
     pub clamped: Fitted,
-    /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
+    /// Dispersion: factor by which residual variances exceed the noise under the best hypothesis, at least 1.
     pub dispersion: f64,
-    /// Log-odds from which on an effect counts as present.
+    /// Detection threshold in log-odds.
     pub threshold: f64,
-    /// Log-odds that each hypothesis would have at a plausible size, were it there.
+    /// Expected log-odds of each hypothesis at a plausible size.
     pub visibility: Vec<f64>,
-    /// How alike two hypotheses can look in these data, 0 to 1.
+    /// Greatest signature correlation of each pair of hypotheses, 0 to 1.
     pub likeness: DMatrix<f64>,
-    /// All hypotheses and the combinations that were tried, the best first.
+    /// All fitted hypotheses and combinations, in falling order of evidence.
     pub ranking: Vec<Candidate>,
 }
 
-impl Judgement {
-    /// Mean square of the clamped null hypothesis' whitened residuals on the data that it was fitted to.
+impl BlockJudgement {
+    /// Returns the mean square of the clamped null hypothesis' whitened residuals on the training data.
     pub fn misfit(&self) -> f64 {
         self.clamped.mean_square()
     }
 
-    /// The candidates that are sound, the best first.
-    pub(crate) fn sound(&self) -> impl Iterator<Item = &Candidate> {
-        self.ranking.iter().filter(|candidate| candidate.sound)
+    /// Returns the admissible candidates, the best first.
+    pub(crate) fn admissible(&self) -> impl Iterator<Item = &Candidate> {
+        self.ranking.iter().filter(|candidate| candidate.admissible)
     }
 
-    /// Probabilities of the sound candidates of a library of so many effects, in their order; what they leave is that of no
-    /// effect, and nothing where that asks the impossible of a nuisance.
+    /// Returns the probabilities of the admissible candidates in their order, for a library of `effects` effects. The
+    /// remainder is the probability of no effect, or zero if that requires nuisance parameters beyond their priors.
     pub(crate) fn probabilities(&self, effects: usize) -> Vec<f64> {
-        let scores: Vec<f64> = self.sound().map(|candidate| candidate.score(effects)).collect();
+        let scores: Vec<f64> = self.admissible().map(|candidate| candidate.score(effects)).collect();
         let top = scores.iter().copied().fold(0.0, f64::max);
-        let nothing = if is_strained(&self.null) { 0.0 } else { (-top).exp() };
+        let nothing = if has_nuisance_beyond_prior(&self.null) { 0.0 } else { (-top).exp() };
         let all: f64 = nothing + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
         scores.iter().map(|score| (score - top).exp() / all).collect()
     }
 
-    /// Whether a sound candidate is there by the statistics, and some explanation, whichever it is, more probable than
-    /// none, of a library of so many effects.
+    /// Returns whether an admissible candidate is detected, and any explanation is more probable than none, for a
+    /// library of `effects` effects.
     pub(crate) fn finds(&self, best: &Candidate, effects: usize) -> bool {
-        let spares_the_impossible = is_strained(&self.null) && !is_strained(&best.fitted) && best.log_odds > 0.0;
+        let spares_the_impossible =
+            has_nuisance_beyond_prior(&self.null) && !has_nuisance_beyond_prior(&best.fitted) && best.log_odds > 0.0;
         let any = self.probabilities(effects).iter().sum::<f64>() >= 0.5;
         any && (spares_the_impossible || best.is_present(self.threshold))
     }

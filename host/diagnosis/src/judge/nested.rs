@@ -1,4 +1,4 @@
-//! Starts of hypotheses from where others ended that have all their numbers, and more, or fewer.
+//! Starts of hypotheses from the fits of nested hypotheses.
 
 use crate::inference::fit::{Fitted, HOPELESS, Start};
 use crate::inference::unknown::{Role, Unknown};
@@ -54,12 +54,12 @@ pub(super) fn better(mut singles: Vec<Fitted>, again: Vec<Fitted>) -> Vec<Fitted
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::unknown::Prior;
+    use crate::inference::unknown::ParameterPrior;
     use nalgebra::{DMatrix, DVector};
     use softdock_kernels::effects::DICTIONARY;
 
     fn unknown(field: usize, spread: f64) -> Unknown {
-        let prior = Prior::LogNormal { centre: 1.0, spread };
+        let prior = ParameterPrior::LogNormal { centre: 1.0, spread };
         Unknown { name: format!("p{field}"), field, unit: "1", prior, role: Role::Size }
     }
 
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ended_above_one_that_contains_it_starts_again_from_there() {
+    fn hypothesis_restarts_from_a_better_nested_fit() {
         let library = [hypothesis(vec![unknown(3, 1.0)]), hypothesis(vec![unknown(2, 1.0), unknown(3, 0.5)])];
         let behind = [fitted(&library, 0, 0.1, 500.0), fitted(&library, 1, 2.0, 100.0)];
         let again = starts(&library, &behind);
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn what_went_astray_starts_again_where_the_null_hypothesis_ended() {
+    fn fit_worse_than_the_null_restarts_from_it() {
         let of = |field, role| Unknown { role, ..unknown(field, 1.0) };
         let unknowns = vec![of(3, Role::Nuisance), of(2, Role::Size), of(4, Role::Form)];
         let library = [hypothesis(vec![of(3, Role::Nuisance)]), hypothesis(unknowns)];

@@ -1,9 +1,9 @@
-//! Where the fits of hypotheses start: the most promising forms of each, beside nuisances that may hide it.
+//! Starts of the fits: the most promising forms of each hypothesis, with nuisance parameters that may absorb it.
 
 use super::CLAMP;
 use crate::block::MeasuredBlock;
-use crate::inference::bank::{Bank, Entry, Scores};
-use crate::inference::evidence::greatest_pull;
+use crate::inference::bank::{Bank, Scores, SignatureEntry};
+use crate::inference::evidence::greatest_nuisance_deviation;
 use crate::inference::fit::{Fitted, Start};
 use crate::inference::unknown::{Role, Unknown};
 use crate::library::Hypothesis;
@@ -42,11 +42,11 @@ pub(super) fn starts(
     starts
 }
 
-/// Where nuisances start beside an effect: where the null hypothesis has them, unless one is a suspect. What makes up
-/// for an effect tells nothing of where it is beside it, so that it starts to either side of its tolerance's middle: a
-/// clock that is early sees the other neighbour of each stamp than one that is late.
+/// Returns the initial nuisance parameters beside an effect: those of the null hypothesis, except for suspect ones,
+/// which may have absorbed the effect. They start on either side of nominal, because an early and a late clock match
+/// different neighbours of each stamp.
 fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
-    let Some((pulled, _)) = greatest_pull(null).filter(|pull| pull.1.abs() > SUSPECT) else {
+    let Some((pulled, _)) = greatest_nuisance_deviation(null).filter(|pull| pull.1.abs() > SUSPECT) else {
         return vec![carried(nuisances, null)];
     };
     let beside = |side: f64| nuisances.iter().map(|own| if own.name == pulled { side } else { 0.0 }).collect();
@@ -54,7 +54,7 @@ fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
 }
 
 /// Entries of a hypothesis with the best multiples of their sizes, the most promising first.
-pub(crate) fn best_entries<'b>(bank: &'b Bank, scores: &Scores, number: usize) -> Vec<(&'b Entry, Vec<f64>)> {
+pub(crate) fn best_entries<'b>(bank: &'b Bank, scores: &Scores, number: usize) -> Vec<(&'b SignatureEntry, Vec<f64>)> {
     let own = bank.entries().iter().filter(|entry| entry.hypothesis == number);
     let mut found: Vec<_> = own.map(|entry| (entry, entry.best(scores))).collect();
     found.sort_by(|a, b| b.1.0.total_cmp(&a.1.0));
@@ -79,7 +79,7 @@ pub(crate) fn taken(unknowns: &[Unknown], from: &Fitted) -> Vec<f64> {
 }
 
 /// First `z` of a hypothesis' free numbers by an entry of the bank.
-pub(crate) fn sized(hypothesis: &Hypothesis, entry: &Entry, multiples: &[f64]) -> Vec<f64> {
+pub(crate) fn sized(hypothesis: &Hypothesis, entry: &SignatureEntry, multiples: &[f64]) -> Vec<f64> {
     let of = |(i, unknown): (usize, &Unknown)| {
         let z = entry.form[i];
         let multiple = hypothesis.sizes.iter().position(|size| *size == i).map_or(1.0, |k| multiples[k]);

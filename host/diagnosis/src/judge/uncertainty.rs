@@ -1,12 +1,12 @@
-//! How far the numbers of the best candidates may be off, and what of them the noise of measured inputs makes.
+//! Uncertainty of the best candidates' parameters, and their bias from input noise.
 
-use super::{Bench, Candidate, RARITY, REFINED};
+use super::{Candidate, JudgementContext, RARITY, REFINED};
+use crate::admissibility::is_admissible;
 use crate::inference::errors_in_variables::compensated;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, InputNoise, Simulate};
-use crate::inference::spread::{Seen, deviations};
+use crate::inference::parameter_deviations::{ErrorSources, deviations};
 use crate::inference::unknown::{Role, applied};
-use crate::soundness::is_sound;
 use nalgebra::DVector;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -16,15 +16,16 @@ use statrs::distribution::{ContinuousCDF, Normal};
 const RISE: f64 = 2.0;
 const WIDENINGS: usize = 8;
 
-impl Bench<'_> {
-    /// Tells of the best candidates what the noise of measured inputs alone may give them. Where a candidate carries it
-    /// otherwise by `d`, the sum of squares of a residual `r` changes by `2 r'd + d'd`: repeats tell the second of these,
-    /// which is taken off, but the first is a number by chance, of standard deviation `2 |d|`.
+impl JudgementContext<'_> {
+    /// Computes the log-odds of the best candidates that input noise alone may give. If a candidate changes the
+    /// propagated noise by `d`, the sum of squares of a residual `r` changes by `2 r'd + d'd`. Repeats determine the
+    /// second term, which is subtracted; the first is random with standard deviation `2 |d|`.
     pub(crate) fn add_input_noise(&self, null: &Fitted, dispersion: f64, ranking: &mut [Candidate]) {
         if !self.learn.has_repeats() {
             return;
         }
-        let best: Vec<&mut Candidate> = ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
+        let best: Vec<&mut Candidate> =
+            ranking.iter_mut().filter(|candidate| candidate.admissible).take(REFINED).collect();
         let fits = std::iter::once(null).chain(best.iter().map(|candidate| &candidate.fitted));
         let sets: Vec<Vec<f64>> = fits.map(|fitted| fitted.values(&self.block.base)).collect();
         let carried = self.learn.whitened_deviations(&self.noise, &sets);
@@ -40,7 +41,7 @@ impl Bench<'_> {
     /// inputs pulls; their ranking stays, but for combinations that are not sound then.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let mut best: Vec<&mut Candidate> =
-            ranking.iter_mut().filter(|candidate| candidate.sound).take(REFINED).collect();
+            ranking.iter_mut().filter(|candidate| candidate.admissible).take(REFINED).collect();
         best.par_iter_mut().for_each(|candidate| self.compensate_one(dispersion, candidate));
     }
 
@@ -54,20 +55,21 @@ impl Bench<'_> {
         let freed = candidate.fitted.clone().with_freed_sizes();
         let compensated = compensated(&freed, &self.block.base, &mean, deviation);
         let compensated = self.with_carried(compensated.into_iter().collect()).pop();
-        // A number whose effect jumps, as a hold's, has no sensitivity to tell that by.
+        // A parameter whose effect jumps, such as a hold, has no sensitivity.
         if let Some(compensated) = compensated.filter(|compensated| compensated.cost() <= freed.cost()) {
             candidate.evidence.covariance = evidence(&compensated, dispersion).covariance;
             candidate.fitted = compensated;
             let Candidate { hypotheses, fitted, evidence, .. } = &*candidate;
             let one = hypotheses.len() == 1;
-            candidate.sound = one || is_sound(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
+            candidate.admissible =
+                one || is_admissible(&self.block.base, self.library, hypotheses, fitted, &evidence.covariance);
         }
     }
 
     /// How far the numbers of each candidate may be off; a combination with a size that may be nothing is not sound.
     pub(crate) fn add_deviations(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let experiments = self.learn.experiments(&self.noise);
-        let best = ranking.iter().filter(|candidate| candidate.sound).take(REFINED);
+        let best = ranking.iter().filter(|candidate| candidate.admissible).take(REFINED);
         let sets: Vec<Vec<f64>> = best.map(|candidate| candidate.fitted.values(&self.block.base)).collect();
         let unfitted = self.unfitted(&sets);
         let repeats = match self.learn.has_repeats() {
@@ -76,23 +78,24 @@ impl Bench<'_> {
         };
         let mut place = 0..sets.len();
         for candidate in ranking {
-            let place = if candidate.sound { place.next() } else { None };
+            let place = if candidate.admissible { place.next() } else { None };
             let Candidate { fitted, evidence, .. } = &*candidate;
             let changed = |place: usize| unfitted.iter().map(move |all| &all[place] - &fitted.residual);
             let shifts = place.into_iter().flat_map(changed).collect();
-            let seen = Seen { experiments: &experiments, shifts, repeats: place.and_then(|place| repeats.get(place)) };
+            let seen =
+                ErrorSources { experiments: &experiments, shifts, repeats: place.and_then(|place| repeats.get(place)) };
             candidate.deviations = deviations(fitted, evidence, dispersion, &seen);
             if place.is_some() {
                 self.widen(&candidate.fitted, dispersion, &mut candidate.deviations);
             }
             let (base, members) = (&self.block.base, &candidate.hypotheses);
-            candidate.sure = is_sound(base, self.library, members, &candidate.fitted, &candidate.covariance());
-            candidate.sound &= candidate.sure || members.len() == 1;
+            candidate.sure = is_admissible(base, self.library, members, &candidate.fitted, &candidate.covariance());
+            candidate.admissible &= candidate.sure || members.len() == 1;
         }
     }
 
-    /// Widens the deviations of sizes and forms over which the data say nothing: what jumps from sample to sample, as a hold
-    /// does, has no derivative to tell that by.
+    /// Widens the deviations of sizes and forms that the data do not constrain: an effect that jumps from sample to
+    /// sample, such as a hold, has no derivative.
     fn widen(&self, fitted: &Fitted, dispersion: f64, deviations: &mut [f64]) {
         let places = (0..deviations.len()).filter(|place| fitted.unknowns[*place].role != Role::Nuisance);
         for place in places {

@@ -1,10 +1,10 @@
-//! Effects of a free body: mass, centre and inertia, liquid that sways, a boom that bends.
+//! Effects of a free body: mass, centre and inertia, liquid slosh, a flexible boom.
 
 use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 
-/// The effects of a body that has been measured.
+/// Returns the hypotheses of a body.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     whole(&mut shelf);
@@ -15,8 +15,9 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
 
 /// Numbers of the whole, each about its nominal value.
 fn whole(shelf: &mut Shelf) {
-    let about =
-        |shelf: &Shelf, name, sd: f64| -> Entry { (name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size) };
+    let about = |shelf: &Shelf, name, sd: f64| -> Entry {
+        (name, ParameterPrior::Normal { mean: shelf.base(name), sd }, Role::Size)
+    };
     let mut entries = vec![about(shelf, "mass", size("P1_mass", "mass_error") * shelf.base("mass"))];
     let centres = [("centre_x", "x"), ("centre_y", "y"), ("centre_z", "z")];
     entries
@@ -37,33 +38,37 @@ fn radius(shelf: &Shelf) -> f64 {
 fn slosh(shelf: &mut Shelf) {
     let scale = size("P2_slosh", "slosh_share") * shelf.base("mass");
     let frequency = size("P2_slosh", "slosh_frequency");
-    let inside = Prior::Normal { mean: 0.0, sd: radius(shelf) };
+    let inside = ParameterPrior::Normal { mean: 0.0, sd: radius(shelf) };
     let entries = [
-        ("slosh_mass", Prior::Positive { scale }, Role::Size),
-        ("slosh_frequency", Prior::LogNormal { centre: frequency, spread: FACTOR }, Role::Form),
-        ("slosh_damping", Prior::LogNormal { centre: size("P2_slosh", "slosh_damping"), spread: 1.0 }, Role::Form),
+        ("slosh_mass", ParameterPrior::Positive { scale }, Role::Size),
+        ("slosh_frequency", ParameterPrior::LogNormal { centre: frequency, spread: FACTOR }, Role::Form),
+        (
+            "slosh_damping",
+            ParameterPrior::LogNormal { centre: size("P2_slosh", "slosh_damping"), spread: 1.0 },
+            Role::Form,
+        ),
         ("slosh_place_x", inside, Role::Form),
         ("slosh_place_y", inside, Role::Form),
         ("slosh_place_z", inside, Role::Form),
     ];
-    shelf.add("P2_slosh", "liquid that sways", &entries, &[0.1], &forms(None));
+    shelf.add("P2_slosh", "liquid slosh", &entries, &[0.1], &forms(None));
 }
 
 /// The tip of a boom lies outside the body, up to several of its radii.
 fn appendage(shelf: &mut Shelf) {
     let scale = size("P3_appendage", "appendage_share") * shelf.base("mass");
     let frequency = size("P3_appendage", "appendage_frequency");
-    let outside = Prior::Normal { mean: 0.0, sd: BOOM * radius(shelf) };
+    let outside = ParameterPrior::Normal { mean: 0.0, sd: BOOM * radius(shelf) };
     let damping = size("P3_appendage", "appendage_damping");
     let entries = [
-        ("appendage_mass", Prior::Positive { scale }, Role::Size),
-        ("appendage_frequency", Prior::LogNormal { centre: frequency, spread: FACTOR }, Role::Form),
-        ("appendage_damping", Prior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
+        ("appendage_mass", ParameterPrior::Positive { scale }, Role::Size),
+        ("appendage_frequency", ParameterPrior::LogNormal { centre: frequency, spread: FACTOR }, Role::Form),
+        ("appendage_damping", ParameterPrior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
         ("appendage_place_x", outside, Role::Form),
         ("appendage_place_y", outside, Role::Form),
         ("appendage_place_z", outside, Role::Form),
     ];
-    shelf.add("P3_appendage", "boom that bends", &entries, &[0.05], &forms(Some(1.0)));
+    shelf.add("P3_appendage", "flexible boom", &entries, &[0.05], &forms(Some(1.0)));
 }
 
 /// Natural logarithm of the factor to which the frequency of what hangs in a body is known: liquid sways at some tenths

@@ -1,27 +1,27 @@
-//! Effects on a command's way: delay, lag, clock, hold, rate limit. What has no mean, jitter and losses, is
-//! judged by what repeats differ by.
+//! Effects of the command transmission: delay, lag, clock, hold, rate limit. The zero-mean effects, jitter and losses,
+//! are judged by repeat-to-repeat variance.
 
 use super::{Hypothesis, Shelf};
 use crate::block::{MeasuredBlock, Trial};
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use softdock_kernels::block::Recorded;
 
 /// Plausible delay or lag \[s\]: robot interfaces cycle with 1 to 8 ms, and a few cycles pass on the way.
 const LATE: f64 = 5e-3;
 /// Plausible difference of two clocks: free-running crystals to 100 ppm, and operating systems' to twice that.
 const SKEW: f64 = 2e-4;
-/// Period of a hold that is tried where none is seen \[s\]: RSI's cycle.
+/// Default period of a hold \[s\]: RSI's cycle.
 const USUAL_HOLD: f64 = 4e-3;
 /// Natural logarithm of the factor that a seen period may be wrong by: a row in a thousand.
 const HOLD_SPREAD: f64 = 1e-3;
 
-/// The effects on a command's way that has been measured; `hold` is a period and its phase \[s\] that packets' numbers tell.
+/// Returns the hypotheses of a command; `hold` is the period and phase \[s\] of a hold, from the packet numbers.
 pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
-    let either = |sd: f64| Prior::Normal { mean: 0.0, sd };
+    let either = |sd: f64| ParameterPrior::Normal { mean: 0.0, sd };
     let delay = [("delay", either(LATE), Role::Size)];
     shelf.add("C1_transport_delay", "transport delay of the command", &delay, &[0.2], &[]);
-    let lag = [("lag", Prior::Positive { scale: LATE }, Role::Size)];
+    let lag = [("lag", ParameterPrior::Positive { scale: LATE }, Role::Size)];
     shelf.add("C2_lag", "lag of the command", &lag, &[0.2], &[]);
     let skew = [("clock_skew", either(SKEW), Role::Size)];
     shelf.add("C5_clock_skew", "skew of the clocks", &skew, &[1.0], &[]);
@@ -29,13 +29,13 @@ pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis>
     let seen = hold.or_else(|| block.trials.iter().find_map(seen_hold));
     let [centre, phase] = seen.unwrap_or([USUAL_HOLD, 0.0]);
     let hold = [
-        ("hold_share", Prior::Positive { scale: 1.0 }, Role::Size),
-        ("hold", Prior::LogNormal { centre, spread: HOLD_SPREAD }, Role::Form),
-        ("hold_phase", Prior::Normal { mean: phase, sd: row }, Role::Form),
+        ("hold_share", ParameterPrior::Positive { scale: 1.0 }, Role::Size),
+        ("hold", ParameterPrior::LogNormal { centre, spread: HOLD_SPREAD }, Role::Form),
+        ("hold_phase", ParameterPrior::Normal { mean: phase, sd: row }, Role::Form),
     ];
     let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k), 0.0]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &[1.0], &near);
-    let below = Prior::Below { top: fastest(block), share: 0.2 };
+    let below = ParameterPrior::Below { top: fastest(block), share: 0.2 };
     // A deep limit is found from where it shows alone: a command that is behind by much fits nothing beside it.
     let seen = block.trials.iter().filter_map(seen_rate).fold(0.0, f64::max);
     let seen = Some(below.place(seen)).filter(|z| *z > LEAST_LIMIT);
@@ -56,7 +56,7 @@ fn seen_rate(trial: &Trial) -> Option<f64> {
     let weights = inputs.iter().step_by(2 * stride).copied();
     let received: Vec<f64> = trial.measured[0].iter().zip(weights).map(|(value, weight)| value / weight).collect();
     let change = |pair: &[f64]| (pair[1] - pair[0]).abs() / (step * *stride as f64);
-    // Rows that say nothing weigh nothing.
+    // Rows without information have weight zero.
     let mut rates: Vec<f64> = received.windows(2).map(change).filter(|rate| rate.is_finite()).collect();
     rates.sort_by(f64::total_cmp);
     let place = (rates.len() as f64 * (1.0 - BEYOND)) as usize;
@@ -75,7 +75,7 @@ fn fastest(block: &MeasuredBlock) -> f64 {
 /// Period at which a received command takes new values, and when it does so first \[s\]; `None` where it does at nearly
 /// every row.
 ///
-/// The longest stretch of motion tells it to a share of itself; every later edge, counted from its start, to less.
+/// The longest stretch of motion gives a first estimate; every later edge, counted from its start, refines it.
 fn seen_hold(trial: &Trial) -> Option<[f64; 2]> {
     let stretches = edges(trial);
     let longest = stretches.iter().max_by_key(|stretch| stretch.len())?;
@@ -94,13 +94,13 @@ fn seen_hold(trial: &Trial) -> Option<[f64; 2]> {
     Some([period * row, (start as f64 - 0.5).rem_euclid(period) * row])
 }
 
-/// Fewest edges that tell a period.
+/// Smallest number of edges that determine a period.
 const FEWEST_EDGES: usize = 20;
 /// Share of them that must follow after a row without one: fewer are losses.
 const SEEN: f64 = 0.3;
 
-/// Rows at which the received command takes a new value, stretch by stretch of fast motion; rows that weigh nothing tell
-/// nothing.
+/// Returns the rows at which the received command takes a new value, for each stretch of fast motion; rows with weight
+/// zero are skipped.
 fn edges(trial: &Trial) -> Vec<Vec<usize>> {
     let weights: Vec<f64> = trial.recorded.inputs.iter().step_by(2 * trial.recorded.stride).copied().collect();
     let slow = 0.5 * weights.iter().copied().fold(0.0, f64::max);

@@ -2,7 +2,7 @@
 
 use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use std::f64::consts::TAU;
 
 /// No plate that moves on a mount is as light \[kg\]; a lighter one would ring faster than the simulation's steps.
@@ -36,14 +36,14 @@ impl Spans {
 
 /// A size of either sign about its nominal value.
 fn either(shelf: &Shelf, name: &'static str, sd: f64) -> Entry {
-    (name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size)
+    (name, ParameterPrior::Normal { mean: shelf.base(name), sd }, Role::Size)
 }
 
 fn grid(values: impl IntoIterator<Item = f64>) -> Vec<Vec<f64>> {
     values.into_iter().map(|value| vec![value]).collect()
 }
 
-/// The effects of a contact that has been measured.
+/// Returns the hypotheses of a contact.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
     normal(&mut shelf, &spans);
@@ -66,10 +66,10 @@ fn normal(shelf: &mut Shelf, spans: &Spans) {
     let deep = either(shelf, "depth_damping", least / spans.depth);
     shelf.add("K3_damping", "damping of the contact", &[linear, deep], &[1.0], &[]);
     let surface = either(shelf, "surface", size("K7_surface_offset", "place_error_z"));
-    shelf.add("K7_surface_offset", "place of the surface", &[surface], &[0.1], &[]);
+    shelf.add("K7_surface_offset", "position of the surface", &[surface], &[0.1], &[]);
     let scale = size("K8_adhesion", "contact_adhesion").max(0.02 * spans.force);
-    let range = Prior::LogNormal { centre: shelf.base("adhesion_range"), spread: 1.0 };
-    let entries = [("adhesion", Prior::Positive { scale }, Role::Size), ("adhesion_range", range, Role::Form)];
+    let range = ParameterPrior::LogNormal { centre: shelf.base("adhesion_range"), spread: 1.0 };
+    let entries = [("adhesion", ParameterPrior::Positive { scale }, Role::Size), ("adhesion_range", range, Role::Form)];
     shelf.add("K8_adhesion", "adhesion of the parts", &entries, &[1.0], &grid([-1.0, 0.0, 1.0]));
 }
 
@@ -79,12 +79,12 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
     let coefficient = either(shelf, "friction", size("K4_friction", "contact_friction_error") * level);
     shelf.add("K4_friction", "friction of the contact", &[coefficient], &[1.0], &[]);
     let entries = [
-        ("stribeck", Prior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
-        ("stribeck_speed", Prior::LogNormal { centre: 0.1 * spans.sliding, spread: 1.0 }, Role::Form),
+        ("stribeck", ParameterPrior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
+        ("stribeck_speed", ParameterPrior::LogNormal { centre: 0.1 * spans.sliding, spread: 1.0 }, Role::Form),
     ];
     shelf.add(
         "K5_stribeck",
-        "friction that falls with the sliding speed",
+        "friction that decreases with the sliding speed",
         &entries,
         &[1.0],
         &grid([-1.5, -0.5, 0.5, 1.5]),
@@ -94,19 +94,19 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
     shelf.add("K6_anisotropy", "friction that depends on the direction of sliding", &entries, &[0.5], &[]);
 }
 
-/// Frequencies of a mount that are tried lie a tenth apart, from the slowest that rings in a recording to the fastest
-/// that its samples show. In contact a mount rings the faster the more it gives way beside the contact: a soft one is
-/// tried as such.
+/// Adds the compliant mount. Its trial frequencies are a tenth apart, between the slowest that oscillates in a
+/// recording and the fastest that its samples show. The softer the mount relative to the contact, the higher its
+/// frequency in contact; a soft mount has a start of its own.
 fn mount(shelf: &mut Shelf) {
     let scale = size("K10_fixture", "fixture_compliance");
     let (centre, damping) = (shelf.base("fixture_frequency"), shelf.base("fixture_damping"));
     let entries = [
-        ("fixture_compliance", Prior::Positive { scale }, Role::Size),
-        ("fixture_frequency", Prior::LogNormal { centre, spread: 1.0 }, Role::Form),
-        ("fixture_damping", Prior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
+        ("fixture_compliance", ParameterPrior::Positive { scale }, Role::Size),
+        ("fixture_frequency", ParameterPrior::LogNormal { centre, spread: 1.0 }, Role::Form),
+        ("fixture_damping", ParameterPrior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
     ];
     let forms: Vec<Vec<f64>> = (0..30).map(|k| vec![-1.5 + 0.1 * f64::from(k), 0.0]).collect();
-    shelf.add("K10_fixture", "mount that gives way and rings", &entries, &[0.5, 5.0], &forms);
+    shelf.add("K10_fixture", "compliant mount with a resonance", &entries, &[0.5, 5.0], &forms);
     let mount = shelf.all.last_mut().expect("it was added");
     let mass = |form: &[f64]| {
         let of = |place: usize| mount.unknowns[place].prior.value(form[place]);
@@ -116,6 +116,6 @@ fn mount(shelf: &mut Shelf) {
 }
 
 fn sensor(shelf: &mut Shelf) {
-    let lag = Prior::Positive { scale: size("S5_low_pass", "sensor_lag") };
+    let lag = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_lag") };
     shelf.add("S5_low_pass", "low-pass of the force sensor", &[("lag", lag, Role::Size)], &[0.05, 0.5], &[]);
 }

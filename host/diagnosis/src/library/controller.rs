@@ -1,26 +1,26 @@
-//! Effects on a reference's way to a controller: delay, lag, clock, hold, rate limit.
+//! Effects of the reference transmission to a controller: delay, lag, clock, hold, rate limit.
 
 use super::{Hypothesis, Shelf};
 use crate::block::{MeasuredBlock, Trial};
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use rayon::prelude::*;
 use softdock_engine::blocks::{BlockKind, simulate};
 
-/// The effects of a controller that has been measured.
+/// Returns the hypotheses of a controller.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     let references = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(LATE));
     let fastest = references().fold(0.0_f64, |peak, r| peak.max(r[1].abs()));
-    let late = Prior::Positive { scale: 5e-3 };
+    let late = ParameterPrior::Positive { scale: 5e-3 };
     shelf.add("C1_transport_delay", "transport delay of the command", &[("delay", late, Role::Size)], &[0.5], &[]);
     shelf.add("C2_lag", "lag of the command", &[("lag", late, Role::Size)], &[0.5], &[]);
-    let skew = Prior::Normal { mean: 0.0, sd: 2e-4 };
+    let skew = ParameterPrior::Normal { mean: 0.0, sd: 2e-4 };
     shelf.add("C5_clock_skew", "skew of the clocks", &[("clock_skew", skew, Role::Size)], &[1.0], &[]);
     let hold = [("hold", late, Role::Size)];
     let lacking = Lacking::all(block);
     let sizes: Vec<f64> = seen_hold(&lacking).map(|seen| late.place(seen)).into_iter().chain([0.8]).collect();
     shelf.add("C6_hold", "hold of the command between packets", &hold, &sizes, &[]);
-    let limit = Prior::Below { top: fastest, share: 0.2 };
+    let limit = ParameterPrior::Below { top: fastest, share: 0.2 };
     let sizes: Vec<f64> = seen_limit(&lacking).map(|seen| limit.place(seen)).into_iter().chain([1.0]).collect();
     let rate = [("rate_limit", limit, Role::Size)];
     shelf.add("C7_rate_limit", "limit of the command's rate", &rate, &sizes, &[]);
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_limit_that_acts_for_a_moment_is_seen() {
+    fn short_rate_limit_is_detected() {
         // Of two sines the rate exceeds 98.4 % of its peak for some milliseconds of every two seconds.
         let period = 1e-3;
         let angle: Vec<f64> = (0..6000)

@@ -1,8 +1,8 @@
-//! Effects of a joint's drive: friction, gear, motor, load.
+//! Effects of a joint drive: friction, gear, motor, load.
 
 use super::{Hypothesis, Shelf};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use std::f64::consts::TAU;
 
 /// Plausible logarithm of cold over warm viscous friction: it halves, or more, as a robot's gear warms up (Bittencourt and
@@ -79,8 +79,8 @@ impl Spans {
     }
 }
 
-fn either(mean: f64, sd: f64) -> Prior {
-    Prior::Normal { mean, sd }
+fn either(mean: f64, sd: f64) -> ParameterPrior {
+    ParameterPrior::Normal { mean, sd }
 }
 
 fn grid(values: impl IntoIterator<Item = f64>) -> Vec<Vec<f64>> {
@@ -92,7 +92,7 @@ fn ladder(least: f64, greatest: f64, factor: f64) -> Vec<f64> {
     std::iter::successors(Some(least), |size| Some(size * factor)).take_while(|size| *size <= greatest).collect()
 }
 
-/// The effects of a drive that has been measured.
+/// Returns the hypotheses of a drive.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
     friction(&mut shelf, &spans);
@@ -101,13 +101,7 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     load(&mut shelf, &spans);
     if block.channels.len() > 1 {
         let age = either(0.0, 4e-3);
-        shelf.add(
-            "J20_encoder_delay",
-            "age of the link encoder's samples",
-            &[("link_age", age, Role::Size)],
-            &[1.0],
-            &[],
-        );
+        shelf.add("J20_encoder_delay", "latency of the link encoder", &[("link_age", age, Role::Size)], &[1.0], &[]);
     }
     shelf.all
 }
@@ -121,8 +115,8 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
         "J3_stribeck",
         "static friction beyond Coulomb's",
         &[
-            ("stribeck", Prior::Positive { scale: 0.5 * dry }, Role::Size),
-            ("stribeck_speed", Prior::LogNormal { centre: 0.03 * spans.rate, spread: 1.0 }, Role::Form),
+            ("stribeck", ParameterPrior::Positive { scale: 0.5 * dry }, Role::Size),
+            ("stribeck_speed", ParameterPrior::LogNormal { centre: 0.03 * spans.rate, spread: 1.0 }, Role::Form),
         ],
         &[0.5],
         &grid([-1.5, -0.5, 0.5, 1.5]),
@@ -130,12 +124,16 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
     shelf.add(
         "J4_presliding",
         "travel before sliding",
-        &[("presliding_travel", Prior::LogNormal { centre: shelf.base("presliding_travel"), spread: 1.5 }, Role::Size)],
+        &[(
+            "presliding_travel",
+            ParameterPrior::LogNormal { centre: shelf.base("presliding_travel"), spread: 1.5 },
+            Role::Size,
+        )],
         &[0.4, 1.0, 2.0],
         &[],
     );
-    // Harmonic drives lose a tenth of the torque that they carry, or two.
-    let load = Prior::Positive { scale: 0.1 };
+    // Harmonic drives lose 10 % to 20 % of their load torque.
+    let load = ParameterPrior::Positive { scale: 0.1 };
     // Of all of the link's torque, or of what it takes to hold the link: what deforms bearings and teeth is in between.
     let inertial = either(0.5, 0.5);
     shelf.add(
@@ -147,10 +145,10 @@ fn friction(shelf: &mut Shelf, spans: &Spans) {
     );
     shelf.add(
         "J6_temperature",
-        "friction that falls as the drive warms up",
+        "friction that decreases as the drive warms up",
         &[
-            ("warm_loss", Prior::Positive { scale: WARM_LOSS }, Role::Size),
-            ("warm_up", Prior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
+            ("warm_loss", ParameterPrior::Positive { scale: WARM_LOSS }, Role::Size),
+            ("warm_up", ParameterPrior::LogNormal { centre: 0.5 * spans.time, spread: 1.0 }, Role::Form),
         ],
         &[0.5],
         &grid([-1.0, 0.0, 1.0]),
@@ -161,14 +159,14 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     let compliance = shelf.base("compliance");
     // Teeth may be as stiff as a model without a gear has them.
     let spread = if compliance > 0.0 { 1.0 } else { 1.5 };
-    let stiff = Prior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread };
+    let stiff = ParameterPrior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread };
     shelf.add(
         "J7_backlash",
         "backlash of the gear",
         &[
-            ("half_backlash", Prior::Positive { scale: 3e-4 }, Role::Size),
+            ("half_backlash", ParameterPrior::Positive { scale: 3e-4 }, Role::Size),
             ("compliance", stiff, Role::Form),
-            ("gear_damping", Prior::LogNormal { centre: 0.2, spread: 0.7 }, Role::Form),
+            ("gear_damping", ParameterPrior::LogNormal { centre: 0.2, spread: 0.7 }, Role::Form),
         ],
         &ladder(0.02, 5.0, 1.2),
         &[vec![0.0, -0.7], vec![0.0, 0.7], vec![-1.0, 0.5], vec![1.0, 0.5]],
@@ -178,8 +176,8 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
             "J8_elasticity",
             "elasticity of the gear",
             &[
-                ("compliance", Prior::Positive { scale: spans.compliance(30.0) }, Role::Size),
-                ("gear_damping", Prior::LogNormal { centre: 0.05, spread: 1.0 }, Role::Form),
+                ("compliance", ParameterPrior::Positive { scale: spans.compliance(30.0) }, Role::Size),
+                ("gear_damping", ParameterPrior::LogNormal { centre: 0.05, spread: 1.0 }, Role::Form),
             ],
             &ladder(0.02, 12.0, 1.4),
             &grid([-0.5, 0.5]),
@@ -192,8 +190,8 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
             "J8_elasticity",
             "elasticity of the gear",
             &[
-                ("compliance", Prior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size),
-                ("gear_damping", Prior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
+                ("compliance", ParameterPrior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size),
+                ("gear_damping", ParameterPrior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
             ],
             &softer_or_stiffer(),
             &grid([0.0, 1.0]),
@@ -219,7 +217,7 @@ fn softer_or_stiffer() -> Vec<f64> {
 /// How often a periodic effect comes around in a radian.
 fn periodic(name: &'static str, spans: &Spans) -> super::Entry {
     let [least, most] = spans.cycles();
-    (name, Prior::LogNormal { centre: (least * most).sqrt(), spread: 0.25 * (most / least).ln() }, Role::Form)
+    (name, ParameterPrior::LogNormal { centre: (least * most).sqrt(), spread: 0.25 * (most / least).ln() }, Role::Form)
 }
 
 /// Cycles of a gear's or a motor's turn in a radian of the joint, at least and at most.
@@ -254,9 +252,9 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
         &[1.0],
         &[],
     );
-    let lag = Prior::Positive { scale: 5e-4 };
+    let lag = ParameterPrior::Positive { scale: 5e-4 };
     shelf.add("J12_current_loop", "lag of the current loop", &[("current_lag", lag, Role::Size)], &[1.0], &[]);
-    let limit = Prior::Below { top: spans.peak.min(shelf.base("torque_limit")), share: 0.2 };
+    let limit = ParameterPrior::Below { top: spans.peak.min(shelf.base("torque_limit")), share: 0.2 };
     shelf.add(
         "J13_saturation",
         "saturation of the torque",
@@ -267,8 +265,8 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
     direction(shelf, spans);
 }
 
-/// What differs between the directions. Sliding tells the two forms apart as little as a constant from its sum with
-/// another: only where friction turns around do they differ, so that each is a hypothesis by itself.
+/// Adds direction-dependent friction. Its two forms differ only at reversals, not while sliding, so that each is a
+/// hypothesis of its own.
 fn direction(shelf: &mut Shelf, spans: &Spans) {
     let asymmetry = either(shelf.base("coulomb_asymmetry"), 0.1 * spans.dry(shelf.base("coulomb")));
     shelf.add(
@@ -306,7 +304,7 @@ fn load(shelf: &mut Shelf, spans: &Spans) {
         "J17_cable_drag",
         "drag of cables and hoses",
         &[
-            ("cable_stiffness", Prior::Positive { scale: spring }, Role::Size),
+            ("cable_stiffness", ParameterPrior::Positive { scale: spring }, Role::Size),
             ("cable_centre", either(spans.middle, 0.5 * spans.range), Role::Form),
         ],
         &[1.0],

@@ -1,20 +1,20 @@
-//! Effects of a whole facility: every row of the effect table that a section of it can show.
+//! Effects of a whole facility: every row of the effect table that is detectable in one of its sections.
 
 use super::{Entry, Hypothesis, Shelf};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use softdock_campaign::legal_range;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectBlock, EffectParameter, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::model::Model;
 use softdock_kernels::space::Motion;
 
-/// Effects without a mean: repeats and packets show them, a simulation cannot.
+/// Zero-mean effects, which are judged by repeats and packets, not by simulation.
 const RANDOM: [&str; 3] = ["C3_jitter", "C4_drops", "S7_noise"];
-/// Stairs of a noisy reading are noise, and what a tare leaves of a bias is taken off every drive.
+/// Quantisation of a noisy reading counts as noise, and the tare residual is removed from every drive.
 const TOLERATED: [&str; 3] = ["S6_quantisation", "S1_bias", "S9_tare"];
 
-/// The effects between what a facility is told and the motion of its parts.
+/// Returns the hypotheses between the commands of a facility and the motion of its parts.
 pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let jointed = model.facility.joint_level.is_some();
     let acts = |effect: &Effect| match effect.block {
@@ -27,7 +27,7 @@ pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     of(block, model, &acts)
 }
 
-/// The effects between the motion of the parts and the measured wrench.
+/// Returns the hypotheses between the motion of the parts and the measured wrench.
 pub fn of_wrench(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let carries = model.facility.load.is_some();
     let acts = |effect: &Effect| match effect.block {
@@ -63,21 +63,21 @@ fn grid(numbers: usize) -> Vec<Vec<f64>> {
     }
 }
 
-/// A parameter of an effect as a free number about what the model says.
+/// Returns a parameter of an effect as a free parameter about its nominal value.
 fn entry(shelf: &Shelf, block: &MeasuredBlock, parameter: &EffectParameter) -> Entry {
     let EffectParameter { field, null, scale } = *parameter;
     let (nominal, (least, _)) = (shelf.base(field), legal_range(field));
     if null == Null::Any {
-        return (field, Prior::LogNormal { centre: scale, spread: 1.0 }, Role::Form);
+        return (field, ParameterPrior::LogNormal { centre: scale, spread: 1.0 }, Role::Form);
     }
     if field.ends_with("_limit") {
         // It shows only where the commands are faster.
-        return (field, Prior::Below { top: nominal.min(fastest(block, field)), share: 0.5 }, Role::Size);
+        return (field, ParameterPrior::Below { top: nominal.min(fastest(block, field)), share: 0.5 }, Role::Size);
     }
     let prior = match (least >= 0.0, nominal > 0.0) {
-        (true, true) => Prior::LogNormal { centre: nominal, spread: (1.0 + scale / nominal).ln() },
-        (true, false) => Prior::Positive { scale },
-        (false, _) => Prior::Normal { mean: nominal, sd: scale },
+        (true, true) => ParameterPrior::LogNormal { centre: nominal, spread: (1.0 + scale / nominal).ln() },
+        (true, false) => ParameterPrior::Positive { scale },
+        (false, _) => ParameterPrior::Normal { mean: nominal, sd: scale },
     };
     (field, prior, Role::Size)
 }

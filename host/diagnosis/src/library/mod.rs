@@ -1,44 +1,43 @@
-//! The hypotheses of each block: which effects it may hide, how large they may be, and how they look.
+//! Hypotheses of each block: its possible effects with their priors and forms.
 
 pub mod body;
 pub mod command;
 pub mod contact;
 pub mod controller;
+pub mod dictionary;
 pub mod drive;
 pub mod facility;
-pub mod forms;
 pub mod sensor;
 pub mod toss;
 
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role, Unknown};
+use crate::inference::unknown::{ParameterPrior, Role, Unknown};
 use softdock_kernels::effects::{BENCH_EFFECTS, DICTIONARY, EFFECTS, Effect, EffectId};
 
-/// An effect that a block may hide.
+/// Hypothesis of an effect in a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
-    /// Its row of the effect table: id, and the group of those that look alike in data.
+    /// Row of the effect table: id, and the groups of confounded effects.
     pub effect: &'static Effect,
-    /// What it is on this plant, in a few words.
+    /// Short description for this plant.
     pub name: &'static str,
-    /// Its free numbers.
+    /// Free parameters.
     pub unknowns: Vec<Unknown>,
-    /// Forms that the screening tries, each a `z` for every free number at a finite size.
+    /// Forms for the screening: a `z` for every free parameter, at a finite size.
     pub forms: Vec<Vec<f64>>,
-    /// Which free numbers are sizes of one form, to be matched together.
+    /// Indices of the free parameters that are sizes of one form, matched together.
     pub sizes: Vec<usize>,
-    /// Whether the signature's shape changes with the size, so that the forms are tried at the sizes that they have.
+    /// Whether the shape of the signature depends on the size, so that forms are screened at their own sizes.
     pub shaped: bool,
 }
 
 impl Hypothesis {
-    /// Whether it changes a residual in proportion to its sizes: it has no form of its own, and no limit that a size
-    /// must exceed.
+    /// Returns whether the residual is linear in its sizes: no form parameters, and no threshold.
     pub fn is_linear(&self) -> bool {
         !self.shaped && self.sizes.len() == self.unknowns.len()
     }
 
-    /// Whether it has all numbers of another, itself or any.
+    /// Returns whether it contains all parameters of another.
     pub(crate) fn has_all_of(&self, other: &Self) -> bool {
         other.unknowns.iter().all(|inner| self.unknowns.iter().any(|own| own.field == inner.field))
     }
@@ -51,7 +50,7 @@ pub(crate) struct Shelf<'a> {
 }
 
 /// A free number as a library writes it.
-pub(crate) type Entry = (&'static str, Prior, Role);
+pub(crate) type Entry = (&'static str, ParameterPrior, Role);
 
 impl<'a> Shelf<'a> {
     pub(crate) fn of(block: &'a MeasuredBlock) -> Self {

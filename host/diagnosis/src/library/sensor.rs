@@ -1,11 +1,11 @@
-//! Effects of a force/torque sensor: offsets, gains, timing, digits, and its tool.
+//! Effects of a force/torque sensor: offsets, gains, timing, quantisation, range, and the compensated tool.
 
 use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
-use crate::inference::memory::power;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::autocorrelation::power;
+use crate::inference::unknown::{ParameterPrior, Role};
 use crate::inference::white_noise::by_differences;
-use crate::steps::{self, FORCES, MOMENTS, raw_peak, seen_steps};
+use crate::quantisation::{self, FORCES, MOMENTS, raw_peak, seen_steps};
 use crate::variance::differences;
 
 /// What the recordings of a sensor span.
@@ -37,10 +37,10 @@ fn noise(block: &MeasuredBlock) -> f64 {
 
 /// Free numbers of either sign, each about its nominal value.
 fn either(shelf: &Shelf, names: &[&'static str], sd: f64) -> Vec<Entry> {
-    names.iter().map(|name| (*name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size)).collect()
+    names.iter().map(|name| (*name, ParameterPrior::Normal { mean: shelf.base(name), sd }, Role::Size)).collect()
 }
 
-/// The effects of a sensor that has been measured.
+/// Returns the hypotheses of a sensor.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
     offsets(&mut shelf);
@@ -129,8 +129,8 @@ const MOMENT_BY_MOMENT: [&str; 9] = [
 ];
 
 fn timing(shelf: &mut Shelf) {
-    let lag = Prior::Positive { scale: size("S5_low_pass", "sensor_lag") };
-    let delay = Prior::Positive { scale: size("S5_low_pass", "sensor_delay_error") };
+    let lag = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_lag") };
+    let delay = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_delay_error") };
     let entries = [("lag", lag, Role::Size), ("delay", delay, Role::Form)];
     shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }
@@ -145,14 +145,14 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
     let top = peak.min(shelf.base("range"));
     let blur = (3_f64.sqrt() * spans.noise).clamp(0.01 * scale, 0.25 * scale);
     let entries = [
-        (steps::SIZE, Prior::Positive { scale }, Role::Size),
-        ("blur", Prior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
+        (quantisation::SIZE, ParameterPrior::Positive { scale }, Role::Size),
+        ("blur", ParameterPrior::LogNormal { centre: blur, spread: 0.7 }, Role::Form),
     ];
     let mut sizes: Vec<f64> =
         seen_steps(shelf.block, spans.force, VISIBLE * spans.noise).into_iter().map(|step| step / scale).collect();
     sizes.extend([1.0, 0.3]);
-    shelf.add("S6_quantisation", steps::NAME, &entries, &sizes, &[]);
-    let limit = [("range", Prior::Below { top, share: 0.2 }, Role::Size)];
+    shelf.add("S6_quantisation", quantisation::NAME, &entries, &sizes, &[]);
+    let limit = [("range", ParameterPrior::Below { top, share: 0.2 }, Role::Size)];
     shelf.add("S6_quantisation", "limits of the sensor's range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
 }
 

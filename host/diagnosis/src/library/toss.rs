@@ -1,10 +1,10 @@
-//! Effects of a tossed body: the law of its blows, friction, the plane, its shape and mass, gravity and air.
+//! Effects of a tossed body: impact law, friction, the plane, its shape and mass, gravity and air.
 
 use super::{Entry, Hypothesis, Shelf, size};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 
-/// A stiffness that nobody measured is known to this factor, as the natural logarithm.
+/// Prior standard deviation of an unmeasured stiffness, as the natural logarithm of a factor.
 const STIFFNESS_FACTOR: f64 = 1.0;
 /// Hardening within a millimetre, and share of the restitution, that are plausible.
 const HARDENING: f64 = 0.3;
@@ -22,7 +22,7 @@ const FALL: f64 = 0.02;
 /// Plausible deceleration by the air over the square of the speed \[1/m\]: three times that of a box of 1 dm and 0.4 kg.
 const DRAG: f64 = 0.05;
 
-/// The effects of a tossed body that has been measured.
+/// Returns the hypotheses of a tossed body.
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     blows(&mut shelf);
@@ -35,19 +35,19 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
 
 /// A size of either sign about its nominal value.
 fn either(shelf: &Shelf, name: &'static str, sd: f64) -> Entry {
-    (name, Prior::Normal { mean: shelf.base(name), sd }, Role::Size)
+    (name, ParameterPrior::Normal { mean: shelf.base(name), sd }, Role::Size)
 }
 
 fn blows(shelf: &mut Shelf) {
     let stiffness = shelf.base("stiffness");
-    let factor = Prior::LogNormal { centre: stiffness, spread: STIFFNESS_FACTOR };
+    let factor = ParameterPrior::LogNormal { centre: stiffness, spread: STIFFNESS_FACTOR };
     shelf.add("K1_stiffness", "stiffness of the contact", &[("stiffness", factor, Role::Size)], &[0.5], &[]);
     let hardening = either(shelf, "hardening", HARDENING);
     shelf.add("K2_exponent", "stiffness that grows with the depth", &[hardening], &[0.5], &[]);
     let restitution = either(shelf, "restitution", RESTITUTION);
     // As much as the spring gives at a tenth of a metre a second, so that the restitution changes within the speeds of a toss.
     let deep = either(shelf, "depth_damping", stiffness);
-    shelf.add("K3_damping", "restitution, and how it goes with the speed", &[restitution, deep], &[0.3], &[]);
+    shelf.add("K3_damping", "restitution and its dependence on the speed", &[restitution, deep], &[0.3], &[]);
 }
 
 fn friction(shelf: &mut Shelf) {
@@ -56,16 +56,16 @@ fn friction(shelf: &mut Shelf) {
     let coefficient = either(shelf, "friction", size("K4_friction", "contact_friction_error") * level);
     shelf.add("K4_friction", "friction of the contact", &[coefficient], &[1.0], &[]);
     let entries = [
-        ("stribeck", Prior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
-        ("stribeck_speed", Prior::LogNormal { centre: 0.1, spread: 1.0 }, Role::Form),
+        ("stribeck", ParameterPrior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
+        ("stribeck_speed", ParameterPrior::LogNormal { centre: 0.1, spread: 1.0 }, Role::Form),
     ];
     let speeds: Vec<Vec<f64>> = [-1.5, 0.0, 1.5].map(|z| vec![z]).into();
-    shelf.add("K5_stribeck", "friction that falls with the sliding speed", &entries, &[1.0], &speeds);
+    shelf.add("K5_stribeck", "friction that decreases with the sliding speed", &entries, &[1.0], &speeds);
     let share = size("K6_anisotropy", "contact_anisotropy");
     let entries = [either(shelf, "anisotropy", share), either(shelf, "anisotropy_across", share)];
     shelf.add("K6_anisotropy", "friction that depends on the direction of sliding", &entries, &[0.5], &[]);
     let scale = ROLLING * shelf.base("half_width");
-    let entries = [("rolling", Prior::Positive { scale }, Role::Size)];
+    let entries = [("rolling", ParameterPrior::Positive { scale }, Role::Size)];
     shelf.add("K12_rolling", "friction against rolling and spinning", &entries, &[1.0], &[]);
 }
 
@@ -89,6 +89,6 @@ fn flight(shelf: &mut Shelf) {
     let fall = FALL * shelf.base("gravity_z").abs();
     let entries = ["gravity_x", "gravity_y", "gravity_z"].map(|name| either(shelf, name, fall));
     shelf.add("P6_gravity", "free fall, by the scale of lengths and of time", &entries, &[0.5], &[]);
-    let entries = [("drag", Prior::Positive { scale: DRAG }, Role::Size)];
+    let entries = [("drag", ParameterPrior::Positive { scale: DRAG }, Role::Size)];
     shelf.add("P7_drag", "drag of the air", &entries, &[1.0], &[]);
 }

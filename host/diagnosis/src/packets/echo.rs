@@ -1,6 +1,6 @@
-//! Rows of a command's recordings that brought no packet.
+//! Rows of a command's recordings without a packet.
 
-use super::behind::Behind;
+use super::lag_and_limit::Behind;
 use crate::recording::grid::Piece;
 use softdock_campaign::rig::CommandRig;
 
@@ -12,9 +12,9 @@ const FAR: f64 = 4.0;
 /// Share of packets that the next row follows with another one, below which packets are held and not lost.
 const AGAIN: f64 = 0.4;
 
-/// Rows of a recording that brought no packet.
+/// Rows of a recording without a packet.
 pub(crate) struct Missed {
-    /// Those that say nothing of the command's way: losses, and edges of a hold that a restless delay has moved.
+    /// Rows without information on the transmission: losses, and edges of a hold moved by jitter.
     pub(crate) rows: Vec<bool>,
     /// Whether they are losses.
     pub(super) are_lost: bool,

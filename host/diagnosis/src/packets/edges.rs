@@ -1,10 +1,10 @@
-//! What repeats say of packets behind a hold: the row that shows each held packet first, against the one that should.
+//! Jitter and losses behind a hold, from the row that first shows each held packet, against the expected row.
 //!
-//! A restless delay moves an instant across a row's tick if it is near one, to either side; a loss makes any instant a row
-//! late. How near the instants are to their ticks is known from the hold's period, so that both are told apart.
+//! Jitter moves an instant across the tick of a row if it is near one, to either side; a loss delays any instant by a
+//! row. The distance of the instants from their ticks is known from the hold's period, so that the two are separable.
 
 use super::{CHANCE, Echo, Found, came_before};
-use crate::inference::evidence::{Interval, log_sum};
+use crate::inference::evidence::{CredibleInterval, log_sum};
 use softdock_kernels::effects::EffectId;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -47,7 +47,7 @@ impl Edges {
             let numbers = echo.piece.signals.get("received.sequence")?;
             let mut last = f64::NEG_INFINITY;
             for (row, number) in numbers.iter().enumerate() {
-                // A restless delay may bring the one before once more.
+                // Jitter may repeat the previous packet.
                 if *number < last + 0.5 {
                     continue;
                 }
@@ -71,20 +71,20 @@ impl Edges {
     fn judged(&self, healthy: f64, share: f64) -> [Found; 2] {
         let steady = normalised(HEALTHY.iter().map(|z| (healthy * (z * share).exp(), -0.5 * z * z)).collect());
         let (jitters, losses) = (jitters(), losses());
-        let restless: Weighted = jitters.iter().map(|(jitter, log)| (healthy.hypot(*jitter), *log)).collect();
-        let shifts = (-SHIFTS..=SHIFTS).map(|shift| (shift, self.best(shift, &restless, &losses)));
+        let jittered: Weighted = jitters.iter().map(|(jitter, log)| (healthy.hypot(*jitter), *log)).collect();
+        let shifts = (-SHIFTS..=SHIFTS).map(|shift| (shift, self.best(shift, &jittered, &losses)));
         let shift = shifts.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(shift, _)| shift);
         let of = |noises: &Weighted, losses: &Weighted| self.logs(shift, noises, losses);
         let none = vec![(0.0, 0.0)];
-        let all = [[of(&steady, &none), of(&steady, &losses)], [of(&restless, &none), of(&restless, &losses)]];
-        let [[neither, lost], [restless, both]] =
+        let all = [[of(&steady, &none), of(&steady, &losses)], [of(&jittered, &none), of(&jittered, &losses)]];
+        let [[neither, lost], [jittered, both]] =
             all.each_ref().map(|row| row.each_ref().map(|logs| log_sum(logs.iter().flatten())));
-        let by_jitter = all[1][usize::from(both > restless)].iter().map(|row| log_sum(row.iter()));
+        let by_jitter = all[1][usize::from(both > jittered)].iter().map(|row| log_sum(row.iter()));
         let jitter = Found {
             field: "delay_jitter",
             unit: "s",
             value: interval(jitters.iter().map(|(jitter, _)| *jitter).zip(by_jitter)),
-            log_odds: restless.max(both) - neither.max(lost),
+            log_odds: jittered.max(both) - neither.max(lost),
         };
         let with_losses = &all[usize::from(both > lost)][1];
         let by_loss = (0..losses.len()).map(|place| log_sum(with_losses.iter().map(|row| &row[place])));
@@ -92,7 +92,7 @@ impl Edges {
             field: "drop_probability",
             unit: "1",
             value: interval(losses.iter().map(|(loss, _)| *loss).zip(by_loss)),
-            log_odds: lost.max(both) - neither.max(restless),
+            log_odds: lost.max(both) - neither.max(jittered),
         };
         [jitter, loss]
     }
@@ -158,7 +158,7 @@ fn normalised(values: Weighted) -> Weighted {
 }
 
 /// Median and 95 % interval of values with log weights, in rising order.
-fn interval(values: impl Iterator<Item = (f64, f64)>) -> Interval {
+fn interval(values: impl Iterator<Item = (f64, f64)>) -> CredibleInterval {
     let (values, logs): (Vec<f64>, Vec<f64>) = values.unzip();
     let sum = log_sum(logs.iter());
     let below: Vec<f64> = logs
@@ -179,7 +179,7 @@ fn interval(values: impl Iterator<Item = (f64, f64)>) -> Interval {
             values[place - 1] * (values[place] / values[place - 1]).powf(along)
         }
     };
-    Interval { value: quantile(0.5), lo: quantile(0.025), hi: quantile(0.975) }
+    CredibleInterval { value: quantile(0.5), lo: quantile(0.025), hi: quantile(0.975) }
 }
 
 #[cfg(test)]
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_and_losses_are_told_apart() {
+    fn jitter_and_losses_are_separated() {
         let of = |noise: f64, loss: f64| {
             drawn(noise, loss).judged(HEALTHY_NOISE, 0.1).map(|found| (found.log_odds, found.value))
         };

@@ -1,19 +1,19 @@
-//! Period of a hold, by the numbers of the packets that came through it.
+//! Period of a hold, from the numbers of its packets.
 
 use crate::recording::grid::Piece;
 use std::f64::consts::TAU;
 
-/// Fewest packets that tell a period.
+/// Smallest number of packets that determine a period.
 const FEWEST: usize = 20;
-/// Shortest period whose instants are told from the ones beside by a packet's number, in packets.
+/// Shortest period whose instants are separable by packet numbers, in packets.
 const SHORTEST: f64 = 1.4;
 /// Fewest packets that a shorter period passes over.
 const FEWEST_PASSED: usize = 10;
 /// Share of them, as vectors on the circle of their beat, that they have in common: 1 where they come evenly, nearly nothing
 /// where they come by chance.
 const EVEN: f64 = 0.7;
-/// Shares of the mean beat that are tried, for a restless delay has some more passed over, and beats between two of them,
-/// a tenth of what the recording tells apart.
+/// Range of trial beats as shares of the mean beat (jitter skips further packets), and beats between two of them, a
+/// tenth of the recording's resolution.
 const BEATS: [f64; 2] = [0.9, 1.01];
 const FINE: f64 = 0.1;
 /// Phases of a shorter period that are tried.
@@ -35,7 +35,7 @@ pub(crate) fn hold(pieces: &[Piece]) -> Option<[f64; 2]> {
 
 fn of(piece: &Piece) -> Option<[f64; 2]> {
     let received = piece.signals.get("received.sequence")?;
-    // Where each number shows first, by numbers: a restless delay brings them in another order.
+    // First row of each number, sorted by number: jitter changes their order.
     let mut first: Vec<(f64, usize)> = Vec::new();
     for (row, raw) in received.iter().enumerate() {
         let number = raw.round();
@@ -53,7 +53,7 @@ fn of(piece: &Piece) -> Option<[f64; 2]> {
     let Some(counts) = counts(&numbers) else {
         let is_new: Vec<bool> =
             std::iter::once(false).chain(received.windows(2).map(|pair| (pair[1] - pair[0]).abs() > 0.5)).collect();
-        return short(&numbers, &is_new).map(|told| told.map(|rows| rows * piece.step));
+        return short(&numbers, &is_new).map(|rows| rows.map(|rows| rows * piece.step));
     };
     let period = period(&numbers, &counts)?;
     // It came between its row and the one before.
@@ -63,9 +63,9 @@ fn of(piece: &Piece) -> Option<[f64; 2]> {
     Some([period * piece.step, phases[phases.len() / 2].rem_euclid(period) * piece.step])
 }
 
-/// Period and phase in rows of a hold that is a little slower than the packets, which come one a row: every few packets it
-/// passes one over, and every few rows bring none. A restless delay has some passed over between and some more rows bring
-/// none, so that it is their beat that tells the period, and the rows that it foretells the phase.
+/// Returns period and phase, in rows, of a hold slightly slower than the packets, which come one per row: it
+/// periodically skips a packet, and some rows have none. Jitter adds further skips and empty rows, so the period is
+/// estimated from the beat, and the phase from the predicted rows.
 fn short(numbers: &[f64], is_new: &[bool]) -> Option<[f64; 2]> {
     let passed: Vec<f64> = numbers.windows(2).filter(|pair| pair[1] - pair[0] > 1.5).map(|pair| pair[0]).collect();
     let (count, whole) = (passed.len() as f64, numbers.last()? - numbers[0]);
@@ -117,8 +117,8 @@ fn period(numbers: &[f64], counts: &[f64]) -> Option<f64> {
 
 /// How many periods after the first number each came, if all are of a hold's instants; `None` if they are not.
 ///
-/// Every number n of the m-th instant says that m P lies between n and n + 1, counted from where the first one did: a
-/// beginning tells which m the next numbers have, and these tell P to a share of their distance.
+/// Every number n of the m-th instant bounds m P between n and n + 1, counted from the first one. A first estimate
+/// gives the m of the next numbers, which refine P to a share of their distance.
 fn counts(numbers: &[f64]) -> Option<Vec<f64>> {
     let gaps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sorted = gaps.clone();
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_is_told_by_numbers_alone() {
+    fn hold_period_is_determined_by_packet_numbers() {
         for own in [1.6, 2.088_547, 2.277_577, 4.0, 4.177_095, 8.3] {
             for lost in [0, 37] {
                 let numbers = numbers(own, |m| lost > 0 && m % lost == 5);
@@ -165,12 +165,12 @@ mod tests {
     }
 
     #[test]
-    fn a_period_little_longer_than_a_packet_is_told_though_packets_come_early_or_late() {
-        let restless = |m: f64| 0.03 * softdock_kernels::philox::uniform(5, "restless", 0, m as u32);
+    fn hold_period_near_the_packet_period_is_determined_despite_jitter() {
+        let jitter = |m: f64| 0.03 * softdock_kernels::philox::uniform(5, "restless", 0, m as u32);
         for (own, phase) in [(1.03, 0.3), (1.044_274, 0.9), (1.31, 0.6)] {
             let held = |row: usize| {
                 let instant = ((row as f64 - phase) / own).floor();
-                (instant * own + phase + restless(instant + 10.0)).floor()
+                (instant * own + phase + jitter(instant + 10.0)).floor()
             };
             let rows: Vec<f64> = (0..8000).map(held).collect();
             let is_new: Vec<bool> = (0..rows.len()).map(|row| row > 0 && rows[row] != rows[row - 1]).collect();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_that_get_lost_are_no_hold() {
+    fn lost_packets_are_not_a_hold() {
         for share in [0.0, 0.01, 0.3, 0.5] {
             let draw = |m: usize| softdock_kernels::philox::uniform(3, "losses", 0, m as u32);
             let numbers = numbers(1.0, |m| draw(m) < share);

@@ -1,7 +1,7 @@
-//! What repeats' delays differ by.
+//! Differences of the delay between repeats.
 
-use super::behind::Behind;
 use super::echo::{Echo, Missed};
+use super::lag_and_limit::Behind;
 use crate::block::{MeasuredBlock, Trial};
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;
@@ -16,7 +16,7 @@ fn per_rate(weight: f64, greatest: f64) -> f64 {
     (weight.powi(-2) - greatest.powi(-2)).sqrt().recip()
 }
 
-/// What repeats' delays differ by in fast rows.
+/// Differences of the delay between repeats, in fast rows.
 pub(super) struct Lateness {
     /// That \[s\], as large as a single one's noise; one row, an entry for each repeat.
     pub(super) series: Vec<DMatrix<f64>>,

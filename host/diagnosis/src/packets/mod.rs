@@ -1,23 +1,23 @@
-//! What has no mean on a command's way: packets that get lost, and a delay that differs from packet to packet. Both are
-//! judged by what repeats of one command differ by, before a lag or a limit that was found behind them.
+//! Zero-mean effects of the command transmission: packet losses and jitter. Both are judged by the differences of
+//! repeats, before a lag or a limit that was found behind them.
 
-mod behind;
 mod echo;
 mod edges;
 mod hold;
+mod lag_and_limit;
 mod lateness;
 
 use self::lateness::{Lateness, lateness};
-use crate::answer::{Beside, BlockAnswer, Estimate, Verdict};
+use crate::answer::{Beside, BlockAnswer, DiagnosisVerdict, ParameterEstimate};
 use crate::block::MeasuredBlock;
-use crate::inference::evidence::Interval;
-use crate::inference::memory::{Memory, correlation};
+use crate::inference::autocorrelation::{CorrelationTime, correlation};
+use crate::inference::evidence::CredibleInterval;
 use crate::recording::grid::Piece;
 use crate::variance::Healthy;
-use behind::Behind;
 pub(crate) use echo::missed;
 use echo::{Echo, Missed, echoes, missed_in};
 pub(crate) use hold::hold;
+use lag_and_limit::Behind;
 use nalgebra::DMatrix;
 use softdock_campaign::rig::CommandRig;
 use softdock_kernels::effects::EffectId;
@@ -27,22 +27,23 @@ use std::collections::BTreeMap;
 
 /// Least probability with which a row shows the value before though its packet came.
 const CHANCE: f64 = 1e-4;
-/// Rows that differ by up to so many quanta tell how many do not differ by chance.
+/// Rows that differ by at most this many quanta estimate how many are equal by chance.
 const NEAR: f64 = 10.0;
 /// Kurtosis (3 of a normal distribution) from which on a delay's noise is no jitter but rare and long.
 const LONG_TAIL: f64 = 6.0;
 /// Share of the excess that neighbouring rows may have in common.
 const COLOURED: f64 = 0.5;
 
-/// Ids of those that these recordings could show: losses by repeats alone, jitter where the healthy delay is known too.
+/// Returns the ids that are detectable with these recordings: losses with repeats, jitter if the healthy delay is also
+/// known.
 pub(crate) fn visible(rig: &CommandRig, pieces: &[Piece]) -> Vec<&'static str> {
     let repeated = pieces.iter().any(|piece| piece.repeat > 1);
     let jitter = rig.delay_noise.map(|_| "C3_jitter");
     if repeated { jitter.into_iter().chain(["C4_drops"]).collect() } else { Vec::new() }
 }
 
-/// The answer with losses and, if the model file says how restless a healthy delay is, jitter. Edges of a hold that a
-/// restless delay moves to either side of a tick are neither.
+/// Returns the answer with losses and, if the model file states the healthy jitter, with jitter. Edges of a hold that
+/// jitter moves across a tick count as neither.
 pub(crate) fn with_random(
     rig: &CommandRig,
     pieces: &[Piece],
@@ -50,8 +51,8 @@ pub(crate) fn with_random(
     without: &[String],
     answer: BlockAnswer,
 ) -> BlockAnswer {
-    // What has no practical effect hides nothing.
-    let found = if answer.answer < Verdict::Named { &[] } else { answer.effects.as_slice() };
+    // An effect without practical gain masks nothing.
+    let found = if answer.answer < DiagnosisVerdict::Named { &[] } else { answer.effects.as_slice() };
     let behind = Behind::of(&rig.values).with(found);
     let echoes = echoes(rig, &behind, pieces);
     let wanted = |id: &str| !without.iter().any(|own| own == id);
@@ -59,16 +60,16 @@ pub(crate) fn with_random(
         Some(hold) => behind_hold(rig, &echoes, hold),
         None => row_by_row(rig, &behind, &echoes, block),
     };
-    let told = |answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found| match wanted(id) {
+    let with_effect = |answer: BlockAnswer, id: &'static str, name: &'static str, found: &Found| match wanted(id) {
         true => named(answer, id, name, found),
         false => unexplained(answer, found),
     };
     let answer = match loss {
-        Some(found) => told(answer, "C4_drops", "packets that get lost", &found),
+        Some(found) => with_effect(answer, "C4_drops", "packet losses", &found),
         None => answer,
     };
     match jitter {
-        Some((found, true)) => told(answer, "C3_jitter", "delay that differs from packet to packet", &found),
+        Some((found, true)) => with_effect(answer, "C3_jitter", "jitter of the packet delay", &found),
         Some((found, false)) => unexplained(answer, &found),
         None => answer,
     }
@@ -77,8 +78,8 @@ pub(crate) fn with_random(
 /// Period and phase of a hold that an answer names \[s\].
 fn seen_hold(answer: &BlockAnswer) -> Option<[f64; 2]> {
     let hold = answer.effects.iter().find(|effect| effect.id == "C6_hold")?;
-    let told = |field: &str| hold.parameters.get(field).map(|estimate| estimate.value);
-    Some([told("hold")?, told("hold_phase")?])
+    let value = |field: &str| hold.parameters.get(field).map(|estimate| estimate.value);
+    Some([value("hold")?, value("hold_phase")?])
 }
 
 /// Losses and jitter by when held packets show; neither without repeats, or where the healthy delay is not known.
@@ -99,10 +100,10 @@ fn row_by_row(rig: &CommandRig, behind: &Behind, echoes: &[Echo], block: &Measur
     Random { loss: losses(echoes, &missed), jitter: jitter(rig, &lateness) }
 }
 
-/// What repeats say of both.
+/// Estimates of both from repeats.
 struct Random {
     loss: Option<Found>,
-    /// A restless delay, and whether it is jitter.
+    /// Excess variance of the delay, and whether it is jitter.
     jitter: Option<(Found, bool)>,
 }
 
@@ -110,7 +111,7 @@ struct Random {
 struct Found {
     field: &'static str,
     unit: &'static str,
-    value: Interval,
+    value: CredibleInterval,
     log_odds: f64,
 }
 
@@ -119,7 +120,7 @@ fn named(answer: BlockAnswer, id: &'static str, name: &'static str, found: &Foun
     if found.log_odds < answer.threshold {
         return answer;
     }
-    let parameters = BTreeMap::from([(found.field.to_owned(), Estimate::new(found.value, found.unit))]);
+    let parameters = BTreeMap::from([(found.field.to_owned(), ParameterEstimate::new(found.value, found.unit))]);
     answer.beside(Beside { effect: EffectId::of(id).effect(), name, parameters, log_odds: found.log_odds })
 }
 
@@ -129,11 +130,11 @@ fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
         return answer;
     }
     answer.log_odds = answer.log_odds.max(found.log_odds);
-    (answer.answer, answer.effects) = (Verdict::NotInLibrary, Vec::new());
+    (answer.answer, answer.effects) = (DiagnosisVerdict::NotInLibrary, Vec::new());
     answer
 }
 
-/// Log-odds for one of them against none, by what repeats differ by; `None` if that cannot be told.
+/// Returns the log-odds of one of them from the differences of repeats; `None` if not identifiable.
 pub(crate) fn odds(rig: &CommandRig, pieces: &[Piece], block: &MeasuredBlock, id: &str) -> Option<f64> {
     let behind = Behind::of(&rig.values);
     let echoes = echoes(rig, &behind, pieces);
@@ -170,8 +171,11 @@ fn losses(echoes: &[Echo], missed_rows: &[Missed]) -> Option<Found> {
     // Fewer than by chance speak for no loss.
     let log_odds = if missed > chance * rows as f64 { log_odds } else { log_odds.min(0.0) };
     let posterior = Beta::new(1.0 + missed, wide + came).ok()?;
-    let value =
-        Interval { value: missed / rows as f64, lo: posterior.inverse_cdf(0.025), hi: posterior.inverse_cdf(0.975) };
+    let value = CredibleInterval {
+        value: missed / rows as f64,
+        lo: posterior.inverse_cdf(0.025),
+        hi: posterior.inverse_cdf(0.975),
+    };
     Some(Found { field: "drop_probability", unit: "1", value, log_odds })
 }
 
@@ -186,7 +190,7 @@ fn jitter(rig: &CommandRig, Lateness { series, rounding }: &Lateness) -> Option<
     let variance = Some(whole - of_rounding).filter(|variance| *variance > of_rounding)?;
     let scale = EffectId::of("C3_jitter").effect().parameters[0].scale;
     let healthy = Healthy { deviation, share: rig.noise_share, scale };
-    let (value, log_odds) = healthy.exceeded(variance, 0.0, Memory::of(series).samples(series));
+    let (value, log_odds) = healthy.exceeded(variance, 0.0, CorrelationTime::of(series).samples(series));
     let shared = correlation(series, 1) * whole - deviation.powi(2);
     let is_white = shared < COLOURED * (variance - deviation.powi(2));
     let is_normal = mean_power(4) / whole.powi(2) < LONG_TAIL;

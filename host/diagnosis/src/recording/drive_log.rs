@@ -1,9 +1,9 @@
-//! The log of a drive, by softdock or by any other driver that names its columns so: where the parts were simulated, where
-//! the robots held them, and the wrench that was measured between them.
+//! Log of a drive, by softdock or another driver with the same columns: simulated parts, measured parts, and the wrench
+//! between them.
 
 use super::grid::Finding;
 use super::table::{Gaps, Named, Wanted, column_names, is_parquet};
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice};
 use softdock_kernels::space::{Motion, Wrench};
 use softdock_kernels::vector::Pose;
@@ -44,16 +44,16 @@ pub(crate) struct DriveLog {
 
 /// Columns of a pose: position and attitude.
 const POSE: usize = 7;
-/// Columns that say where in the drive a row is.
+/// Columns with the time of a row.
 const PLACE: [&str; 2] = ["tick", "time_ns"];
-/// Columns that tell which commands met a limit; a log without them met none.
+/// Columns with the commands that met a limit; without them, none did.
 const LIMITS: [&str; 2] = ["robot_1_limits", "robot_2_limits"];
 /// What to do about a log that lacks a column.
 const REMEDY: &str = "give the log.parquet that `softdock drive` leaves, or a CSV or Parquet file with the same columns: tick, \
     time_ns, simulated_part_a_..., simulated_part_b_..., part_a_..., part_b_..., ft_compensated_...";
 
 impl DriveLog {
-    /// Reads the log of a drive: the `log.parquet` that softdock leaves, or a table with the same columns.
+    /// Reads the log of a drive: the `log.parquet` of softdock, or a table with the same columns.
     ///
     /// # Errors
     /// A file that lacks a signal, a run that hardly began.
@@ -68,19 +68,22 @@ impl DriveLog {
         let whole = (rows.start + 1..rows.end).take_while(|row| table.ticks_at(*row) == ticks).last();
         let end = whole.map_or(rows.start, |row| row + 1);
         if end < rows.end {
-            note(format!("the log lacks cycles after {:.3} s of the run: what follows is left out", table.time(end)));
+            note(format!(
+                "the log lacks cycles after {:.3} s of the run: the rest of the log is ignored",
+                table.time(end)
+            ));
         }
         let cut = (rows.start..end).filter(|row| table.limits.iter().any(|limits| limits[*row] > 0.0)).count();
         if cut > 0 {
             note(format!(
-                "{cut} of {} commands met a limit: the robots were told less than is simulated",
+                "{cut} of {} commands met a limit: the robots received smaller commands than the simulation",
                 end - rows.start
             ));
         }
         let cycles: Vec<Cycle> = (rows.start..end).map(|row| table.cycle(row)).collect();
         if cycles.len() < FEWEST {
-            let what = format!("the run has {} cycles: too few to be judged", cycles.len());
-            return Err(Error::log(path, None, what, format!("drive a run of at least {FEWEST} cycles")));
+            let what = format!("the run has {} cycles, too few for a diagnosis", cycles.len());
+            return Err(DiagnosisError::log(path, None, what, format!("drive a run of at least {FEWEST} cycles")));
         }
         let cycle = (table.cell(1, end - 1) - table.cell(1, rows.start)) * 1e-9 / (cycles.len() - 1) as f64;
         let run = said("run").and_then(|run| run.parse().ok());
@@ -88,7 +91,7 @@ impl DriveLog {
     }
 }
 
-/// What softdock says of a log of its own; nothing of another driver's.
+/// Returns the metadata of a softdock log; empty for other drivers.
 fn metadata(path: &Path) -> Metadata {
     let own = is_parquet(path).then(|| open_drive_log(path).ok()).flatten();
     own.map_or_else(Metadata::new, |(_, metadata)| metadata)
@@ -152,13 +155,13 @@ impl Table {
         let runs = |row: &usize| self.ticks_at(*row) > 0;
         let Some(first) = (1..rows).find(runs) else {
             let remedy = "see its evidence.csv for why the run did not begin";
-            return Err(Error::log(path, None, "the drive never came to its run", remedy));
+            return Err(DiagnosisError::log(path, None, "the drive ended before its run began", remedy));
         };
         let end = (first..rows).find(|row| !runs(row)).unwrap_or(rows);
         let whole = |row: &usize| self.columns.iter().all(|column| column[*row].is_finite());
         if let Some(row) = (first - 1..end).find(|row| !whole(row)) {
             let remedy = "record parts and wrench in every cycle of the run";
-            return Err(Error::log(path, None, format!("row {} lacks a signal", row + 1), remedy));
+            return Err(DiagnosisError::log(path, None, format!("row {} lacks a signal", row + 1), remedy));
         }
         Ok(first - 1..end)
     }

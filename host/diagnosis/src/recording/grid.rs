@@ -1,7 +1,7 @@
-//! A recording of a rig: its signals in SI on an even grid, and what had to be done to get them there.
+//! Recording of a rig: its signals in SI units on an even grid, with findings about the conversion.
 
 use super::table::{Gaps, Named, Wanted};
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ const LONGEST_GAP: f64 = 3.5;
 /// Steps that differ from the usual one by this share of it are uneven.
 const JITTER: f64 = 0.02;
 
-/// One piece of a recording without gaps, at equal steps, in SI.
+/// Piece of a recording without gaps, at equal steps, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     /// Name of the experiment: recordings of one command share it.
@@ -32,12 +32,12 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Clock when its last sample's period is over \[s\].
+    /// Returns the clock at the end of the last sample's period \[s\].
     pub fn end(&self) -> f64 {
         self.start + self.samples() as f64 * self.step
     }
 
-    /// The samples from one number up to another; `None` if they are too few to be judged.
+    /// Returns the samples `from..to`; `None` if they are too few.
     pub fn between(&self, from: usize, to: usize) -> Option<Self> {
         let cut = |(name, values): (&String, &Vec<f64>)| (name.clone(), values[from..to].to_vec());
         (to >= from + FEWEST).then(|| Self {
@@ -47,18 +47,18 @@ impl Piece {
         })
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.signals.values().next().map_or(0, Vec::len)
     }
 }
 
-/// Something worth telling about a recording.
+/// Finding about a recording.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
     /// The recording's name.
     pub recording: String,
-    /// What was found, and what was done about it.
+    /// Finding, and its treatment.
     pub what: String,
 }
 
@@ -70,7 +70,7 @@ pub struct Finding {
 pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     if !rig.log.contains_key("t") {
         let remedy = "add it: \"t\" = { column = \"...\", unit = \"s\" }";
-        return Err(Error::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
+        return Err(DiagnosisError::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
     }
     let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
     let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
@@ -81,18 +81,18 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
     let time = signals.remove("t").expect("asked for above");
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let mut told = Told { recording: name, findings: Vec::new() };
+    let mut findings = FindingLog { recording: name, findings: Vec::new() };
     let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
     let mut pieces = Vec::new();
     for (name, time, signals) in experiments(path, time, signals)? {
-        pieces.extend(even_pieces(path, name, &time, &signals, fewest, &mut told)?);
+        pieces.extend(even_pieces(path, name, &time, &signals, fewest, &mut findings)?);
     }
     if pieces.is_empty() {
-        let what = format!("{rows} rows hold no stretch of {fewest} samples without a gap");
-        return Err(Error::log(path, None, what, "record longer, or without interruptions"));
+        let what = format!("{rows} rows contain no {fewest} consecutive samples without a gap");
+        return Err(DiagnosisError::log(path, None, what, "record longer, or without interruptions"));
     }
-    Ok((pieces, told.findings))
+    Ok((pieces, findings.findings))
 }
 
 /// Signals by name.
@@ -110,8 +110,8 @@ fn experiments(path: &Path, time: Vec<f64>, mut signals: Signals) -> Result<Vec<
         return Ok(vec![(numbered(path), time, signals)]);
     };
     if let Some(row) = numbers.iter().position(|number| *number < 0.0 || number.fract() != 0.0 || number.is_nan()) {
-        let what = format!("the experiment of row {} is {}, no whole number", row + 1, numbers[row]);
-        return Err(Error::log(path, None, what, "number the experiments from 0 or 1 on in that column"));
+        let what = format!("row {}: the experiment number {} is not an integer", row + 1, numbers[row]);
+        return Err(DiagnosisError::log(path, None, what, "number the experiments from 0 or 1 on in that column"));
     }
     let mut bounds: Vec<usize> = (1..numbers.len()).filter(|row| numbers[*row] != numbers[row - 1]).collect();
     bounds.insert(0, 0);
@@ -131,15 +131,15 @@ fn even_pieces(
     time: &[f64],
     signals: &Signals,
     fewest: usize,
-    told: &mut Told,
+    findings: &mut FindingLog,
 ) -> Result<Vec<Piece>> {
-    let clock = Clock::of(path, time, fewest, told)?;
+    let clock = Clock::of(path, time, fewest, findings)?;
     let mut pieces = Vec::new();
-    for span in clock.spans(time, signals, told) {
+    for span in clock.spans(time, signals, findings) {
         let (from, to) = (time[span[0]], time[span[span.len() - 1]]);
         let count = ((to - from) / clock.step + 0.5) as usize + 1;
         if count < fewest {
-            told.note(format!("{count} samples from {from:.3} s on are too few and left out"));
+            findings.note(format!("{count} samples from {from:.3} s on are too few and were ignored"));
             continue;
         }
         let even = |values: &Vec<f64>| resampled(time, values, &span, clock.step, count);
@@ -156,12 +156,12 @@ fn numbered(path: &Path) -> (String, usize) {
     split.unwrap_or((stem, 1))
 }
 
-struct Told {
+struct FindingLog {
     recording: String,
     findings: Vec<Finding>,
 }
 
-impl Told {
+impl FindingLog {
     fn note(&mut self, what: String) {
         self.findings.push(Finding { recording: self.recording.clone(), what });
     }
@@ -173,16 +173,21 @@ struct Clock {
 }
 
 impl Clock {
-    /// The usual step; a clock that runs backwards or not at all is an error.
-    fn of(path: &Path, time: &[f64], fewest: usize, told: &mut Told) -> Result<Self> {
+    /// Determines the usual step; a time that does not increase is an error.
+    fn of(path: &Path, time: &[f64], fewest: usize, findings: &mut FindingLog) -> Result<Self> {
         if time.len() < fewest {
-            let what = format!("{} rows are too few: nothing could be told apart from noise", time.len());
-            return Err(Error::log(path, None, what, format!("record at least {fewest} rows, better several seconds")));
+            let what = format!("{} rows are too few to separate effects from noise", time.len());
+            return Err(DiagnosisError::log(
+                path,
+                None,
+                what,
+                format!("record at least {fewest} rows, better several seconds"),
+            ));
         }
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         if let Some(row) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
-            let what = format!("the clock does not run forwards after row {}: {} s", row + 1, time[row]);
-            return Err(Error::log(path, None, what, "sort the rows by time and remove those that stand twice"));
+            let what = format!("the time does not increase after row {}: {} s", row + 1, time[row]);
+            return Err(DiagnosisError::log(path, None, what, "sort the rows by time and remove duplicates"));
         }
         let uneven = steps.clone();
         steps.sort_by(f64::total_cmp);
@@ -191,7 +196,7 @@ impl Clock {
         let step = regular.iter().sum::<f64>() / regular.len() as f64;
         let irregular = regular.iter().filter(|s| (*s - step).abs() > JITTER * step).count();
         if irregular > 0 {
-            told.note(format!(
+            findings.note(format!(
                 "{irregular} of {} time steps differ from {step:.6} s by more than 2 %: resampled to equal steps",
                 uneven.len()
             ));
@@ -200,11 +205,15 @@ impl Clock {
     }
 
     /// Rows with a number in every signal, cut where the clock pauses.
-    fn spans(&self, time: &[f64], signals: &BTreeMap<String, Vec<f64>>, told: &mut Told) -> Vec<Vec<usize>> {
+    fn spans(&self, time: &[f64], signals: &BTreeMap<String, Vec<f64>>, findings: &mut FindingLog) -> Vec<Vec<usize>> {
         let whole = |row: &usize| signals.values().all(|values| values[*row].is_finite());
         let rows: Vec<usize> = (0..time.len()).filter(whole).collect();
         if rows.len() < time.len() {
-            told.note(format!("{} of {} rows lack a number: they count as gaps", time.len() - rows.len(), time.len()));
+            findings.note(format!(
+                "{} of {} rows have missing numbers and are treated as gaps",
+                time.len() - rows.len(),
+                time.len()
+            ));
         }
         let mut spans: Vec<Vec<usize>> = Vec::new();
         for row in rows {
@@ -214,7 +223,7 @@ impl Clock {
             }
         }
         if spans.len() > 1 {
-            told.note(format!("cut at {} gaps into {} pieces", spans.len() - 1, spans.len()));
+            findings.note(format!("cut at {} gaps into {} pieces", spans.len() - 1, spans.len()));
         }
         spans
     }

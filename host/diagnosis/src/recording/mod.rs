@@ -1,4 +1,4 @@
-//! Measured recordings: read through a model's `[log]`, put on an even grid, and what was found wrong with them.
+//! Measured recordings: read through a model's `[log]`, resampled to an even grid, with findings.
 
 pub(crate) mod drive_log;
 pub mod grid;

@@ -1,4 +1,4 @@
-//! Motion from sampled positions: band-limited value, rate and acceleration on a finer grid, without phase.
+//! Motion from sampled positions: band-limited value, rate and acceleration on a finer grid, with zero phase.
 
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 /// The pass band ends at this share of the cut-off.
 const PASS: f64 = 0.8;
 
-/// A position and its derivatives.
+/// Position with its derivatives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct SmoothedSignal {
     /// Position.
     pub value: Vec<f64>,
     /// First derivative \[1/s\].
@@ -19,13 +19,14 @@ pub struct Motion {
     pub acceleration: Vec<f64>,
 }
 
-/// The low-passed motion of samples at equal steps \[s\], `finer` instants a step from the first to the last sample.
+/// Returns the low-passed motion of samples with period `step` \[s\], at `finer` instants per step from the first to
+/// the last sample.
 ///
 /// The samples less their chord are continued point-symmetrically at both ends, which makes them a sine series; its
 /// terms above the cut-off \[Hz\] are dropped and the rest is differentiated term by term, so that no band-limited
 /// motion is distorted. Near the ends, where the acceleration jumps in the continuation, a few periods of the cut-off
 /// ring.
-pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
+pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> SmoothedSignal {
     let n = samples.len() - 1;
     let chord = (samples[n] - samples[0]) / n as f64;
     let odd: Vec<f64> = samples.iter().enumerate().map(|(i, y)| y - samples[0] - chord * i as f64).collect();
@@ -63,7 +64,7 @@ pub fn motion(samples: &[f64], step: f64, cutoff: f64, finer: usize) -> Motion {
         *value += samples[0] + chord * i as f64 / finer as f64;
     }
     rate.iter_mut().for_each(|rate| *rate += chord / step);
-    Motion { value, rate, acceleration }
+    SmoothedSignal { value, rate, acceleration }
 }
 
 thread_local! {
@@ -82,7 +83,7 @@ fn low_pass(frequency: f64, cutoff: f64) -> f64 {
     0.5 + 0.5 * (PI * place.clamp(0.0, 1.0)).cos()
 }
 
-/// Power of a series in equal bands up to its Nyquist frequency, the ends tapered (Hann).
+/// Returns the power of a series in equal bands up to its Nyquist frequency, with a Hann window.
 pub fn band_powers(series: &[f64], bands: usize) -> Vec<f64> {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n as f64;
@@ -103,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_motion_below_the_cutoff_is_differentiated_as_if_it_were_known() {
+    fn motion_below_the_cutoff_is_differentiated_exactly() {
         let (step, finer, f) = (0.004, 8, 7.0);
         let omega = 2.0 * PI * f;
         let samples: Vec<f64> = (0..1500).map(|i| 0.3 * i as f64 * step + (omega * i as f64 * step).sin()).collect();

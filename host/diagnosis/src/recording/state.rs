@@ -1,9 +1,9 @@
-//! Measured states of a rigid body: pose and twist at a frame by a parabola through its neighbours.
+//! Measured states of a rigid body: pose and twist at a frame from a parabola through its neighbours.
 
 use super::grid::Piece;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// Frames to either side of one that its state is taken from.
+/// Frames on either side that a state is computed from.
 pub const REACH: usize = 2;
 
 /// Weights of five frames for the value, the rate and the bend of their parabola.
@@ -11,12 +11,12 @@ const VALUE: [f64; 5] = [-3.0 / 35.0, 12.0 / 35.0, 17.0 / 35.0, 12.0 / 35.0, -3.
 const RATE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
 const BEND: [f64; 5] = [2.0 / 14.0, -1.0 / 14.0, -2.0 / 14.0, -1.0 / 14.0, 2.0 / 14.0];
 
-/// Standard deviation of a [`State`]'s velocity or rate, in noises of a frame over the step.
+/// Standard deviation of a [`BodyState`]'s velocity or rate, in noises of a frame over the step.
 pub const RATE_NOISE: f64 = 0.316_227_766_016_837_94;
 
-/// A body's state.
+/// State of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct BodyState {
     /// Position \[m\].
     pub position: Vector3<f64>,
     /// Rotation from body to world axes.
@@ -25,7 +25,7 @@ pub struct State {
     pub velocity: Vector3<f64>,
     /// Angular rate in body axes \[rad/s\].
     pub rate: Vector3<f64>,
-    /// What the parabolas leave, as noise of one frame: positions \[m\] and angles \[rad\], each axis.
+    /// Residuals of the parabolas, as noise of one frame: positions \[m\] and angles \[rad\], each axis.
     pub left: [f64; 2],
 }
 
@@ -41,7 +41,7 @@ pub struct Poses {
 }
 
 impl Poses {
-    /// Of a recording with these signals.
+    /// Reads the poses from a recording.
     pub fn of(piece: &Piece) -> Self {
         let at = |name: &str, i: usize| piece.signals[name][i];
         let position = |i| Vector3::new(at("position.x", i), at("position.y", i), at("position.z", i));
@@ -57,25 +57,25 @@ impl Poses {
         }
     }
 
-    /// Number of frames.
+    /// Returns the number of frames.
     pub fn frames(&self) -> usize {
         self.position.len()
     }
 
-    /// How far the body has turned from one frame to another, in its axes at the first \[rad\].
+    /// Returns the rotation vector from one frame to another, in body axes at the first \[rad\].
     pub fn turn(&self, from: usize, to: usize) -> Vector3<f64> {
         (self.attitude[from].inverse() * self.attitude[to]).scaled_axis()
     }
 
-    /// The state at a frame; `None` too near an end.
-    pub fn state(&self, frame: usize) -> Option<State> {
+    /// Returns the state at a frame; `None` too close to an end.
+    pub fn state(&self, frame: usize) -> Option<BodyState> {
         if frame < REACH || frame + REACH >= self.frames() {
             return None;
         }
         let near = |j: usize| frame - REACH + j;
         let way: [Vector3<f64>; 5] = std::array::from_fn(|j| self.position[near(j)] - self.position[frame]);
         let turn: [Vector3<f64>; 5] = std::array::from_fn(|j| self.turn(frame, near(j)));
-        Some(State {
+        Some(BodyState {
             position: self.position[frame] + sum(&way, &VALUE),
             attitude: self.attitude[frame] * UnitQuaternion::from_scaled_axis(sum(&turn, &VALUE)),
             velocity: sum(&way, &RATE) / self.step,
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_body_that_falls_and_spins_has_the_state_that_it_has() {
+    fn state_of_a_falling_spinning_body_is_exact() {
         let (step, rate, v) = (0.0068, Vector3::new(1.0, -4.0, 2.0), Vector3::new(0.5, 0.1, 0.3));
         let fall = Vector3::new(0.0, 0.0, -9.81);
         let begin = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.2, -2.0));

@@ -1,9 +1,9 @@
-//! Columns of numbers from a CSV or Parquet file, by the names that a model file gives or that are agreed.
+//! Columns of numbers from a CSV or Parquet file, named by a model file or by convention.
 
-use crate::{Error, Result};
+use crate::{DiagnosisError, Result};
 use std::path::Path;
 
-/// What is made of a cell that holds no number.
+/// Treatment of a cell without a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Gaps {
     /// The file is refused.
@@ -12,12 +12,12 @@ pub(crate) enum Gaps {
     Kept,
 }
 
-/// Who names the columns that are wanted.
+/// Source of the column names.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Named<'a> {
     /// The `[log]` of a model file.
     By(&'a str),
-    /// Nobody: their names are agreed, and this is what to do about one that is missing.
+    /// Fixed names, with the remedy for a missing column.
     Agreed(&'a str),
 }
 
@@ -32,22 +32,24 @@ pub(crate) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Reads the columns in their order; the ending `.parquet` tells Parquet from CSV.
+    /// Reads the columns in their order: Parquet if the file name ends in `.parquet`, otherwise CSV.
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
         if is_parquet(path) { self.parquet(path) } else { self.csv(path) }
     }
 
     /// The error for a column that the file lacks.
-    fn no_column(&self, path: &Path, line: Option<usize>, name: &str, known: &[String]) -> Error {
+    fn no_column(&self, path: &Path, line: Option<usize>, name: &str, known: &[String]) -> DiagnosisError {
         let model = match self.named {
             Named::By(model) => model,
-            Named::Agreed(remedy) => return Error::log(path, line, format!("there is no column `{name}`"), remedy),
+            Named::Agreed(remedy) => {
+                return DiagnosisError::log(path, line, format!("there is no column `{name}`"), remedy);
+            }
         };
         let signal = self.columns.iter().find(|column| column.1 == name).map_or("", |column| column.0);
         let what = format!("there is no column `{name}`, which [log] of {model} names for `{signal}`");
         let shown: Vec<&str> = known.iter().take(12).map(String::as_str).collect();
         let more = if known.len() > shown.len() { ", ..." } else { "" };
-        Error::log(path, line, what, format!("name one of its columns there: {}{more}", shown.join(", ")))
+        DiagnosisError::log(path, line, what, format!("name one of its columns there: {}{more}", shown.join(", ")))
     }
 
     fn parquet(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
@@ -57,20 +59,22 @@ impl Wanted<'_> {
             return Err(self.no_column(path, None, name, &known));
         }
         let columns = softdock_results::foreign::number_columns(path, &names).map_err(|error| match error {
-            softdock_results::ResultsError::Contract { what, .. } => Error::log(path, None, what, self.numbers()),
+            softdock_results::ResultsError::Contract { what, .. } => {
+                DiagnosisError::log(path, None, what, self.numbers())
+            }
             other => other.into(),
         })?;
         for (name, values) in names.iter().zip(&columns) {
             let row = values.iter().position(|value| !value.is_finite());
             if let (Gaps::Refused, Some(row)) = (self.gaps, row) {
-                let what = format!("row {} of column `{name}` is no finite number", row + 1);
-                return Err(Error::log(path, None, what, COMPLETE));
+                let what = format!("row {} of column `{name}` is not a finite number", row + 1);
+                return Err(DiagnosisError::log(path, None, what, COMPLETE));
             }
         }
         Ok(columns)
     }
 
-    /// What to do about a column that holds no numbers.
+    /// Returns the remedy for a column without numbers.
     fn numbers(&self) -> String {
         match self.named {
             Named::By(model) => format!("name columns of numbers in [log] of {model}"),
@@ -82,7 +86,7 @@ impl Wanted<'_> {
         let text = text_of(path)?;
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let Some((_, header)) = lines.next() else {
-            return Err(Error::log(
+            return Err(DiagnosisError::log(
                 path,
                 None,
                 "the file is empty",
@@ -100,12 +104,12 @@ impl Wanted<'_> {
             let cells: Vec<&str> = line.split(',').collect();
             if cells.len() != known.len() {
                 let what = format!("{} values where the header names {} columns", cells.len(), known.len());
-                return Err(Error::log(path, Some(number + 1), what, "complete or remove the row"));
+                return Err(DiagnosisError::log(path, Some(number + 1), what, "complete or remove the row"));
             }
             for (((_, name), place), column) in self.columns.iter().zip(&places).zip(&mut columns) {
                 column.push(self.number(clean(cells[*place])).ok_or_else(|| {
-                    let what = format!("`{}` in column `{name}` is no finite number", clean(cells[*place]));
-                    Error::log(path, Some(number + 1), what, COMPLETE)
+                    let what = format!("`{}` in column `{name}` is not a finite number", clean(cells[*place]));
+                    DiagnosisError::log(path, Some(number + 1), what, COMPLETE)
                 })?);
             }
         }
@@ -142,9 +146,9 @@ fn text_of(path: &Path) -> Result<String> {
     softdock_input::read_text(path, softdock_input::MAX_TABLE).map_err(|error| match error {
         softdock_input::InputError::NotText { line, .. } => {
             let remedy = "save it as UTF-8, or as Parquet with the ending .parquet";
-            Error::log(path, Some(line), error.what(), remedy)
+            DiagnosisError::log(path, Some(line), error.what(), remedy)
         }
-        error => Error::input(error),
+        error => DiagnosisError::input(error),
     })
 }
 
@@ -153,7 +157,7 @@ fn cells(header: &str) -> Vec<String> {
     header.split(',').map(|cell| clean(cell).to_owned()).collect()
 }
 
-/// What to do about a row without a number.
+/// Remedy for a row without a number.
 const COMPLETE: &str = "cut the recording so that every row is complete";
 
 /// A cell without spaces and quotes.

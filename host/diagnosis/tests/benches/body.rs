@@ -4,6 +4,6 @@ use super::assert_nothing_found;
 use softdock_gauntlet::Rig as Bench;
 
 #[test]
-fn nothing_is_found_where_nothing_is_hidden() {
+fn null_recordings_give_no_effect() {
     assert_nothing_found(Bench::Body);
 }

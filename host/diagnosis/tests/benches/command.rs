@@ -4,12 +4,12 @@ use super::{Recorded, assert_nothing_found};
 use softdock_gauntlet::{Hidden, Rig as Bench};
 
 #[test]
-fn nothing_is_found_where_nothing_is_hidden() {
+fn null_recordings_give_no_effect() {
     assert_nothing_found(Bench::Command);
 }
 
 #[test]
-fn every_row_weighs_as_much_in_one_repeat_as_in_another() {
+fn row_weights_are_equal_in_all_repeats() {
     let block = Recorded::of(Bench::Command, &[Hidden { id: "C4_drops", size: 0.01 }], 4).block();
     let width = block.section.inputs().len();
     let weights = |number: usize| block.trials[number].recorded.inputs.iter().step_by(width);

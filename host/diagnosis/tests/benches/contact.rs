@@ -4,12 +4,12 @@ use super::{Recorded, assert_nothing_found};
 use softdock_gauntlet::Rig as Bench;
 
 #[test]
-fn nothing_is_found_where_nothing_is_hidden() {
+fn null_recordings_give_no_effect() {
     assert_nothing_found(Bench::Contact);
 }
 
 #[test]
-fn a_simulation_that_diverges_explains_nothing_and_spreads_nothing() {
+fn diverging_simulation_gives_bounded_residuals() {
     let block = Recorded::of(Bench::Contact, &[], 4).block();
     let part = block.part(false);
     let noise = part.noise(&block.base).expect("repeats");

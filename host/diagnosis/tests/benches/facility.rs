@@ -2,9 +2,9 @@
 
 use super::files;
 use softdock_campaign::Scenario;
-use softdock_diagnosis::Error;
+use softdock_diagnosis::DiagnosisError;
 use softdock_diagnosis::block::facility::FacilityModel;
-use softdock_diagnosis::diagnosis::{Options, Prepared, prepare_facility};
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, Prepared, prepare_facility};
 use softdock_gauntlet::{NoiseColour, Rig as Bench, generate};
 use std::path::{Path, PathBuf};
 
@@ -12,21 +12,21 @@ use std::path::{Path, PathBuf};
 fn recorded() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let set = generate(Bench::Facility, &[], NoiseColour::FirstOrder, 1).expect("nothing hidden");
-    set.write(folder.path()).expect("room");
+    set.write(folder.path()).expect("writable");
     folder
 }
 
 /// Reads the drives of a folder.
-fn prepared(folder: &Path) -> Result<Prepared, Error> {
+fn prepared(folder: &Path) -> Result<Prepared, DiagnosisError> {
     let scenario = Scenario::load(&folder.join("model.toml")).expect("a legal scenario");
     let [training, holdout] = ["training", "holdout"].map(|name| files(&folder.join(name)));
     let [training, holdout]: [Vec<&Path>; 2] =
         [&training, &holdout].map(|files| files.iter().map(PathBuf::as_path).collect());
-    prepare_facility(FacilityModel::Scenario(Box::new(scenario)), &training, &holdout, &Options::default())
+    prepare_facility(FacilityModel::Scenario(Box::new(scenario)), &training, &holdout, &DiagnosisOptions::default())
 }
 
 #[test]
-fn drives_of_any_driver_are_read_from_its_tables_each_by_its_own_name() {
+fn logs_of_other_drivers_are_read_by_column_name() {
     let folder = recorded();
     let blocks = prepared(folder.path()).unwrap_or_else(|error| panic!("{error}")).blocks(1);
     assert_eq!(
@@ -40,11 +40,11 @@ fn drives_of_any_driver_are_read_from_its_tables_each_by_its_own_name() {
 }
 
 #[test]
-fn a_table_that_lacks_a_column_is_refused_with_its_name_and_a_remedy() {
+fn missing_column_of_a_log_is_reported_with_a_remedy() {
     let folder = recorded();
     let file = folder.path().join("training/aslant_1.csv");
     let text = std::fs::read_to_string(&file).expect("a log").replace("part_b_attitude_w", "part_b_q0");
-    std::fs::write(&file, text).expect("room");
+    std::fs::write(&file, text).expect("writable");
     let error = prepared(folder.path()).err().expect("a column is missing");
     let message = error.to_string();
     assert!(message.contains("aslant_1.csv:1") && message.contains("`simulated_part_b_attitude_w`"), "{message}");

@@ -30,7 +30,7 @@ impl Recorded {
     fn of(bench: Bench, hidden: &[Hidden], seed: u64) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let set = generate(bench, hidden, NoiseColour::FirstOrder, seed).expect("a legal size");
-        set.write(folder.path()).expect("room");
+        set.write(folder.path()).expect("writable");
         let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
         let read = |name: &str| -> Vec<Piece> {
             files(&folder.path().join(name)).iter().flat_map(|file| read(file, &rig).expect("a log").0).collect()

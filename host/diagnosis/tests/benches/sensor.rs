@@ -3,20 +3,20 @@
 use super::{Recorded, assert_nothing_found, files};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
-use softdock_diagnosis::answer::Verdict;
-use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
+use softdock_diagnosis::answer::DiagnosisVerdict;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
 use softdock_diagnosis::variance::excess_noise;
 use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
 use softdock_test_size::is_full;
 use std::path::Path;
 
 #[test]
-fn nothing_is_found_where_nothing_is_hidden() {
+fn null_recordings_give_no_effect() {
     assert_nothing_found(Bench::Sensor);
 }
 
 #[test]
-fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
+fn excess_noise_is_detected_from_repeats() {
     let odds = |hidden: &[Hidden]| {
         let recorded = Recorded::of(Bench::Sensor, hidden, 4);
         let RigModel::Sensor(rig) = &recorded.rig.plant else { unreachable!("a sensor bench") };
@@ -29,7 +29,7 @@ fn more_noise_shows_in_the_repeats_and_not_in_their_mean() {
 }
 
 #[test]
-fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
+fn drift_and_noise_are_not_reported_as_signal_trend() {
     let grew = |id, size| {
         let block = Recorded::of(Bench::Sensor, &[Hidden { id, size }], 4).block();
         block.grew(&block.base)
@@ -39,7 +39,7 @@ fn neither_drift_nor_noise_is_taken_for_what_grows_with_the_signal() {
 }
 
 #[test]
-fn one_repeat_stands_for_all_of_a_sensor_that_drifts() {
+fn shortcut_is_exact_for_a_drifting_sensor() {
     let block = Recorded::of(Bench::Sensor, &[], 4).block();
     let mut set = block.base.clone();
     (set[block.field("drift_force_x")], set[block.field("resolution")]) = (0.05, 3.0);
@@ -51,16 +51,16 @@ fn one_repeat_stands_for_all_of_a_sensor_that_drifts() {
 }
 
 #[test]
-fn steps_of_a_reading_are_named_beside_a_bias() {
+fn quantisation_is_named_beside_a_bias() {
     let hidden = [Hidden { id: "S1_bias", size: 4.2 }, Hidden { id: "S6_quantisation", size: 4.0 }];
     let said = said(&hidden, &[]);
     let ids: Vec<&str> = said.effects.iter().map(|effect| effect.id).collect();
-    assert!(said.answer == Verdict::Named && ids.len() == 2, "{:?} {ids:?}", said.answer);
+    assert!(said.answer == DiagnosisVerdict::Named && ids.len() == 2, "{:?} {ids:?}", said.answer);
     assert!(ids.contains(&"S1_bias") && ids.contains(&"S6_quantisation"), "{ids:?}");
 }
 
 #[test]
-fn rounding_is_no_noise_and_noise_shows_beyond_it() {
+fn quantisation_is_not_noise_and_excess_noise_is_named_beyond_it() {
     let found = |hidden: [Hidden; 2]| {
         let said = said(&hidden, &[]);
         let mut ids: Vec<&str> = said.effects.iter().map(|effect| effect.id).collect();
@@ -70,37 +70,54 @@ fn rounding_is_no_noise_and_noise_shows_beyond_it() {
     };
     let steps = |size| Hidden { id: "S6_quantisation", size };
     let (answer, ids, step) = found([Hidden { id: "S2_drift", size: 0.13 }, steps(4.0)]).expect("steps");
-    assert!(answer == Verdict::Named && ids == ["S2_drift", "S6_quantisation"], "{answer:?} {ids:?}");
+    assert!(answer == DiagnosisVerdict::Named && ids == ["S2_drift", "S6_quantisation"], "{answer:?} {ids:?}");
     assert!((step - 4.0).abs() < 0.01, "{step}");
     if !is_full() {
         return;
     }
     let (answer, ids, step) = found([Hidden { id: "S7_noise", size: 1.35 }, steps(4.75)]).expect("steps");
-    assert!(answer == Verdict::Named && ids == ["S6_quantisation", "S7_noise"], "{answer:?} {ids:?}");
+    assert!(answer == DiagnosisVerdict::Named && ids == ["S6_quantisation", "S7_noise"], "{answer:?} {ids:?}");
     assert!((step - 4.75).abs() < 0.02, "{step}");
 }
 
 /// What is said of a bench with something hidden, by a library without some effects.
 fn said(hidden: &[Hidden], without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
-    generate(Bench::Sensor, hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("room");
+    generate(Bench::Sensor, hidden, NoiseColour::FirstOrder, 4).expect("a set").write(folder.path()).expect("writable");
     let rig = Rig::load(&folder.path().join("model.toml")).expect("a legal model");
     let [logs, holdout] = ["training", "holdout"].map(|name| files(&folder.path().join(name)));
     let logs: Vec<&Path> = logs.iter().map(AsRef::as_ref).collect();
     let holdout: Vec<&Path> = holdout.iter().map(AsRef::as_ref).collect();
-    let options = Options { without: without.iter().map(|id| (*id).to_owned()).collect(), ..Options::default() };
+    let options = DiagnosisOptions {
+        without: without.iter().map(|id| (*id).to_owned()).collect(),
+        ..DiagnosisOptions::default()
+    };
     prepare(rig, &logs, &holdout, &options).expect("recordings of use").diagnose().expect("an answer").0
 }
 
 #[test]
-fn noise_that_is_left_out_of_the_library_is_not_named() {
+fn noise_excluded_from_the_library_is_not_named() {
     let said = said(&[Hidden { id: "S7_noise", size: 1.0 }], &["S7_noise"]);
-    assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
+    assert!(
+        said.answer == DiagnosisVerdict::NotInLibrary && said.effects.is_empty(),
+        "{:?} {:?}",
+        said.answer,
+        said.effects
+    );
 }
 
 #[test]
-fn a_gain_that_drifts_with_warmth_is_in_no_library_and_is_no_noise() {
+fn temperature_dependent_gain_is_outside_the_library_and_not_noise() {
     let said = said(&[Hidden { id: "temperature_gain", size: 0.02 }], &[]);
-    assert!(said.answer == Verdict::NotInLibrary && said.effects.is_empty(), "{:?} {:?}", said.answer, said.effects);
-    assert!(said.findings.iter().any(|finding| finding.what.contains("grows with the time")), "{:?}", said.findings);
+    assert!(
+        said.answer == DiagnosisVerdict::NotInLibrary && said.effects.is_empty(),
+        "{:?} {:?}",
+        said.answer,
+        said.effects
+    );
+    assert!(
+        said.findings.iter().any(|finding| finding.what.contains("grows with the session time")),
+        "{:?}",
+        said.findings
+    );
 }

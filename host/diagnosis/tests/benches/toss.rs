@@ -1,8 +1,8 @@
 //! Tossed cubes, whose generator knows blows as impulses.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::{Estimate, Verdict};
-use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
+use softdock_diagnosis::answer::{DiagnosisVerdict, ParameterEstimate};
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
 use softdock_gauntlet::{Hidden, tosses};
 use softdock_test_size::is_full;
 
@@ -14,10 +14,10 @@ fn diagnosed(hidden: &[Hidden]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
     let made = tosses(hidden, 40, 5).expect("a legal size");
     let (model, log) = (folder.path().join("model.toml"), folder.path().join("tosses.csv"));
-    std::fs::write(&model, made.model).expect("room");
-    std::fs::write(&log, made.log).expect("room");
+    std::fs::write(&model, made.model).expect("writable");
+    std::fs::write(&log, made.log).expect("writable");
     let rig = Rig::load(&model).expect("a legal model");
-    let mut options = Options { hold_out_experiments: "4:1".parse().ok(), ..Options::default() };
+    let mut options = DiagnosisOptions { hold_out_experiments: "4:1".parse().ok(), ..DiagnosisOptions::default() };
     if !is_full() && hidden.iter().all(|hidden| hidden.id == "K4_friction") {
         // A library of what is hidden, its rivals, and one stranger.
         options.without = STRANGERS.map(str::to_owned).to_vec();
@@ -27,15 +27,15 @@ fn diagnosed(hidden: &[Hidden]) -> Diagnosis {
 }
 
 /// A number that was found.
-fn found(diagnosis: &Diagnosis, id: &str, name: &str) -> Estimate {
+fn found(diagnosis: &Diagnosis, id: &str, name: &str) -> ParameterEstimate {
     let effect = diagnosis.effects.iter().find(|effect| effect.id == id);
     effect.unwrap_or_else(|| panic!("{id} in {:?}", diagnosis.effects)).parameters[name].clone()
 }
 
 #[test]
-fn friction_that_is_higher_than_the_models_is_named() {
+fn friction_above_nominal_is_named() {
     let diagnosis = diagnosed(&[Hidden { id: "K4_friction", size: 0.12 }]);
-    assert_eq!((diagnosis.answer, diagnosis.provisional), (Verdict::Named, true));
+    assert_eq!((diagnosis.answer, diagnosis.provisional), (DiagnosisVerdict::Named, true));
     let friction = found(&diagnosis, "K4_friction", "friction");
     assert!((friction.value / 0.3 - 1.0).abs() < 0.03, "{friction:?}");
     let block = &diagnosis.blocks[0];
@@ -46,10 +46,14 @@ fn friction_that_is_higher_than_the_models_is_named() {
 
 #[test]
 #[ignore = "minutes: the full size"]
-fn a_healthy_cube_lacks_nothing_of_use() {
+fn healthy_cube_has_no_practical_effect() {
     let diagnosis = diagnosed(&[]);
     let block = &diagnosis.blocks[0];
-    assert!(diagnosis.answer <= Verdict::NoPracticalEffect && block.residual.before < 1.1, "{:?}", block.residual);
+    assert!(
+        diagnosis.answer <= DiagnosisVerdict::NoPracticalEffect && block.residual.before < 1.1,
+        "{:?}",
+        block.residual
+    );
 }
 
 /// The radius comes out short of the true 5 mm: a fit that begins with sharp corners creeps along a rough valley. Another

@@ -1,12 +1,12 @@
 //! Recordings and model files that are wrong: a clear finding or a clear error, never a wrong name.
 
 use crate::bench::{Bench, drive};
-use softdock_diagnosis::answer::Verdict;
-use softdock_diagnosis::diagnosis::Options;
+use softdock_diagnosis::answer::DiagnosisVerdict;
+use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_test_size::first;
 
 fn refused(bench: &Bench) -> String {
-    match bench.diagnose_with(&Options::default()) {
+    match bench.diagnose_with(&DiagnosisOptions::default()) {
         Ok((diagnosis, _)) => panic!("answered {:?}", diagnosis.answer),
         Err(error) => format!("{error} | {}", error.remedy()),
     }
@@ -44,13 +44,13 @@ fn ten_samples_are_too_few() {
 }
 
 #[test]
-fn a_column_that_is_not_there_is_named_with_those_that_are() {
+fn missing_column_is_reported_with_the_existing_ones() {
     let said = refused(&Bench::drive(&[], 1).with_model("\"tau_nm\"", "\"torque_nm\""));
     assert!(said.contains("`torque_nm`") && said.contains("tau_nm"), "{said}");
 }
 
 #[test]
-fn rows_without_a_number_count_as_gaps_and_are_told() {
+fn rows_without_a_number_are_gaps_and_are_reported() {
     let bench = Bench::drive(&[], 1).with_recordings(|text| {
         let row = |(number, line): (usize, &str)| match number % 500 {
             499 => format!("{},nan\n", line.rsplit_once(',').expect("cells").0),
@@ -64,17 +64,17 @@ fn rows_without_a_number_count_as_gaps_and_are_told() {
         "{:?}",
         diagnosis.findings
     );
-    assert_eq!(diagnosis.answer, Verdict::NoEffect);
+    assert_eq!(diagnosis.answer, DiagnosisVerdict::NoEffect);
 }
 
 /// A torque in kilopond metres, in turns, doubled or with its sign reversed is no effect of a drive.
 #[test]
-fn swapped_units_and_signs_are_suspected() {
+fn wrong_units_and_signs_are_reported() {
     for (factor, word) in first(1, [(-1.0, "sign"), (2.0, "0.5"), (1.0 / 9.80665, "9.81")]) {
         let diagnosis = torque(|cell| times(cell, factor)).diagnose();
-        assert!(diagnosis.answer >= Verdict::Named, "{factor}: {:?}", diagnosis.answer);
-        let told =
+        assert!(diagnosis.answer >= DiagnosisVerdict::Named, "{factor}: {:?}", diagnosis.answer);
+        let is_reported =
             diagnosis.findings.iter().any(|finding| finding.what.contains("`tau`") && finding.what.contains(word));
-        assert!(told, "{factor}: {:?} {:?}", diagnosis.findings, drive(&diagnosis).answer);
+        assert!(is_reported, "{factor}: {:?} {:?}", diagnosis.findings, drive(&diagnosis).answer);
     }
 }

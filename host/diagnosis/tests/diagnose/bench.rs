@@ -1,9 +1,9 @@
 //! Recordings of the gauntlet's benches, whose generator shares no code with the fitter, and their diagnosis.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::{BlockAnswer, Verdict};
-use softdock_diagnosis::diagnosis::{Diagnosis, Judged, Options, Prepared, prepare};
-use softdock_diagnosis::{Error, extend};
+use softdock_diagnosis::answer::{BlockAnswer, DiagnosisVerdict};
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged, Prepared, prepare};
+use softdock_diagnosis::{DiagnosisError, extend};
 pub(crate) use softdock_gauntlet::Rig as Kind;
 use softdock_gauntlet::{Hidden, NoiseColour, Set, generate};
 use softdock_kernels::effects::{code, share_group};
@@ -40,7 +40,7 @@ impl Bench {
 
     fn write(set: &Set) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        set.write(folder.path()).expect("room");
+        set.write(folder.path()).expect("writable");
         Self { folder }
     }
 
@@ -52,7 +52,7 @@ impl Bench {
     pub(crate) fn with_model(self, from: &str, to: &str) -> Self {
         let text = std::fs::read_to_string(self.model()).expect("a model");
         assert!(text.contains(from), "{from} is not in the model file");
-        std::fs::write(self.model(), text.replacen(from, to, 1)).expect("room");
+        std::fs::write(self.model(), text.replacen(from, to, 1)).expect("writable");
         self
     }
 
@@ -60,7 +60,7 @@ impl Bench {
     pub(crate) fn with_recordings(self, change: impl Fn(&str) -> String) -> Self {
         for file in self.files("training").iter().chain(&self.files("holdout")) {
             let text = std::fs::read_to_string(file).expect("a recording");
-            std::fs::write(file, change(&text)).expect("room");
+            std::fs::write(file, change(&text)).expect("writable");
         }
         self
     }
@@ -74,7 +74,7 @@ impl Bench {
     }
 
     /// Its recordings, ready to be judged.
-    pub(crate) fn prepared(&self, options: &Options) -> Result<Prepared, Error> {
+    pub(crate) fn prepared(&self, options: &DiagnosisOptions) -> Result<Prepared, DiagnosisError> {
         let rig = Rig::load(&self.model()).expect("a legal model");
         let (learn, test) = (self.files("training"), self.files("holdout"));
         let learn: Vec<&Path> = learn.iter().map(PathBuf::as_path).collect();
@@ -82,7 +82,7 @@ impl Bench {
         prepare(rig, &learn, &test, options)
     }
 
-    pub(crate) fn diagnose_with(&self, options: &Options) -> Result<(Diagnosis, Vec<Judged>), Error> {
+    pub(crate) fn diagnose_with(&self, options: &DiagnosisOptions) -> Result<(Diagnosis, Vec<Judged>), DiagnosisError> {
         self.prepared(options)?.diagnose()
     }
 
@@ -93,20 +93,20 @@ impl Bench {
             return Vec::new();
         }
         let share = |a: &str, b: &str| code(a) == code(b) || share_group(a, b);
-        let views = self.prepared(&Options::default()).expect("good recordings").isolability;
+        let views = self.prepared(&DiagnosisOptions::default()).expect("good recordings").isolability;
         let ids = views.iter().flat_map(|view| view.effects.iter());
         ids.filter(|id| !known.iter().any(|known| share(known, id))).map(|id| (*id).to_owned()).collect()
     }
 
     pub(crate) fn diagnose(&self) -> Diagnosis {
-        self.diagnose_with(&Options::default()).expect("good recordings").0
+        self.diagnose_with(&DiagnosisOptions::default()).expect("good recordings").0
     }
 
     /// The bench with the model that a diagnosis extends.
     pub(crate) fn extended(self, diagnosis: &Diagnosis) -> Self {
         let text = std::fs::read_to_string(self.model()).expect("a model");
         let extended = extend::extended(&text, diagnosis, false).expect("an answer that names something");
-        std::fs::write(self.model(), extended).expect("room");
+        std::fs::write(self.model(), extended).expect("writable");
         self
     }
 }
@@ -124,7 +124,7 @@ pub(crate) fn drive(diagnosis: &Diagnosis) -> &BlockAnswer {
 /// Asserts that exactly these effects are named, and that what they leave is noise.
 pub(crate) fn assert_named(diagnosis: &Diagnosis, ids: &[&str]) {
     let found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
-    assert_eq!((diagnosis.answer, &found[..]), (Verdict::Named, ids));
+    assert_eq!((diagnosis.answer, &found[..]), (DiagnosisVerdict::Named, ids));
     let gain = diagnosis.gain.expect("held-out motion");
     assert!(gain.lo > 0.01 && gain.hi < 1.0 && diagnosis.residual.after < 1.14, "{gain:?} {:?}", diagnosis.residual);
 }

@@ -1,7 +1,7 @@
 //! What a judgement costs by the size of its library; run on demand.
 
 use super::bench::Bench;
-use softdock_diagnosis::diagnosis::Options;
+use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::judge;
 use softdock_diagnosis::library::Hypothesis;
 use std::time::Instant;
@@ -24,7 +24,7 @@ fn enlarged(library: &[Hypothesis], count: usize) -> Vec<Hypothesis> {
 #[ignore = "a benchmark: prints seconds"]
 fn a_judgement_takes_seconds_in_proportion_to_its_library() {
     let bench = Bench::drive(&[("J3_stribeck", 8.0)], 2);
-    let prepared = bench.prepared(&Options::default()).expect("good recordings");
+    let prepared = bench.prepared(&DiagnosisOptions::default()).expect("good recordings");
     let place = prepared.blocks(1).iter().position(|(block, _)| block.name == "R3 torque to motion").expect("a drive");
     let [(block, library), (finer, _)] = [1, 2].map(|finer| prepared.blocks(finer).swap_remove(place));
     for library in [library.clone(), enlarged(&library, FIFTY)] {

@@ -1,8 +1,8 @@
 //! Measured data that nobody in this project made; their folder is in `SOFTDOCK_DATA`.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::Verdict;
-use softdock_diagnosis::diagnosis::{Diagnosis, Options, prepare};
+use softdock_diagnosis::answer::DiagnosisVerdict;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
 use std::path::{Path, PathBuf};
 
 fn data(file: &str) -> PathBuf {
@@ -20,12 +20,12 @@ fn shipped(file: &str) -> PathBuf {
 #[ignore = "needs SOFTDOCK_DATA"]
 fn emps_lacks_coulomb_friction_and_an_offset() {
     let rig = Rig::load(&shipped("emps.toml")).expect("a legal model");
-    let options = Options { hold_out_from: Some(6.21), ..Options::default() };
+    let options = DiagnosisOptions { hold_out_from: Some(6.21), ..DiagnosisOptions::default() };
     let prepared = prepare(rig, &[&data("emps/emps_train.csv")], &[], &options).expect("good recordings");
     let diagnosis = prepared.diagnose().expect("a motion that shows something").0;
     let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
     found.sort_unstable();
-    assert_eq!((diagnosis.answer, diagnosis.provisional), (Verdict::Named, true));
+    assert_eq!((diagnosis.answer, diagnosis.provisional), (DiagnosisVerdict::Named, true));
     assert_eq!(found, ["J18_drive_offset", "J1_coulomb"]);
     let of = |id: &str, name: &str| {
         let effect = diagnosis.effects.iter().find(|effect| effect.id == id).expect("named above");
@@ -48,7 +48,7 @@ fn second_encoders_of_a_robot_are_late() {
     let rig = Rig::load(&shipped("kr300.toml")).expect("a legal model");
     let log =
         |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/kuka-kr300-recordings").join(file);
-    let prepared = prepare(rig, &[&log("traj_A.csv")], &[&log("traj_B.csv")], &Options::default());
+    let prepared = prepare(rig, &[&log("traj_A.csv")], &[&log("traj_B.csv")], &DiagnosisOptions::default());
     let diagnosis = prepared.expect("good recordings").diagnose().expect("motions that show something").0;
     assert!(diagnosis.provisional && diagnosis.blocks.len() == 6);
     for axis in [0, 2] {
@@ -64,7 +64,7 @@ fn second_encoders_of_a_robot_are_late() {
 /// Cubes tossed onto a board, in the tree and outside it (Pfrommer, Halm and Posa 2020).
 fn tossed(log: &Path) -> Diagnosis {
     let rig = Rig::load(&shipped("cube_toss.toml")).expect("a legal model");
-    let options = Options { hold_out_experiments: "4:1".parse().ok(), ..Options::default() };
+    let options = DiagnosisOptions { hold_out_experiments: "4:1".parse().ok(), ..DiagnosisOptions::default() };
     let diagnosis = prepare(rig, &[log], &[], &options).expect("good recordings").diagnose().expect("tosses").0;
     assert!(diagnosis.provisional && diagnosis.reasons.len() == 1 && diagnosis.reasons[0].starts_with("no repeats"));
     diagnosis
@@ -72,7 +72,7 @@ fn tossed(log: &Path) -> Diagnosis {
 
 /// 32 of the tosses: the sharp cube of the nominal constants is what explains least.
 #[test]
-fn a_cube_has_round_corners_and_another_inertia_than_its_makers_say() {
+fn cube_has_round_corners_and_another_inertia() {
     let diagnosis = tossed(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cube-tosses/tosses.csv"));
     let block = &diagnosis.blocks[0];
     let run = block.free_run.as_ref().expect("tosses that rebound and rest");
@@ -87,11 +87,11 @@ fn a_cube_has_round_corners_and_another_inertia_than_its_makers_say() {
 /// All tosses: restitution, shape and mass are not those of the nominal constants, and knowing them helps free runs.
 #[test]
 #[ignore = "needs SOFTDOCK_DATA; full size, minutes"]
-fn free_runs_of_a_cube_come_nearer_with_its_shape_its_mass_and_its_restitution() {
+fn extended_model_reduces_free_run_errors_of_the_cube() {
     let diagnosis = tossed(&data("cube-tosses/tosses.csv"));
     let mut found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
     found.sort_unstable();
-    assert_eq!((diagnosis.answer, found), (Verdict::Named, vec!["K11_shape", "K3_damping", "P1_mass"]));
+    assert_eq!((diagnosis.answer, found), (DiagnosisVerdict::Named, vec!["K11_shape", "K3_damping", "P1_mass"]));
     let run = diagnosis.blocks[0].free_run.as_ref().expect("tosses that rebound and rest");
     assert_eq!(run.tosses, [114, 114]);
     assert!(run.rebound_velocity.before.lo > 0.15 && run.rebound_velocity.after.hi < 0.07, "{run:?}");
@@ -102,10 +102,10 @@ fn free_runs_of_a_cube_come_nearer_with_its_shape_its_mass_and_its_restitution()
 /// every 8 ms; the PC's clock runs 8.1205 ms a row.
 #[test]
 #[ignore = "needs SOFTDOCK_DATA"]
-fn a_robot_arm_follows_its_command_by_two_delays_and_the_clocks_differ() {
+fn robot_arm_has_two_delays_and_a_clock_skew() {
     let rig = Rig::load(&shipped("ur_servo.toml")).expect("a legal model");
     let log = data("ur-servo/delay_log.csv");
-    let prepared = prepare(rig, &[&log], &[], &Options::default()).expect("a good recording");
+    let prepared = prepare(rig, &[&log], &[], &DiagnosisOptions::default()).expect("a good recording");
     let diagnosis = prepared.diagnose().expect("an event").0;
     assert!(diagnosis.provisional && diagnosis.reasons[0].starts_with("one event"), "{:?}", diagnosis.reasons);
     let of = |block: usize, name: &str| {

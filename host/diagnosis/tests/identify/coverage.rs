@@ -7,7 +7,7 @@ use softdock_diagnosis::identify::base::{Base, LeastSquares};
 use softdock_diagnosis::identify::excitation::{DesignOptions, design};
 use softdock_diagnosis::identify::layout::Layout;
 use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::motion::{Motion, Preparation};
+use softdock_diagnosis::identify::motion::{Preparation, RecordedMotion};
 use softdock_diagnosis::identify::series::Series;
 use softdock_diagnosis::identify::system::{System, shapes};
 use softdock_kernels::manipulator::{bristle, inverse_dynamics};
@@ -83,7 +83,7 @@ fn coverage(preparation: Preparation, periods: usize) -> Vec<f64> {
     let truth = &base.map * DVector::from_vec(Layout::of(&robot).values(&robot));
     let mut hits = vec![0.0; base.len()];
     for trial in 0..trials() {
-        let motions = [Motion::new(&noisy(&robot, &clean, trial), &preparation).expect("a motion")];
+        let motions = [RecordedMotion::new(&noisy(&robot, &clean, trial), &preparation).expect("a motion")];
         let system = System::new(&robot, &motions, &shapes(&robot));
         let found = LeastSquares::new(&system, &base, &motions);
         for (index, error) in found.standard_errors().iter().enumerate() {
@@ -104,11 +104,11 @@ fn holds(hits: &[f64]) {
 }
 
 #[test]
-fn intervals_of_periodic_recordings_hold_what_they_say() {
+fn intervals_of_periodic_recordings_have_their_coverage() {
     holds(&coverage(Preparation { cutoff: 8.0, period: Some(PERIOD) }, 2));
 }
 
 #[test]
-fn intervals_of_low_passed_recordings_hold_what_they_say() {
+fn intervals_of_low_passed_recordings_have_their_coverage() {
     holds(&coverage(Preparation { cutoff: 8.0, period: None }, 2));
 }

@@ -4,7 +4,7 @@ use crate::kr300;
 use softdock_diagnosis::identify::excitation::{DesignOptions, design};
 
 #[test]
-fn a_designed_motion_keeps_its_limits_and_beats_chance() {
+fn designed_motion_is_within_limits_and_better_than_random() {
     let robot = kr300();
     let options = DesignOptions { starts: 20, steps: 60, ..DesignOptions::default() };
     let found = design(&robot, &options).expect("a motion");

@@ -8,7 +8,7 @@ use softdock_diagnosis::identify::excitation::{DesignOptions, design};
 use softdock_diagnosis::identify::log::Recording;
 use softdock_diagnosis::identify::motion::Preparation;
 use softdock_diagnosis::identify::series::Series;
-use softdock_diagnosis::identify::{Options, identify_recordings};
+use softdock_diagnosis::identify::{IdentificationOptions, identify_recordings};
 use softdock_kernels::philox;
 use std::collections::BTreeMap;
 
@@ -182,7 +182,10 @@ fn a_flexible_robot_is_predicted_within_ten_per_cent_on_axis_one() {
     };
     let fitted = record(&robot, &bodies, &motion(1), 2, 1);
     let other = record(&robot, &bodies, &motion(2), 1, 2);
-    let options = Options { preparation: Preparation { cutoff: 10.0, period: Some(PERIOD) }, ..Options::default() };
+    let options = IdentificationOptions {
+        preparation: Preparation { cutoff: 10.0, period: Some(PERIOD) },
+        ..IdentificationOptions::default()
+    };
     let found = identify_recordings(&robot, &[fitted], &[other], &options).expect("identified");
     let errors: Vec<f64> = found.validated[0].joints.iter().map(|joint| 100.0 * joint.relative_error).collect();
     println!("{errors:.1?}");

@@ -5,10 +5,10 @@ use softdock_campaign::Robot;
 use softdock_diagnosis::identify::consistent::pseudo_inertia;
 use softdock_diagnosis::identify::layout::INERTIAL;
 use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::marks::read_marks;
 use softdock_diagnosis::identify::model::predicted;
-use softdock_diagnosis::identify::motion::Motion;
-use softdock_diagnosis::identify::{Options, identify};
+use softdock_diagnosis::identify::motion::RecordedMotion;
+use softdock_diagnosis::identify::published_errors::read_published_errors;
+use softdock_diagnosis::identify::{IdentificationOptions, identify};
 
 /// Relative errors in per cent that a good model of these recordings reaches.
 const GOAL: [f64; 6] = [50.0, 38.0, 13.0, 42.0, 17.0, 25.0];
@@ -18,8 +18,8 @@ fn the_model_of_one_motion_predicts_another() {
     let robot = kr300();
     let data = root().join("tests/data/kuka-kr300-recordings");
     let (a, b) = (data.join("traj_A.csv"), data.join("traj_B.csv"));
-    let found = identify(&robot, &[&a], &[&b], &Options::default()).expect("identified");
-    let ridge = read_marks(&data.join("marks.csv"), 6).expect("marks").pop().expect("a ridge").percent;
+    let found = identify(&robot, &[&a], &[&b], &IdentificationOptions::default()).expect("identified");
+    let ridge = read_published_errors(&data.join("marks.csv"), 6).expect("marks").pop().expect("a ridge").percent;
     let errors: Vec<f64> = found.validated[0].joints.iter().map(|joint| 100.0 * joint.relative_error).collect();
     for (joint, error) in errors.iter().enumerate() {
         assert!(*error <= ridge[joint] && *error <= GOAL[joint], "axis {}: {errors:.1?} %", joint + 1);
@@ -39,7 +39,7 @@ fn the_model_of_one_motion_predicts_another() {
     // The written file alone predicts the same.
     let again = Robot::from_text("robot.toml".as_ref(), &found.robot.to_toml(&[])).expect("a valid model");
     let recording = Recording::read(&b, &again).expect("the written map reads the recording");
-    let motion = Motion::new(&recording, &Options::default().preparation).expect("a motion");
+    let motion = RecordedMotion::new(&recording, &IdentificationOptions::default().preparation).expect("a motion");
     for (joint, series) in predicted(&again.model, &motion).iter().enumerate() {
         let shown = &found.validated[0].joints[joint].predicted;
         let difference = series.iter().zip(shown).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -51,7 +51,8 @@ fn the_model_of_one_motion_predicts_another() {
 #[test]
 fn second_encoders_are_three_milliseconds_late() {
     let data = root().join("tests/data/kuka-kr300-recordings");
-    let options = Options { choose_shapes: false, lambda: Some(1e-3), ..Options::default() };
+    let options =
+        IdentificationOptions { choose_shapes: false, lambda: Some(1e-3), ..IdentificationOptions::default() };
     let found = identify(&kr300(), &[&data.join("traj_A.csv")], &[], &options).expect("identified");
     assert_eq!(found.elasticity.len(), 3);
     for row in &found.elasticity {

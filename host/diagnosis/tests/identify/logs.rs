@@ -3,7 +3,7 @@
 use crate::kr300;
 use softdock_campaign::Robot;
 use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::{Options, identify};
+use softdock_diagnosis::identify::{IdentificationOptions, identify};
 use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::PathBuf;
 
@@ -101,11 +101,11 @@ fn parquet_of_the_wrong_kind_is_refused() {
     let mut lenient = robot.clone();
     lenient.log.retain(|channel| channel.column.name != "mot_pos_deg_4");
     let error = Recording::read(&path, &lenient).expect_err("a hole");
-    assert!(error.to_string().ends_with("row 7 of column `mot_pos_deg_5` is no finite number"), "{error}");
+    assert!(error.to_string().ends_with("row 7 of column `mot_pos_deg_5` is not a finite number"), "{error}");
 }
 
 #[test]
-fn spoiled_recordings_say_what_is_wrong() {
+fn damaged_recordings_report_the_fault() {
     let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let good = text(&robot, 200, 20.0);
     let line = |number: usize| good.lines().nth(number - 1).expect("a line").to_owned();
@@ -121,7 +121,7 @@ fn spoiled_recordings_say_what_is_wrong() {
             ":1: there is no column `tau_abs_nm_3`, which [log] of kr300_r2500.toml names for `r1.tau_motor.3`",
             "name one of its columns there: t_s, mot_pos_deg_1",
         ),
-        (first_cell_of(8, "NaN"), ":8: `NaN` in column `t_s` is no finite number", "every row is complete"),
+        (first_cell_of(8, "NaN"), ":8: `NaN` in column `t_s` is not a finite number", "every row is complete"),
         (
             good.replacen(&line(9), "1,2,3", 1),
             ":9: 3 values where the header names 16 columns",
@@ -132,7 +132,11 @@ fn spoiled_recordings_say_what_is_wrong() {
             ": the time steps are not equal: 0.020000 s after row 18, 0.010051 s on the average",
             "resample",
         ),
-        (good.lines().take(20).collect::<Vec<_>>().join("\n"), ": 19 rows are too few to filter", "at least 50 rows"),
+        (
+            good.lines().take(20).collect::<Vec<_>>().join("\n"),
+            ": 19 rows are too few for the low-pass",
+            "at least 50 rows",
+        ),
     ];
     for (text, message, remedy) in cases {
         let path = written(&folder, "bad.csv", &text);
@@ -145,13 +149,13 @@ fn spoiled_recordings_say_what_is_wrong() {
 }
 
 #[test]
-fn what_a_recording_cannot_tell_is_said() {
+fn insufficient_recordings_are_rejected() {
     let (mut robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let still = written(&folder, "still.csv", &text(&robot, 200, 0.1));
-    let error = identify(&robot, &[&still], &[], &Options::default()).expect_err("a robot at rest");
+    let error = identify(&robot, &[&still], &[], &IdentificationOptions::default()).expect_err("a robot at rest");
     assert_eq!(error.to_string(), "joint A1 moves by 0.2000 deg only");
     let moving = written(&folder, "moving.csv", &text(&robot, 200, 20.0));
-    let mut options = Options::default();
+    let mut options = IdentificationOptions::default();
     options.preparation.period = Some(0.333);
     let error = identify(&robot, &[&moving], &[], &options).expect_err("no whole period");
     assert_eq!(error.to_string(), "moving.csv: a period of 0.333 s is not a whole number of steps of 0.010000 s");
@@ -159,6 +163,6 @@ fn what_a_recording_cannot_tell_is_said() {
     let error = identify(&robot, &[&moving], &[], &options).expect_err("too short");
     assert_eq!(error.to_string(), "moving.csv: 2.000 s are shorter than one period of 5 s");
     robot.log.retain(|channel| channel.name != "r1.q.4");
-    let error = identify(&robot, &[&moving], &[], &Options::default()).expect_err("no angle");
+    let error = identify(&robot, &[&moving], &[], &IdentificationOptions::default()).expect_err("no angle");
     assert!(error.to_string().ends_with("the signal `r1.q.4` is not mapped to any column"), "{error}");
 }

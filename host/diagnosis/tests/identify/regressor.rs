@@ -32,7 +32,7 @@ fn regressor_times_parameters_is_inverse_dynamics() {
 }
 
 #[test]
-fn parameters_survive_the_way_through_a_model() {
+fn parameters_survive_a_round_trip_through_a_model() {
     let robot = kr300();
     let layout = Layout::of(&robot);
     let theta = DVector::from_vec(layout.values(&robot));
@@ -46,7 +46,7 @@ fn parameters_survive_the_way_through_a_model() {
 /// rotors (Mayeda, Yoshida, Osuka 1990); each joint adds friction (3) and an offset, the counterbalance 2.
 /// What the map cannot see, no torque shows.
 #[test]
-fn base_parameters_are_all_that_torques_show() {
+fn base_parameters_span_the_torques() {
     let robot = kr300();
     let (layout, base) = (Layout::of(&robot), Base::of(&robot));
     assert_eq!(base.len(), 36 + 4 + 4 * 6 + 2);

@@ -1,4 +1,4 @@
-//! What the free body can hide, with plausible sizes.
+//! Hidden effects of the free body, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

@@ -8,7 +8,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Ageing, Bench, FRESH, HOLDOUT, Run};
+use crate::session::{Ageing, FRESH, HOLDOUT, Run, SimulatedRig};
 use crate::space::{Vector, sum};
 use crate::table::{Column, Table, column};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
@@ -102,7 +102,7 @@ fn wrench(pulses: &[Pulse], time: f64) -> [f64; 6] {
     out
 }
 
-/// What a data set draws within the model's tolerances.
+/// Nuisance parameters that a data set draws within the model's tolerances.
 #[derive(Clone, Copy, Debug)]
 struct Nuisances {
     /// Factors on mass and moments of inertia.
@@ -149,13 +149,13 @@ fn plant(sizes: &Sizes, nuisances: &Nuisances) -> Plant {
     )
 }
 
-/// The bench with its effects and nuisances.
-pub(crate) struct BodyBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct BodyRig {
     nuisances: Nuisances,
     plant: Plant,
 }
 
-impl BodyBench {
+impl BodyRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let nuisances = Nuisances::draw(seed);
         Self { nuisances, plant: plant(sizes, &nuisances) }
@@ -174,7 +174,7 @@ impl BodyBench {
     }
 }
 
-/// The six instruments of the bench.
+/// The six instruments of the rig.
 struct Instruments {
     force: Instrument,
     moment: Instrument,
@@ -198,7 +198,7 @@ impl Instruments {
     }
 }
 
-impl Bench for BodyBench {
+impl SimulatedRig for BodyRig {
     fn ageing(&self) -> Ageing {
         Ageing::Time
     }

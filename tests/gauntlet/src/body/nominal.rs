@@ -1,4 +1,4 @@
-//! The nominal free body: its numbers, the tolerances on them, and the text that hands them over.
+//! The nominal free body: its numbers, the tolerances on them, and the text of the model file.
 
 use crate::space::Vector;
 
@@ -6,7 +6,7 @@ use crate::space::Vector;
 pub(crate) const MASS: f64 = 300.0;
 pub(crate) const INERTIA: Vector = [90.0, 110.0, 100.0];
 
-/// One standard deviation of what may differ unnoticed.
+/// Tolerances: standard deviations of the nuisance parameters.
 pub(crate) mod tolerance {
     /// Share.
     pub(crate) const MASS: f64 = 0.003;
@@ -37,7 +37,7 @@ inertia_x = "90 kg m^2"           # about the centre of mass
 inertia_y = "110 kg m^2"
 inertia_z = "100 kg m^2"
 
-# One standard deviation of what may differ unnoticed.
+# Tolerances: standard deviations of the nuisance parameters.
 [tolerance]
 mass = "0.3 %"
 inertia = "1 %"                   # each axis

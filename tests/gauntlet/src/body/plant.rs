@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn momenta_and_energy_of_the_free_body_stay() {
+    fn free_body_conserves_momentum_and_energy() {
         let plant = body([12.0, 3.0]);
         let mut state = shaken();
         let before = (momenta(&plant, &state), energy(&plant, &state));
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_keeps_mass_centre_and_inertia_and_springs_hide_their_mass_at_first() {
+    fn sprung_masses_keep_total_mass_centre_and_inertia() {
         // Springs so stiff that the masses follow: the whole answers as one body.
         let stiff = [sprung(12.0, [0.1, 0.05, 0.3], 60.0), sprung(3.0, [2.5, 0.0, 0.1], 60.0)];
         let mut whole = Plant::new(300.0, [0.0; 3], INERTIA, stiff, [0.0; 2]);

@@ -1,10 +1,10 @@
-//! What the command bench can hide, with plausible sizes.
+//! Hidden effects of the command rig, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 
 /// Effects of the catalogue.
 pub(crate) const EFFECTS: &[EffectCase] = &[
-    EffectCase::growing("C1_transport_delay", ("delay", 0.003, "s"), "received T later than the model says"),
+    EffectCase::growing("C1_transport_delay", ("delay", 0.003, "s"), "received T later than in the model"),
     EffectCase::growing("C2_lag", ("time_constant", 0.003, "s"), "1/(T s + 1) on the command"),
     EffectCase::growing("C3_jitter", ("deviation", 0.0005, "s"), "normal delay, independent from tick to tick")
         .up_to(0.002),

@@ -7,7 +7,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::motion::{Motion, burst, chirp, sine};
 use crate::random::{Disturbance, Stream};
-use crate::session::{Bench, FRESH, HOLDOUT, Run};
+use crate::session::{FRESH, HOLDOUT, Run, SimulatedRig};
 use crate::table::{Column, Table, column};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
 use path::Path;
@@ -18,8 +18,8 @@ pub(crate) const TICK: f64 = 1e-3;
 const DURATION_S: f64 = 8.0;
 /// Quantum of a command on the wire \[rad\].
 const QUANTUM: f64 = 1e-6;
-/// Standard deviation of the delay's own restlessness \[s\].
-const RESTLESSNESS: f64 = 2e-5;
+/// Standard deviation of the delay's own jitter \[s\].
+const DELAY_JITTER: f64 = 2e-5;
 /// Standard deviation between data sets of the receiver's clock against the sender's \[s\].
 const CLOCK_OFFSET: f64 = 2e-4;
 
@@ -45,7 +45,7 @@ period = "1 ms"
 transport_delay = "2 ms"
 quantum = "0.001 mrad"
 
-# One standard deviation of what may differ unnoticed.
+# Tolerances: standard deviations of the nuisance parameters.
 [tolerance]
 clock_offset = "0.2 ms"           # receiver's stamps against the sender's
 delay_noise = "0.02 ms"
@@ -76,20 +76,20 @@ fn motion(experiment: &str) -> Motion {
     Motion { centre, waves }
 }
 
-/// The bench with its effects and its clock.
-pub(crate) struct CommandBench {
+/// The rig with its effects and its clock.
+pub(crate) struct CommandRig {
     sizes: Sizes,
     clock_offset: f64,
 }
 
-impl CommandBench {
+impl CommandRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let clock_offset = CLOCK_OFFSET * Stream::new(seed, "nuisances of the command", 0).normal();
         Self { sizes: sizes.clone(), clock_offset }
     }
 }
 
-impl Bench for CommandBench {
+impl SimulatedRig for CommandRig {
     fn model(&self) -> String {
         MODEL.into()
     }
@@ -100,14 +100,14 @@ impl Bench for CommandBench {
 
     fn record(&self, experiment: &str, run: &Run) -> Table {
         let motion = motion(experiment);
-        let mut restless =
-            run.noise.map(|colour| Disturbance::new(colour, RESTLESSNESS, TICK, run.stream("restlessness")));
+        let mut jitter =
+            run.noise.map(|colour| Disturbance::new(colour, DELAY_JITTER, TICK, run.stream("restlessness")));
         let mut wire = Instrument::new(run, "wire", 0.0, QUANTUM);
         let mut path = Path::new(&self.sizes, motion.at(0.0)[0], run.stream("command path"));
         let mut table = Table::new(&COLUMNS);
         for tick in 0..(DURATION_S / TICK).round() as usize {
             let time = tick as f64 * TICK;
-            let disturbance = restless.as_mut().map_or(0.0, Disturbance::next);
+            let disturbance = jitter.as_mut().map_or(0.0, Disturbance::next);
             let received = path.receive(&motion, tick, self.clock_offset, disturbance);
             let sent = wire.read(motion.at(time)[0]);
             let stamp = run.start_s + time;

@@ -1,4 +1,4 @@
-//! The command's way from the simulation computer to the robot, tick by tick of the receiver.
+//! Transmission of the command from the simulation computer to the robot, tick by tick of the receiver.
 
 use super::TICK;
 use crate::catalogue::Sizes;
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn delays_are_as_the_effects_say() {
+    fn delays_match_the_effects() {
         for (time, delay) in delays("C1_transport_delay", 0.0037) {
             assert!((delay - 0.0037).abs() < 1e-9, "{time}: {delay}");
         }
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_takes_a_wave_down_by_what_its_time_constant_says() {
+    fn lag_attenuates_a_sine_by_its_time_constant() {
         let quick = Motion { centre: 0.0, waves: vec![sine(0.1, 25.0, 0.0)] };
         let sizes = Sizes::check(Rig::Command, &[Hidden { id: "C2_lag", size: 0.001 }]).expect("an effect");
         let mut path = Path::new(&sizes, 0.0, Stream::new(4, "a path", 0));
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_has_its_deviation_and_a_long_tail_is_long() {
+    fn jitter_and_long_tail_have_their_distributions() {
         let jitter = delays("C3_jitter", 0.0003);
         let power = mean(jitter.iter().map(|(_, delay)| delay * delay));
         assert!((power.sqrt() - 0.0003).abs() < 2e-5, "{}", power.sqrt());
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_packets_hold_value_and_number() {
+    fn lost_packets_hold_value_and_packet_number() {
         let values = received("C4_drops", 0.1);
         let lost = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
         assert!((lost as f64 / values.len() as f64 - 0.1).abs() < 0.02, "{lost}");
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_limit_limits_the_rate() {
+    fn rate_limit_limits_the_rate() {
         let values = received("C7_rate_limit", 0.3);
         let fastest = values.windows(2).map(|pair| (pair[1].value - pair[0].value).abs() / TICK).fold(0.0, f64::max);
         assert!((fastest - 0.3).abs() < 1e-9, "{fastest}");

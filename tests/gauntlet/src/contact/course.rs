@@ -1,4 +1,4 @@
-//! A body that one plate moves, and what another plate would show under the same motion.
+//! Body in contact with one plate, and the force of another plate under the same motion.
 
 use super::plant::{BODY, Inputs, Plant, State};
 use crate::ode::System;

@@ -1,4 +1,4 @@
-//! What the contact bench can hide, with plausible sizes.
+//! Hidden effects of the contact rig, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

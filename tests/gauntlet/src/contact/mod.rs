@@ -13,7 +13,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::{Instrument, stamped};
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Ageing, Bench, Run};
+use crate::session::{Ageing, Run, SimulatedRig};
 use crate::table::{Column, Table, column};
 use course::Course;
 pub(crate) use effects::{EFFECTS, OUTSIDE};
@@ -52,7 +52,7 @@ const COLUMNS: [Column; 10] = [
     column("fz_n", 2),
 ];
 
-/// What a data set draws within the model's tolerances.
+/// Nuisance parameters that a data set draws within the model's tolerances.
 #[derive(Clone, Copy, Debug)]
 struct Nuisances {
     /// Factors on the model's values.
@@ -117,15 +117,15 @@ fn plant(sizes: &Sizes, nuisances: &Nuisances, map: [[f64; 3]; 3]) -> Plant {
     }
 }
 
-/// The bench with its effects and nuisances.
-pub(crate) struct ContactBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct ContactRig {
     nuisances: Nuisances,
     plant: Plant,
     /// The plate with nothing hidden.
     healthy: Plant,
 }
 
-impl ContactBench {
+impl ContactRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let nuisances = Nuisances::draw(seed);
         let mut stream = Stream::new(seed, "friction map of the plate", 0);
@@ -183,8 +183,8 @@ impl ContactBench {
         }
     }
 
-    /// What a force shows at a tick by its own clock. Steps are interpolated, not ticks: between two ticks a blow begins,
-    /// and their mean would be a low-pass that the model does not tell of.
+    /// Returns the force at a tick by its own clock. Steps are interpolated, not ticks: a blow begins between two
+    /// ticks, and their mean would be a low-pass that is not in the model.
     fn by_its_clock(&self, fine: &[f64], tick: usize, steps: usize) -> f64 {
         let place = (tick as f64 + self.nuisances.clock_offset / TICK) * steps as f64;
         let place = place.clamp(0.0, (fine.len() - 2) as f64);
@@ -192,7 +192,7 @@ impl ContactBench {
     }
 }
 
-impl Bench for ContactBench {
+impl SimulatedRig for ContactRig {
     fn ageing(&self) -> Ageing {
         Ageing::Time
     }

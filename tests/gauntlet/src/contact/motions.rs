@@ -1,4 +1,4 @@
-//! The contact bench's experiments: pushes and slides.
+//! The contact rig's experiments: pushes and slides.
 
 use crate::motion::{Motion, Wave, burst, plateau, sine};
 use crate::session::{FRESH, HOLDOUT};

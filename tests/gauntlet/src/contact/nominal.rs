@@ -1,4 +1,4 @@
-//! The nominal contact bench: its numbers, the tolerances on them, and the text that hands them over.
+//! The nominal contact rig: its numbers, the tolerances on them, and the text of the model file.
 
 /// Body \[kg\].
 pub(crate) const MASS: f64 = 40.0;
@@ -12,7 +12,7 @@ pub(crate) const PRESLIDING_TRAVEL: f64 = 5e-5;
 pub(crate) const CARRIAGE_STIFFNESS: f64 = 1e5;
 pub(crate) const CARRIAGE_DAMPING: f64 = 4000.0;
 
-/// One standard deviation of what may differ unnoticed: shares, but m, N and s where a unit stands.
+/// Tolerances: standard deviations of the nuisance parameters: shares, but m, N and s where a unit stands.
 pub(crate) mod tolerance {
     pub(crate) const STIFFNESS: f64 = 0.02;
     pub(crate) const DAMPING: f64 = 0.1;
@@ -43,7 +43,7 @@ presliding_travel = "0.05 mm"
 
 # The body has 40 kg; a carriage on a spring of 100000 N/m and a damper of 4000 N s/m slides it.
 
-# One standard deviation of what may differ unnoticed.
+# Tolerances: standard deviations of the nuisance parameters.
 [tolerance]
 stiffness = "2 %"
 damping = "10 %"

@@ -1,4 +1,4 @@
-//! Body, plate and force sensor of the contact bench as differential equations.
+//! Body, plate and force sensor of the contact rig as differential equations.
 
 use super::law::{Law, TENSION_RANGE};
 use super::nominal::{CARRIAGE_DAMPING, CARRIAGE_STIFFNESS, MASS};
@@ -30,7 +30,7 @@ pub(crate) struct Inputs {
     pub(crate) disturbance: [f64; 3],
 }
 
-/// The bench, with its inputs of the tick.
+/// The rig, with its inputs of the tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Plant {
     pub(crate) law: Law,

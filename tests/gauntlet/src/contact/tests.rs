@@ -4,7 +4,7 @@ use super::law::{MEMORY_TIME, REFERENCE_DEPTH, TENSION_RANGE};
 use super::motions::TRAINING;
 use super::nominal::{FRICTION, MASS, PRESLIDING_TRAVEL, STIFFNESS};
 use super::plant::{PLATE_MASS, POSITION, Plant, State, VELOCITY};
-use super::{ContactBench, Nuisances, plant};
+use super::{ContactRig, Nuisances, plant};
 use crate::catalogue::{Hidden, Rig, Sizes};
 use crate::ode::advance;
 use crate::session::Run;
@@ -77,7 +77,7 @@ fn blow(plant: &mut Plant, speed: f64) -> Blow {
 }
 
 #[test]
-fn a_blow_on_the_healthy_plate_is_that_of_spring_and_damper() {
+fn blow_on_the_healthy_plate_matches_spring_and_damper() {
     let omega = (STIFFNESS / MASS).sqrt();
     let ideal = blow(&mut undamped(healthy()), 0.1);
     near(ideal.restitution, 1.0, 1e-6);
@@ -130,7 +130,7 @@ fn adhesion_pulls_before_release() {
 }
 
 #[test]
-fn a_plastic_plate_keeps_a_dent_and_the_second_blow_is_elastic() {
+fn plastic_plate_keeps_a_dent_and_the_second_blow_is_elastic() {
     let mut plant = undamped(with("K9_plastic", 0.19));
     // Energy given back is the ratio of the slopes: e^2 = 1 - share.
     let first = blow(&mut plant, 0.05);
@@ -165,7 +165,7 @@ fn grip(plant: &Plant, speed: f64, direction: f64) -> [f64; 2] {
 }
 
 #[test]
-fn friction_effects_depend_on_speed_and_direction_as_they_should() {
+fn contact_friction_effects_depend_on_speed_and_direction() {
     for (speed, direction) in [(0.004, 0.0), (0.05, 1.0), (0.02, 4.0)] {
         let level = |plant: &Plant| grip(plant, speed, direction)[0].hypot(grip(plant, speed, direction)[1]);
         near(level(&healthy()), FRICTION, 1e-9);
@@ -191,8 +191,8 @@ fn memory_relaxes_and_the_sensor_lags() {
 }
 
 #[test]
-fn every_experiment_does_what_it_is_for() {
-    let bench = ContactBench { nuisances: NONE, plant: healthy(), healthy: healthy() };
+fn every_experiment_excites_its_effects() {
+    let bench = ContactRig { nuisances: NONE, plant: healthy(), healthy: healthy() };
     let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
     let trace = |name: &str| bench.simulate(&super::motions::experiment(name), &run, super::STEPS);
     let [press, bounce, slide] = [0, 1, 2].map(|i| trace(TRAINING[i]));
@@ -206,9 +206,9 @@ fn every_experiment_does_what_it_is_for() {
 }
 
 #[test]
-fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
+fn half_step_changes_less_than_the_sensor_noise() {
     for hidden in [&[][..], &[("K9_plastic", 0.15)], &[("K8_adhesion", 10.0)], &[("K10_fixture", 7.5e-7)]] {
-        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let bench = ContactRig { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
         let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved: false };
         for name in TRAINING {
             let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&super::motions::experiment(name), &run, steps));
@@ -226,15 +226,15 @@ fn a_step_of_half_the_length_changes_nothing_that_a_sensor_sees() {
 }
 
 #[test]
-fn an_effect_along_the_healthy_motion_changes_what_is_shown_and_not_the_motion() {
+fn unmoved_effect_changes_readings_and_not_the_motion() {
     let record = |hidden: &[(&'static str, f64)], unmoved: bool| {
-        let bench = ContactBench { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
+        let bench = ContactRig { nuisances: NONE, plant: plant(&sizes(hidden), &NONE, MAP), healthy: healthy() };
         let run = Run { seed: 1, number: 0, start_s: 0.0, noise: None, unmoved };
         bench.simulate(&super::motions::experiment("bounce"), &run, super::STEPS)
     };
     let still = record(&[], false);
     let none = record(&[], true);
-    assert!(none[2] == still[2] && none[5] == still[5], "with nothing hidden there is nothing to tell apart");
+    assert!(none[2] == still[2] && none[5] == still[5], "without hidden effects the two are equal");
     let (stiffer, moved) = (record(&[("K1_stiffness", 2e4)], true), record(&[("K1_stiffness", 2e4)], false));
     assert!(stiffer[2] == still[2] && moved[2] != still[2]);
     // The same depths, a fifth more of the spring's force; the damper's share stays.

@@ -24,7 +24,7 @@ const LOOSE_FLANK: f64 = 6.0;
 /// A clock offset stays below a tick, so that a stamp never passes its neighbour's.
 const LARGEST_CLOCK_OFFSET: f64 = 0.0009;
 
-/// What a data set draws within the model's tolerances.
+/// Nuisance parameters that a data set draws within the model's tolerances.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nuisances {
     /// Factors on the model's values.

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_moved_as_the_effects_say() {
+    fn timing_effects_shift_the_times() {
         near(received("C1_transport_delay", 0.0037, 2.5), sent(2.4963), 1e-12);
         near(received("load_dependent_delay", 0.004, 2.5), sent(2.498), 1e-12);
         near(received("C5_skew", 0.001, 2.5), sent(2.4975), 1e-12);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_answers_a_sine_as_it_should() {
+    fn lag_response_to_a_sine_is_exact() {
         // 1/(T s + 1) at 1 Hz, fade long over: 0.2 + A g sin(w t - atan(w T)).
         let (omega, lag, time) = (std::f64::consts::TAU, 0.05_f64, 2.6);
         let gain = 0.1 / (1.0 + (omega * lag).powi(2)).sqrt();
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_limit_limits_the_rate() {
+    fn rate_limit_limits_the_rate() {
         let [angle, rate, acceleration] = received("C7_rate_limit", 0.3, 2.02);
         assert!((angle - sent(2.02)[0]).abs() > 0.001 && rate == 0.3 && acceleration == 0.0);
     }

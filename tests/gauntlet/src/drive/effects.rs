@@ -1,4 +1,4 @@
-//! What the drive can hide, with plausible sizes.
+//! Hidden effects of the drive, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_carries_nothing_and_teeth_do_not_pull() {
+    fn gap_transmits_no_torque_and_teeth_never_pull() {
         let flank = Flank { gap: 0.001, stiffness: 1e6 };
         let spring = Spring { positive: flank, negative: flank, damping: 0.0, impact: 20.0 };
         assert_eq!(spring.torque(0.0009, 1.0), 0.0);

@@ -13,13 +13,13 @@ mod plant;
 mod tests;
 
 use crate::catalogue::{Parameter, Sizes};
+use crate::commanded_path::CommandedPath;
 use crate::instrument::{Instrument, stamped};
 use crate::motion::Reference;
 use crate::ode::advance;
 use crate::random::Disturbance;
-use crate::session::{Ageing, Bench, Run};
+use crate::session::{Ageing, Run, SimulatedRig};
 use crate::table::{Column, Table, column};
-use crate::told::Told;
 pub(crate) use build::Inner;
 use build::Nuisances;
 use command::CommandPath;
@@ -54,8 +54,8 @@ struct Trace {
     torque: Vec<f64>,
 }
 
-/// The bench with its effects and nuisances.
-pub(crate) struct DriveBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct DriveRig {
     sizes: Sizes,
     nuisances: Nuisances,
     inner: Inner,
@@ -63,7 +63,7 @@ pub(crate) struct DriveBench {
     link_encoder: bool,
 }
 
-impl DriveBench {
+impl DriveRig {
     pub(crate) fn new(sizes: &Sizes, link_encoder: bool, seed: u64) -> Self {
         let (nuisances, inner) = (Nuisances::draw(seed), Inner::draw(seed));
         let plant = build::plant(sizes, &nuisances, &inner);
@@ -114,10 +114,10 @@ impl DriveBench {
     }
 }
 
-impl Bench for DriveBench {
+impl SimulatedRig for DriveRig {
     fn ageing(&self) -> Ageing {
         let Friction { warm_loss, warm_load_share, .. } = self.plant.friction;
-        if warm_loss == 0.0 && warm_load_share == 0.0 { Ageing::Time } else { Ageing::Bench }
+        if warm_loss == 0.0 && warm_load_share == 0.0 { Ageing::Time } else { Ageing::Rig }
     }
 
     fn model(&self) -> String {
@@ -132,8 +132,8 @@ impl Bench for DriveBench {
         self.recorded(&motions::motion(experiment), motions::DURATION_S, run)
     }
 
-    fn follow(&self, told: &Told, run: &Run) -> Option<Table> {
-        Some(self.recorded(told, told.duration_s(), run))
+    fn follow(&self, commanded: &CommandedPath, run: &Run) -> Option<Table> {
+        Some(self.recorded(commanded, commanded.duration_s(), run))
     }
 
     fn further(&self, id: &str) -> Vec<Parameter> {

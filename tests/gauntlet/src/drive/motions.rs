@@ -1,4 +1,4 @@
-//! The drive's experiments: three to learn from, one held out, one that is never recorded.
+//! Experiments of the drive: three for training, one held out, one that is never recorded.
 
 use crate::motion::{Motion, burst, chirp, sine};
 use crate::session::{FRESH, HOLDOUT};
@@ -56,7 +56,7 @@ fn validation() -> Motion {
     Motion { centre: 0.4, waves }
 }
 
-/// What the true gain is measured on: no line of it is in a recording.
+/// Motion for the true gain; none of its spectral lines is in a recording.
 fn fresh() -> Motion {
     let mut waves = vec![burst(0.35, 0.31, 0.0, 3.4), burst(0.05, 1.01, 0.0, 3.4), chirp(0.004, 6.0, 2.0, 0.5, 3.3)];
     waves.extend([burst(0.015, 1.7, 0.2, 3.0), burst(0.016, 0.45, 3.4, 6.0)]);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn every_motion_is_brisk_but_within_the_drive() {
+    fn every_motion_is_within_the_limits_of_the_drive() {
         for name in TRAINING.iter().chain(&[HOLDOUT, FRESH]) {
             let (speed, acceleration, range) = extremes(&motion(name));
             assert!(speed < 1.5 && acceleration < 25.0 && range < 2.0, "{name}: {speed} {acceleration} {range}");

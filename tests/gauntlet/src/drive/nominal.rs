@@ -1,4 +1,4 @@
-//! The nominal drive: its numbers, the tolerances on them, and the text that hands them over.
+//! The nominal drive: its numbers, the tolerances on them, and the text of the model file.
 
 /// Rotor and gear, joint side \[kg m^2\].
 pub(crate) const MOTOR_INERTIA: f64 = 10.0;
@@ -31,7 +31,7 @@ pub(crate) const COULOMB_SPEED: f64 = 0.02;
 /// Limit of the commanded torque \[N m\].
 pub(crate) const TORQUE_LIMIT: f64 = 800.0;
 
-/// One standard deviation of what may differ unnoticed: shares, but N m for the offset and s for the clock.
+/// Tolerances: standard deviations of the nuisance parameters: shares, but N m for the offset and s for the clock.
 pub(crate) mod tolerance {
     pub(crate) const COULOMB: f64 = 0.03;
     pub(crate) const VISCOUS: f64 = 0.03;
@@ -63,7 +63,7 @@ gravity_torque = "60 N m"         # times cos(q - gravity_angle), against positi
 gravity_angle = "0 rad"
 payload_radius = "0.8 m"
 
-# One standard deviation of what may differ unnoticed.
+# Tolerances: standard deviations of the nuisance parameters.
 [tolerance]
 coulomb = "3 %"
 viscous = "3 %"
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_says_what_the_bench_does() {
+    fn model_text_matches_the_rig() {
         let plant = [
             ("motor_inertia", MOTOR_INERTIA),
             ("link_inertia", LINK_INERTIA),
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gains_are_those_of_the_loop() {
+    fn gains_match_the_loop_bandwidth() {
         let (hz, damping) = LOOP;
         let (inertia, omega) = (MOTOR_INERTIA + LINK_INERTIA, TAU * hz);
         assert!((POSITION_GAIN / (inertia * omega * omega) - 1.0).abs() < 1e-4);

@@ -6,7 +6,7 @@ use super::nominal::{COULOMB, LINK_INERTIA, MOTOR_INERTIA, PRESLIDING_TRAVEL, VI
 use super::plant::{CURRENT, LINK, LINK_RATE, MOTOR, MOTOR_RATE, Plant, State};
 use crate::catalogue::{Hidden, Rig, Sizes};
 use crate::ode::{System, advance};
-use crate::{NoiseColour, Told, follow, generate};
+use crate::{CommandedPath, NoiseColour, follow, generate};
 
 const NONE: Nuisances = Nuisances {
     coulomb: 1.0,
@@ -49,7 +49,7 @@ fn friction_of_the_healthy_drive_is_coulomb_and_viscous() {
 }
 
 #[test]
-fn friction_effects_depend_on_speed_load_angle_and_warmth_as_they_should() {
+fn drive_friction_effects_depend_on_speed_load_angle_and_warmth() {
     for rate in [-0.8, -0.06, 0.01, 0.4] {
         let sign = f64::signum(rate);
         near(change("J1_coulomb", 4.0, 0.2, rate, 0.0), 4.0 * sign, 1e-9);
@@ -161,7 +161,7 @@ fn an_elastic_gear_rings_at_its_frequency() {
 }
 
 #[test]
-fn teeth_with_a_gap_let_the_link_fly_and_keep_the_energy() {
+fn backlash_conserves_energy_in_free_flight() {
     let gap = 0.0005;
     let plant = free(&[("J7_backlash", gap)]);
     let stiffness = plant.spring.expect("a spring").positive.stiffness;
@@ -201,13 +201,13 @@ fn an_elastic_part_of_the_link_leaves_the_weight_and_the_whole_inertia() {
 }
 
 #[test]
-fn a_step_of_half_the_length_changes_nothing_that_an_encoder_sees() {
+fn half_step_changes_less_than_the_encoder_noise() {
     for hidden in
         [None, Some(("J3_stribeck", 8.0)), Some(("J7_backlash", 0.0005)), Some(("J10_transmission_error", 3e-4))]
     {
         let sizes: Vec<Hidden> = hidden.into_iter().map(|(id, size)| Hidden { id, size }).collect();
         let sizes = Sizes::check(Rig::Drive { link_encoder: true }, &sizes).expect("effects");
-        let bench = super::DriveBench::new(&sizes, true, 9);
+        let bench = super::DriveRig::new(&sizes, true, 9);
         let run = crate::session::Run { seed: 9, number: 0, start_s: 0.0, noise: None, unmoved: false };
         let motion = super::motions::motion("creep");
         let [coarse, fine] = [10, 20].map(|steps| bench.simulate(&motion, super::motions::DURATION_S, &run, steps));
@@ -219,12 +219,12 @@ fn a_step_of_half_the_length_changes_nothing_that_an_encoder_sees() {
 }
 
 #[test]
-fn a_path_that_somebody_asks_for_is_followed_like_the_benchs_own() {
+fn commanded_path_is_followed_like_the_rigs_own() {
     let rig = Rig::Drive { link_encoder: false };
     let own = super::motions::motion("creep");
     let path = (0..=1500).map(|i| own.at(f64::from(i) * 0.004)[0]).collect();
-    let told = Told { step_s: 0.004, path, repeats: 3 };
-    let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &told, 1).expect("a legal bench");
+    let commanded = CommandedPath { step_s: 0.004, path, repeats: 3 };
+    let followed = |rig: Rig| follow(rig, &[], NoiseColour::White, 5, &commanded, 1).expect("a legal bench");
     let asked = followed(rig).expect("a drive follows paths");
     let names: Vec<&str> = asked.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["asked1_1.csv", "asked1_2.csv", "asked1_3.csv"]);

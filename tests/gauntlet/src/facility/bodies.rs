@@ -1,4 +1,4 @@
-//! What the simulation computer does: two free bodies under the wrench that is fed back, once a millisecond.
+//! Simulation computer: two free bodies under the measured wrench, once a millisecond.
 
 use super::motions::Start;
 use super::nominal::{CHASER, TARGET};
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn momentum_is_kept_whatever_the_wrench_and_energy_without_one() {
+    fn bodies_conserve_momentum_always_and_energy_without_wrench() {
         let start = Bodies::at(&Start::of("turning"));
         let (mut pushed, mut free) = (start, start);
         for cycle in 0..400 {

@@ -1,4 +1,4 @@
-//! The columns of a drive's log, named as whoever drives a facility names them.
+//! Columns of a drive's log, named as the driver of a facility names them.
 
 use crate::table::{Column, column};
 
@@ -36,7 +36,7 @@ macro_rules! twist {
     };
 }
 
-/// Where in the drive, the parts as simulated and as held, the wrench that the simulation took.
+/// Returns the columns: time, simulated and measured parts, and the wrench used by the simulation.
 pub(crate) fn columns() -> Vec<Column> {
     let mut all = vec![column("tick", 0), column("time_ns", 0)];
     all.extend(pose!("simulated_part_a").into_iter().chain(twist!("simulated_part_a")));

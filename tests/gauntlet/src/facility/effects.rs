@@ -1,4 +1,4 @@
-//! What the facility can hide, with plausible sizes.
+//! Hidden effects of the facility, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 
@@ -15,7 +15,7 @@ pub(crate) const EFFECTS: &[EffectCase] = &[
     EffectCase::growing("K2_exponent", ("excess", 0.1, ""), "K d^n (d / 1 mm)^excess").up_to(0.6),
     EffectCase::growing("K3_damping", ("share", 0.5, ""), "(1 + share) a of K d^n (1 + a d')").up_to(4.0),
     EffectCase::growing("K4_friction", ("share", 0.2, ""), "(1 + share) mu").up_to(2.0),
-    EffectCase::growing("K7_surface_offset", ("offset", 1e-4, "m"), "plate nearer than the robots' axes tell"),
+    EffectCase::growing("K7_surface_offset", ("offset", 1e-4, "m"), "plate nearer than measured by the robots"),
     EffectCase::growing("K10_fixture", ("compliance", 1e-6, "m/N"), "plate on a spring and damper").from(1e-9),
 ];
 

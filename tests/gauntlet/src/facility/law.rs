@@ -23,7 +23,7 @@ pub(crate) struct Law {
     /// \[s/m\]
     dissipation: f64,
     friction: f64,
-    /// How much nearer the plate is than the robots tell \[m\].
+    /// Offset of the plate towards the robots' measured position \[m\].
     pub(crate) offset: f64,
     /// Stiffness of the relaxing spring \[N/m\].
     memory: f64,

@@ -16,7 +16,7 @@ use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Ageing, Bench, Run};
+use crate::session::{Ageing, Run, SimulatedRig};
 use crate::space::{Quaternion, Vector, difference, sum};
 use crate::table::Table;
 use bodies::{Bodies, Part};
@@ -57,8 +57,8 @@ impl Chain {
     }
 }
 
-/// The bench with its effects and nuisances.
-pub(crate) struct FacilityBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct FacilityRig {
     chain: Chain,
     /// With nothing hidden.
     healthy: Chain,
@@ -66,7 +66,7 @@ pub(crate) struct FacilityBench {
     clock_offset: f64,
 }
 
-impl FacilityBench {
+impl FacilityRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let draw: f64 = Stream::new(seed, "nuisances of the facility", 0).normal();
         let clock_offset = CLOCK_OFFSET * draw;
@@ -96,7 +96,7 @@ impl Loop {
         path.send(&start.coasting(-begin));
         path.send(&start.coasting(-begin - CYCLE));
         let mut plant = chain.plant.clone();
-        plant.told = path.at(begin);
+        plant.commanded = path.at(begin);
         let disturbances = run.noise.map_or(Vec::new(), |colour| {
             let of = |i: usize| {
                 let stream = run.stream(&format!("disturbance of drive {i}"));
@@ -124,7 +124,7 @@ impl Loop {
         let step = CYCLE / STEPS as f64;
         for i in 0..STEPS {
             self.history.push(self.plant.filtered(&self.state));
-            self.plant.told = self.path.at(begin + i as f64 * step);
+            self.plant.commanded = self.path.at(begin + i as f64 * step);
             self.state = self.plant.settled(advance(&self.plant, &self.state, step));
         }
     }
@@ -143,7 +143,7 @@ impl Loop {
     }
 }
 
-/// Poses of both parts as the robots' axes tell them.
+/// Poses of both parts, measured by the robots' axes.
 struct Axes {
     channels: Vec<Instrument>,
 }
@@ -176,7 +176,7 @@ fn row(tick: usize, time: f64, simulated: &[Part; 2], held: &[(Vector, Quaternio
     row
 }
 
-impl Bench for FacilityBench {
+impl SimulatedRig for FacilityRig {
     fn ageing(&self) -> Ageing {
         Ageing::Nothing
     }

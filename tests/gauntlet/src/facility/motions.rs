@@ -1,4 +1,4 @@
-//! How each drive begins: three to learn from, one held out, one that is never recorded.
+//! Initial states of the drives: three for training, one held out, one that is never recorded.
 
 use super::bodies::Part;
 use crate::session::{FRESH, HOLDOUT};

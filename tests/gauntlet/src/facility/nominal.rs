@@ -1,4 +1,4 @@
-//! The nominal facility: its numbers, the tolerances on them, and the scenario that hands them over.
+//! The nominal facility: its numbers, the tolerances on them, and the scenario text.
 
 use crate::space::Vector;
 

@@ -1,12 +1,12 @@
-//! The commands on their way: laboratory poses once a millisecond, a transport delay, straight lines between them.
+//! Transmission of the commands: laboratory poses once a millisecond, a transport delay, linear interpolation.
 
 use super::bodies::Part;
 use super::nominal::SHARE;
 use crate::space::{Quaternion, Vector, difference, scaled, sum, turn_between, turned};
 
-/// What a robot is told at a moment.
+/// Commanded pose and twist of a robot at an instant.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct CommandedPose {
     /// Laboratory \[m\], \[m/s\].
     pub(crate) position: Vector,
     pub(crate) velocity: Vector,
@@ -15,7 +15,7 @@ pub(crate) struct Told {
     pub(crate) omega: Vector,
 }
 
-impl Told {
+impl CommandedPose {
     /// A little later \[s\].
     pub(crate) fn after(&self, time: f64) -> Self {
         let position = sum(self.position, scaled(time, self.velocity));
@@ -50,7 +50,7 @@ impl Path {
     }
 
     /// What arrives at a time \[s\]; before the first two commands it is on the line through them.
-    pub(crate) fn at(&self, time: f64) -> [Told; 2] {
+    pub(crate) fn at(&self, time: f64) -> [CommandedPose; 2] {
         let place = (time - self.delay - self.begin) / self.period;
         let last = (place.floor().max(0.0) as usize).min(self.poses.len() - 2);
         let since = (place - last as f64) * self.period;
@@ -58,7 +58,7 @@ impl Path {
             let [(from, level), (to, end)] = [self.poses[last][robot], self.poses[last + 1][robot]];
             let velocity = scaled(1.0 / self.period, difference(to, from));
             let omega = scaled(1.0 / self.period, turn_between(level, end));
-            Told { position: from, velocity, attitude: level, omega }.after(since)
+            CommandedPose { position: from, velocity, attitude: level, omega }.after(since)
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::law::Law;
 use super::nominal::{RADIUS, RESPONSE, SENSOR_LAG};
-use super::path::Told;
+use super::path::CommandedPose;
 use crate::catalogue::Sizes;
 use crate::ode::System;
 use crate::space::{
@@ -29,7 +29,7 @@ pub(crate) type State = [f64; STATES];
 /// Frequency \[Hz\] and damping ratio of the plate on its mount.
 pub(crate) const MOUNT_HZ: f64 = 40.0;
 pub(crate) const MOUNT_DAMPING_RATIO: f64 = 0.02;
-/// Time in which a robot gives way to a force \[s\].
+/// Time constant of a robot's compliance \[s\].
 const YIELDING_TIME: f64 = 5e-3;
 
 /// Response w^2 (1 + T s) / (s^2 + 2 z w s + w^2) of a robot.
@@ -53,8 +53,8 @@ pub(crate) struct Plant {
     tilt: f64,
     /// Time constant of the sensor's low-pass \[s\].
     filter: f64,
-    /// Held over a step: what the robots are told at its begin, and what disturbs their drives \[m/s, rad/s\].
-    pub(crate) told: [Told; 2],
+    /// Held over a step: the commands to the robots at its start, and the disturbances of their drives \[m/s, rad/s\].
+    pub(crate) commanded: [CommandedPose; 2],
     pub(crate) disturbance: [[f64; 6]; 2],
 }
 
@@ -95,24 +95,24 @@ impl Plant {
             compliance: sizes.of("robot_compliance"),
             tilt: sizes.of("robot_tilt"),
             filter: SENSOR_LAG + sizes.of("S5_low_pass"),
-            told: [Told::default(); 2],
+            commanded: [CommandedPose::default(); 2],
             disturbance: [[0.0; 6]; 2],
         }
     }
 
-    /// Robots that are where they are told.
+    /// Returns the state with the robots at their commanded poses.
     pub(crate) fn at_command(&self) -> State {
         let mut state = [0.0; STATES];
-        for (from, told) in ROBOTS.into_iter().zip(&self.told) {
-            put(&mut state, from, told.position);
-            put(&mut state, from + 3, told.velocity);
-            state[from + 6..from + 10].copy_from_slice(&told.attitude);
-            put(&mut state, from + 10, told.omega);
+        for (from, commanded) in ROBOTS.into_iter().zip(&self.commanded) {
+            put(&mut state, from, commanded.position);
+            put(&mut state, from + 3, commanded.velocity);
+            state[from + 6..from + 10].copy_from_slice(&commanded.attitude);
+            put(&mut state, from + 10, commanded.omega);
         }
         state
     }
 
-    /// Where the robots hold the parts, as their axes tell.
+    /// Returns the poses of the parts, measured by the robots' axes.
     pub(crate) fn held(&self, state: &State) -> [Held; 2] {
         let robot = |from: usize| Held {
             position: vector(state, from),
@@ -151,12 +151,12 @@ impl Plant {
 
     /// A robot's acceleration on each axis: a position loop with feedforward behind a drive that is disturbed.
     fn follow(&self, robot: usize, state: &State, out: &mut State) {
-        let (from, told) = (ROBOTS[robot], self.told[robot].after(state[TIME]));
+        let (from, commanded) = (ROBOTS[robot], self.commanded[robot].after(state[TIME]));
         let Response { lag, damping, zero } = self.responses[robot];
         let attitude: Quaternion = std::array::from_fn(|i| state[from + 6 + i]);
-        let errors = [difference(told.position, vector(state, from)), turn_between(attitude, told.attitude)];
+        let errors = [difference(commanded.position, vector(state, from)), turn_between(attitude, commanded.attitude)];
         let rates = [vector(state, from + 3), vector(state, from + 10)];
-        let asked = [told.velocity, told.omega];
+        let asked = [commanded.velocity, commanded.omega];
         let w = 1.0 / lag;
         let acceleration = |kind: usize, axis: usize| {
             let drive = rates[kind][axis] - self.disturbance[robot][3 * kind + axis];

@@ -1,4 +1,4 @@
-//! The force/torque sensor behind its filter: a delay, what is wrong with its readings, noise.
+//! Force/torque sensor behind its filter: delay, reading errors, noise.
 
 use super::nominal::SENSOR_DELAY;
 use crate::catalogue::Sizes;
@@ -46,7 +46,7 @@ impl Sensor {
         }
     }
 
-    /// What a sensor without noise makes of a wrench; `play` is the centre of its hysteresis.
+    /// Returns the noiseless reading of a wrench; `play` is the centre of the hysteresis.
     pub(crate) fn read(&self, wrench: Wrench, play: &mut Wrench) -> Wrench {
         std::array::from_fn(|i| {
             let block = 3 * (i / 3);

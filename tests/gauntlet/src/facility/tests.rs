@@ -1,4 +1,4 @@
-//! The facility does what its model and closed forms say.
+//! Facility rig against its model and closed forms.
 
 use super::*;
 use crate::catalogue::{Hidden, Rig};
@@ -42,11 +42,11 @@ fn plant(hidden: &[Hidden]) -> Plant {
 }
 
 #[test]
-fn a_robot_answers_a_step_as_its_response_says() {
+fn robot_step_response_is_exact() {
     let mut plant = plant(&[]);
-    plant.told.iter_mut().for_each(|told| told.attitude = [1.0, 0.0, 0.0, 0.0]);
+    plant.commanded.iter_mut().for_each(|commanded| commanded.attitude = [1.0, 0.0, 0.0, 0.0]);
     let mut state = plant.at_command();
-    plant.told[0].position = [-0.2, 0.001, 0.0];
+    plant.commanded[0].position = [-0.2, 0.001, 0.0];
     state[0] = -0.2;
     let [lag, damping, _] = nominal::RESPONSE;
     // Two real poles p < q: 1 - (q e^-pt - p e^-qt) / (q - p).
@@ -62,17 +62,17 @@ fn a_robot_answers_a_step_as_its_response_says() {
 }
 
 #[test]
-fn a_moving_robot_trails_by_its_lag_and_the_delay() {
+fn moving_robot_lags_by_response_and_delay() {
     let log = Log::of(&[], "head_on_1.csv");
-    let (told, held) = (log.column("simulated_part_a_position_x_m"), log.column("part_a_position_x_m"));
-    let clock = FacilityBench::new(&Sizes::none(), 3).clock_offset;
-    // Told a steady speed v, w^2 (1 + T s) / (s^2 + 2 z w s + w^2) trails by (2 z / w - T) v.
+    let (commanded, held) = (log.column("simulated_part_a_position_x_m"), log.column("part_a_position_x_m"));
+    let clock = FacilityRig::new(&Sizes::none(), 3).clock_offset;
+    // Commanded a steady speed v, w^2 (1 + T s) / (s^2 + 2 z w s + w^2) lags by (2 z / w - T) v.
     let [lag, damping, zero] = nominal::RESPONSE;
     let late = 2.0 * damping * lag - zero + LOOP_DELAY - SENSOR_DELAY - 0.5 * CYCLE + clock;
     let half_speed = 0.5 * 0.055;
     for row in [2, 20, 80] {
-        // A pose is measured when a cycle begins: at the time for which the row before was told.
-        let behind = told[row - 1] - held[row];
+        // A pose is measured when a cycle begins: at the time for which the previous row was commanded.
+        let behind = commanded[row - 1] - held[row];
         assert!((behind / half_speed - late).abs() < 1e-7, "{row}: {} {late}", behind / half_speed);
     }
 }
@@ -114,7 +114,7 @@ fn the_parts_slide_from_the_first_touch_to_the_last() {
 }
 
 #[test]
-fn what_is_hidden_shows_where_it_acts() {
+fn hidden_effects_change_the_columns_where_they_act() {
     let force = |hidden: &[Hidden]| Log::of(hidden, "aslant_1.csv").column("ft_compensated_force_x_n");
     let plain = force(&[]);
     let first = |force: &[f64]| touching(force).start;
@@ -132,7 +132,7 @@ fn what_is_hidden_shows_where_it_acts() {
 }
 
 #[test]
-fn repeats_differ_by_noise_of_some_micrometres() {
+fn repeats_differ_by_micrometres_of_noise() {
     let set = crate::session::generate(Rig::Facility, &[], crate::random::NoiseColour::FirstOrder, 5).expect("a set");
     let column = |file: &str| -> Vec<f64> {
         let text = &set.logs.iter().find(|log| log.0 == file).expect("an experiment").1;
@@ -150,7 +150,7 @@ fn repeats_differ_by_noise_of_some_micrometres() {
 }
 
 #[test]
-fn an_effect_along_the_healthy_motion_changes_what_is_shown_and_not_what_is_simulated() {
+fn unmoved_effect_changes_readings_and_not_the_simulation() {
     let log = |hidden: &[Hidden]| {
         let set = crate::session::unmoved(Rig::Facility, hidden, 3).expect("a set");
         Log::read(&set.logs.iter().find(|log| log.0 == "head_on_1.csv").expect("an experiment").1)

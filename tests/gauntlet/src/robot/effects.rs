@@ -1,4 +1,4 @@
-//! What the robot can hide, all in its shoulder, with plausible sizes.
+//! Hidden effects of the robot, all in its shoulder, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

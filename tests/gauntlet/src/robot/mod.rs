@@ -13,7 +13,7 @@ use crate::drive::{BRISTLE_DAMPING_RATIO, Friction, Inner, STRIBECK_SPEED};
 use crate::instrument::{Instrument, stamped};
 use crate::ode::advance;
 use crate::random::{Disturbance, Stream};
-use crate::session::{Ageing, Bench, Run};
+use crate::session::{Ageing, Run, SimulatedRig};
 use crate::table::{Column, Table, column};
 use arm::{Axes, Dynamics, dynamics};
 pub(crate) use effects::{EFFECTS, OUTSIDE};
@@ -52,7 +52,7 @@ const COLUMNS: [Column; 7] = [
     column("tau_nm_3", 4),
 ];
 
-/// What a data set draws within the model's tolerances: factors on the model's values, axis by axis.
+/// Nuisance parameters that a data set draws within the model's tolerances: factors on the model's values, axis by axis.
 #[derive(Clone, Copy, Debug)]
 struct Nuisances {
     coulomb: Axes,
@@ -82,13 +82,13 @@ impl Nuisances {
     }
 }
 
-/// The bench with its effects and nuisances.
-pub(crate) struct RobotBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct RobotRig {
     nuisances: Nuisances,
     plant: Plant,
 }
 
-impl RobotBench {
+impl RobotRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let (nuisances, inner) = (Nuisances::draw(seed), Inner::draw(seed));
         let none = Sizes::none();
@@ -178,7 +178,7 @@ fn drive(axis: usize, sizes: &Sizes, nuisances: &Nuisances, inner: &Inner) -> Dr
     }
 }
 
-impl Bench for RobotBench {
+impl SimulatedRig for RobotRig {
     fn ageing(&self) -> Ageing {
         Ageing::Time
     }

@@ -1,4 +1,4 @@
-//! The robot's experiments: all axes at once, three to learn from, one held out, one that is never recorded.
+//! Experiments of the robot, all axes at once: three for training, one held out, one that is never recorded.
 
 use super::nominal::AXES;
 use crate::motion::{Motion, burst, chirp, sine};
@@ -76,7 +76,7 @@ fn validation() -> [Motion; AXES] {
     ]
 }
 
-/// What the true gain is measured on: no line of it is in a recording.
+/// Motion for the true gain; none of its spectral lines is in a recording.
 fn fresh() -> [Motion; AXES] {
     [
         Motion { centre: -0.1, waves: vec![burst(0.25, 0.27, 0.0, 4.4), burst(0.014, 0.5, 4.1, 6.0)] },

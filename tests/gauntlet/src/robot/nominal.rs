@@ -1,4 +1,4 @@
-//! The nominal robot: three axes, their links and drives, the tolerances, and the texts that hand them over.
+//! The nominal robot: three axes, their links and drives, the tolerances, and the texts of the model files.
 
 use crate::space::Vector;
 use std::fmt::Write;
@@ -77,7 +77,7 @@ pub(crate) const ROBOT: [Axis; AXES] = [
     },
 ];
 
-/// One standard deviation of what may differ unnoticed: shares, but s for the clock.
+/// Tolerances: standard deviations of the nuisance parameters: shares, but s for the clock.
 pub(crate) mod tolerance {
     pub(crate) const COULOMB: f64 = 0.03;
     pub(crate) const VISCOUS: f64 = 0.03;
@@ -98,7 +98,7 @@ id = "bench-robot"
 model = "robot.toml"
 period = "1 ms"
 
-# One standard deviation of what may differ unnoticed, axis by axis.
+# Tolerances: standard deviations of the nuisance parameters, axis by axis.
 [tolerance]
 coulomb = "3 %"
 viscous = "3 %"

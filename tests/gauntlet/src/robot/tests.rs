@@ -1,4 +1,4 @@
-//! The robot does what its model and its experiments say.
+//! Robot rig against its model and experiments.
 
 use super::*;
 use crate::catalogue::{Hidden, Rig};
@@ -43,7 +43,7 @@ fn the_robot_follows_its_motions() {
 }
 
 #[test]
-fn friction_of_the_shoulder_is_felt_there() {
+fn shoulder_friction_changes_the_shoulder_torque() {
     let hidden = [Hidden { id: "J2_viscous", size: 8.0 }];
     let (base, shoulder, elbow) = (change(&hidden, 4), change(&hidden, 5), change(&hidden, 6));
     assert!(shoulder > 1.0 && base < 0.1 * shoulder && elbow < 0.1 * shoulder, "{base} {shoulder} {elbow}");

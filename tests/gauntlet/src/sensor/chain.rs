@@ -18,7 +18,7 @@ pub(crate) const WARM_UP_S: f64 = 40.0;
 /// Units of the channels in terms of those of a force.
 pub(crate) const SCALES: Wrench = [1.0, 1.0, 1.0, LEVER, LEVER, LEVER];
 
-/// What a data set draws within the model's tolerances, and the directions of hidden constants.
+/// Nuisance parameters that a data set draws within the model's tolerances, and the directions of hidden constants.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nuisances {
     pub(crate) bias: Wrench,
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_blurs_what_is_rounded_until_no_steps_are_left() {
+    fn noise_smooths_quantisation() {
         assert_eq!(rounded(3.4, 0.0), 3.0);
         assert!((rounded(3.4, 0.02) - 3.0).abs() < 1e-3);
         // The mean of a fine grid of normal quantiles, by the chance to lie beyond the step's edge at 3.5.
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hysteresis_reads_lower_on_the_way_up() {
+    fn hysteresis_reads_lower_while_rising() {
         let mut chain = chain("hysteresis", 2.0);
         let mut at = |force: f64| chain.element([force, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-4, 0.0)[0];
         at(-50.0);

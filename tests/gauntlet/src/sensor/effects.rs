@@ -1,4 +1,4 @@
-//! What the sensor bench can hide, with plausible sizes.
+//! Hidden effects of the sensor rig, with plausible sizes.
 
 use crate::catalogue::EffectCase;
 

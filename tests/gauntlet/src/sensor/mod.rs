@@ -8,7 +8,7 @@ mod nominal;
 use crate::catalogue::{Parameter, Sizes};
 use crate::instrument::Instrument;
 use crate::random::Disturbance;
-use crate::session::{Ageing, Bench, Run};
+use crate::session::{Ageing, Run, SimulatedRig};
 use crate::space::{cross, difference, sum, times};
 use crate::table::{Column, Table, column};
 use chain::{Chain, Nuisances, SCALES, Wrench, direction};
@@ -58,8 +58,8 @@ const COLUMNS: [Column; 23] = [
     column("m_z_nm", 4),
 ];
 
-/// The bench with its effects and nuisances.
-pub(crate) struct SensorBench {
+/// The rig with its effects and nuisances.
+pub(crate) struct SensorRig {
     nuisances: Nuisances,
     chain: Chain,
     /// Standard deviation of the hidden noise \[N\].
@@ -88,7 +88,7 @@ struct Noise {
     hidden: Vec<Disturbance>,
 }
 
-impl SensorBench {
+impl SensorRig {
     pub(crate) fn new(sizes: &Sizes, seed: u64) -> Self {
         let nuisances = Nuisances::draw(seed);
         let chain = Chain::new(sizes, &nuisances, seed);
@@ -146,7 +146,7 @@ fn sampled(signal: &[Wrench], ticks: f64) -> Wrench {
     std::array::from_fn(|i| signal[at][i] + share * (signal[at + 1][i] - signal[at][i]))
 }
 
-impl Bench for SensorBench {
+impl SimulatedRig for SensorRig {
     fn model(&self) -> String {
         nominal::MODEL.into()
     }
@@ -157,7 +157,7 @@ impl Bench for SensorBench {
 
     fn ageing(&self) -> Ageing {
         let ages = self.chain.drift != [0.0; 6] || self.chain.warm_gain != 0.0 || self.hidden_noise != 0.0;
-        if ages { Ageing::Bench } else { Ageing::Time }
+        if ages { Ageing::Rig } else { Ageing::Time }
     }
 
     fn record(&self, experiment: &str, run: &Run) -> Table {

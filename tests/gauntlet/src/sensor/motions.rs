@@ -1,4 +1,4 @@
-//! The sensor bench's experiments: poses and moves without load, a hung mass, blows with an instrumented hammer.
+//! The sensor rig's experiments: poses and moves without load, a hung mass, blows with an instrumented hammer.
 
 use crate::motion::{Motion, Wave, sine};
 use crate::session::{FRESH, HOLDOUT};

@@ -1,4 +1,4 @@
-//! The nominal sensor bench: its numbers, the tolerances on them, and the text that hands them over.
+//! The nominal sensor rig: its numbers, the tolerances on them, and the text of the model file.
 
 use crate::space::Vector;
 
@@ -7,7 +7,7 @@ pub(crate) const TOOL_MASS: f64 = 5.0;
 pub(crate) const TOOL_CENTRE: Vector = [0.01, 0.0, 0.09];
 pub(crate) const TOOL_INERTIA: Vector = [0.02, 0.02, 0.015];
 
-/// One standard deviation of what may differ unnoticed.
+/// Tolerances: standard deviations of the nuisance parameters.
 pub(crate) mod tolerance {
     /// \[N\] and \[N m\], each axis.
     pub(crate) const BIAS_FORCE: f64 = 0.2;
@@ -35,7 +35,7 @@ gravity = "9.80665 m/s^2"         # along -z of the world
 noise_force = "0.32 N"            # at rest, healthy
 noise_moment = "0.032 N m"
 
-# One standard deviation of what may differ unnoticed.
+# Tolerances: standard deviations of the nuisance parameters.
 [tolerance]
 bias_force = "0.2 N"              # each axis
 bias_moment = "0.02 N m"

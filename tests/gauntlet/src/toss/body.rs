@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_blow_gives_back_the_restitution_and_sliding_takes_the_friction() {
+    fn flat_impact_has_the_restitution_and_sliding_the_friction() {
         let weightless = Cube { gravity: 0.0, ..CUBE };
         let after = dropped(&weightless, flat([0.0, 0.0, -1.0]), 1e-3);
         assert!((after.velocity[2] - 0.5).abs() < 1e-3, "{after:?}");

@@ -1,4 +1,4 @@
-//! Cubes tossed onto a board, watched by a camera: rigid bodies whose blows are impulses.
+//! Cubes tossed onto a board, tracked by a camera: rigid bodies with impulsive impacts.
 
 mod body;
 
@@ -62,7 +62,7 @@ stiffness = "300 N/mm"
 "orientation.z" = { column = "qz", unit = "1" }
 "#;
 
-/// What the owner of a tossed cube hands over.
+/// Data set of a tossed cube.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tosses {
     /// TOML text of the nominal model.
@@ -71,7 +71,7 @@ pub struct Tosses {
     pub log: String,
 }
 
-/// So many tosses of a cube with hidden effects.
+/// Generates `count` tosses of a cube with hidden effects.
 ///
 /// # Errors
 /// An effect that a toss does not have, a size out of its range.

@@ -15,7 +15,7 @@ fn ratio(pair: &(Recording, Recording), column: &str, time: f64) -> f64 {
 }
 
 #[test]
-fn mass_centre_and_inertia_change_what_newton_and_euler_say() {
+fn mass_centre_and_inertia_follow_newton_and_euler() {
     // The first pulse is a force along y, 0.4 to 0.9 s; the second a moment about z, from 0.7 s.
     let heavier = pair("P1_mass", 30.0);
     assert!((ratio(&heavier, "ay_m_per_s2", 0.5) - 300.0 / 330.0).abs() < 2e-3);

@@ -38,7 +38,7 @@ fn a_transport_delay_moves_the_whole_record() {
 }
 
 #[test]
-fn timing_effects_delay_by_what_they_say() {
+fn timing_effects_delay_by_their_size() {
     for (id, size, expected) in
         [("C1_transport_delay", 0.003, 0.003), ("C2_lag", 0.003, 0.003), ("C6_hold", 0.004, 0.0015)]
     {
@@ -100,7 +100,7 @@ fn ripple_is_a_line_over_the_angle() {
 }
 
 #[test]
-fn warming_up_goes_on_from_record_to_record() {
+fn warm_up_continues_from_record_to_record() {
     let hidden = Hidden { id: "J6_warm_up", size: 0.4 };
     let (warm, cold) = (set(RIG, &[hidden], 3), set(RIG, &[], 3));
     // Torque against speed in the sweeps, by their start on the session's clock: what viscous friction has lost.

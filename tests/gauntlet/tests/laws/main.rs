@@ -1,4 +1,4 @@
-//! The gauntlet from outside: sets are repeatable, hide what they say, and hide it by its law.
+//! Public interface of the gauntlet: data sets are repeatable, and hidden effects follow their laws.
 
 mod body;
 mod drive;

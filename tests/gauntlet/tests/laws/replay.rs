@@ -1,5 +1,5 @@
-//! The drive's model file is enough: a simulation written from its text alone, by simpler means than the bench's,
-//! reproduces a healthy recording once it knows the nuisances.
+//! Completeness of the drive's model file: a simpler simulation from its text alone reproduces a healthy recording with
+//! known nuisance parameters.
 
 use crate::support::{Recording, distance, set};
 use softdock_gauntlet::{Rig, fresh};
@@ -30,7 +30,7 @@ fn reference(samples: &[f64], time: f64) -> [f64; 3] {
     ]
 }
 
-/// What the set drew, by name.
+/// Returns a drawn nuisance parameter.
 fn nuisance(name: &str) -> f64 {
     let truth = set(RIG, &[], SEED).truth;
     truth.nuisances.iter().find(|parameter| parameter.name == name).expect(name).value
@@ -74,14 +74,14 @@ fn simulate(samples: &[f64]) -> [Vec<f64>; 2] {
 }
 
 #[test]
-fn a_healthy_drive_is_what_its_model_file_says() {
+fn healthy_drive_matches_its_model_file() {
     let truth = Recording::read(&fresh(RIG, &[], SEED).expect("a motion").without_effect);
     let [angles, torques] = simulate(&truth.column("ref_rad"));
     // The five-point differences want neighbours: not at the ends.
     let inner = 3..angles.len() - 3;
     let apart = |own: &[f64], name: &str| distance(&own[inner.clone()], &truth.column(name)[inner.clone()]);
     let (angle, torque) = (apart(&angles, "q_rad"), apart(&torques, "tau_nm"));
-    // Encoder: 5e-6 rad of noise and a quantum of 6e-6; torque channel: 1 N m. The bench's bristles have a damping.
+    // Encoder: 5e-6 rad of noise and a quantum of 6e-6; torque channel: 1 N m. The rig's bristles have a damping.
     assert!(angle < 3e-6, "{angle:e} rad");
     assert!(torque < 0.25, "{torque} N m");
     // Without the nuisances it is not: the test can see the difference.

@@ -47,7 +47,7 @@ fn a_heavier_tool_shows_with_gravity_and_acceleration() {
 }
 
 #[test]
-fn a_low_pass_is_late_by_its_time_constant() {
+fn low_pass_delays_by_its_time_constant() {
     let pair = pair("S5_low_pass", 0.001);
     // The third blow, 150 N along -z at 1.4 s for 4 ms: a filter moves its centroid by T, whatever its shape.
     let late = change(&pair, "f_z_n");

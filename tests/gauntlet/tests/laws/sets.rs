@@ -1,4 +1,4 @@
-//! What holds for the sets of every rig.
+//! Properties of the data sets of every rig.
 
 use crate::support::{RIGS, Recording, distance, set};
 use softdock_gauntlet::{
@@ -20,7 +20,7 @@ fn every(rig: Rig) -> impl Iterator<Item = Hidden> {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_others() {
+fn same_seed_gives_same_bytes_and_another_seed_others() {
     for &rig in RIGS {
         let first = every(rig).next().expect("an effect");
         assert_eq!(set(rig, &[first], 3), set(rig, &[first], 3));
@@ -123,7 +123,7 @@ fn every_effect_changes_the_truth_and_a_smaller_one_changes_it_less() {
 }
 
 #[test]
-fn every_effect_bears_the_ends_of_its_range_and_a_partner() {
+fn every_effect_accepts_its_range_and_a_partner() {
     for &rig in RIGS {
         let all: Vec<Hidden> = every(rig).collect();
         for (i, case) in cases(rig).enumerate().step_by(sized(3, 1)) {
@@ -138,7 +138,7 @@ fn every_effect_bears_the_ends_of_its_range_and_a_partner() {
 }
 
 #[test]
-fn the_rigs_hide_what_the_catalogue_lists() {
+fn rigs_accept_the_effects_of_the_catalogue() {
     let short =
         |rig: Rig| effects(rig).iter().map(|case| case.id.split('_').next().expect("a number")).collect::<Vec<_>>();
     let numbers = |letter: char, range: std::ops::RangeInclusive<u32>| range.map(move |i| format!("{letter}{i}"));
@@ -164,7 +164,7 @@ fn noise_has_the_colour_asked_for() {
 }
 
 #[test]
-fn a_bad_request_says_what_is_wrong() {
+fn bad_request_reports_the_error() {
     let ask = |hidden: &[Hidden]| generate(DRIVE, hidden, NoiseColour::White, 0).expect_err("an error");
     let known = Hidden { id: "J1_coulomb", size: 2.0 };
     assert!(matches!(ask(&[Hidden { id: "J1", size: 2.0 }]), Error::UnknownEffect { .. }));
@@ -177,7 +177,7 @@ fn a_bad_request_says_what_is_wrong() {
 }
 
 #[test]
-fn the_truth_stays_out_of_the_folder() {
+fn truth_is_not_written_to_the_folder() {
     let folder = std::env::temp_dir().join(format!("gauntlet-{}", std::process::id()));
     let set = set(DRIVE, &[Hidden { id: "J7_backlash", size: 0.0005 }], 8);
     set.write(&folder).expect("a folder");
@@ -195,7 +195,7 @@ fn the_truth_stays_out_of_the_folder() {
 }
 
 #[test]
-fn a_set_is_made_quickly() {
+fn data_set_is_generated_quickly() {
     for &rig in RIGS {
         let start = Instant::now();
         let _ = set(rig, &every(rig).take(1).collect::<Vec<_>>(), 1);

@@ -1,4 +1,4 @@
-//! Paths of the parts in the laboratory, from the log of a drive: as the robots were told, and as they held them.
+//! Paths of the parts in the laboratory frame, from the log of a drive: commanded and measured.
 
 use crate::inference::white_noise::by_differences;
 use crate::recording::drive_log::{Cycle, DriveLog};
@@ -8,8 +8,8 @@ use softdock_kernels::robot::command;
 use softdock_kernels::space::{Motion, Parts};
 use softdock_kernels::vector::{Pose, Quat, Vec3};
 
-/// Cycles over which a parabola tells how the robots move when a run begins: the difference of two readings would be
-/// noise, a longer stretch no parabola.
+/// Cycles of the parabola that estimates the initial velocity: the difference of two readings is too noisy, and a
+/// longer stretch is no parabola.
 const STRETCH: usize = 20;
 /// Longest time to either side over which motions are taken for parabolas \[s\].
 const LONGEST_REACH: f64 = 8e-3;
@@ -17,13 +17,14 @@ const LONGEST_REACH: f64 = 8e-3;
 const RARE: f64 = 1e-3;
 const FAR: f64 = 4.0;
 
-/// Laboratory motions that the robots were told, tick by tick; before them where the robots were when it began.
+/// Returns the commanded motions of the parts in the laboratory frame, tick by tick, preceded by the initial measured
+/// poses.
 ///
-/// What is told in a cycle is to be reached by its end. Wires carry positions alone: rates are those of the path, by the
-/// three-point backward difference; the first by two points, from which on the path is carried back before the run.
-pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let told: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
-    let path = by_ticks(&told[..told.len() - 1], log.ticks);
+/// A command is to be reached by the end of its cycle. Links transmit positions only: the rates are three-point
+/// backward differences of the path, and two-point at its start, from which the path is extrapolated backwards.
+pub(super) fn commanded_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+    let commanded: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
+    let path = by_ticks(&commanded[..commanded.len() - 1], log.ticks);
     let tick = log.cycle / log.ticks as f64;
     let begin = &held(plant, log)[..STRETCH];
     let mut rows = vec![on_parabola(begin, 0, &parabola(0, STRETCH), log.cycle)];
@@ -34,9 +35,9 @@ pub(super) fn told_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     rows
 }
 
-/// Laboratory motions of the parts as the robots held them, tick by tick, by parabolas: the axes' noise makes force in a
-/// stiff contact, and a lag that hides it would seem to be the sensor's.
-pub(super) fn held_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
+/// Returns the measured motions of the parts in the laboratory frame, tick by tick, smoothed by parabolas: noise of the
+/// axes causes force in a stiff contact, and a lag that suppresses it would be attributed to the sensor.
+pub(super) fn measured_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     let held = held(plant, log);
     let reach = log.ticks * reach(&held, log.cycle);
     let (path, tick) = (by_ticks(&held, log.ticks), log.cycle / log.ticks as f64);
@@ -93,13 +94,13 @@ fn noise(series: &[f64]) -> f64 {
 pub(super) fn held(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     let of = |pair: &[Cycle]| {
         // The log lays the share that each robot makes back onto the parts.
-        let (simulated, told) = (pair[0].simulated, shared(plant, &pair[0]));
-        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, told: &Motion<f64>| {
-            at_rest(pose.position - (simulated.position - told.position), pose.attitude)
+        let (simulated, commanded) = (pair[0].simulated, shared(plant, &pair[0]));
+        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, commanded: &Motion<f64>| {
+            at_rest(pose.position - (simulated.position - commanded.position), pose.attitude)
         };
         Parts {
-            a: carried(&pair[1].held[0], &simulated[0], &told.a),
-            b: carried(&pair[1].held[1], &simulated[1], &told.b),
+            a: carried(&pair[1].held[0], &simulated[0], &commanded.a),
+            b: carried(&pair[1].held[1], &simulated[1], &commanded.b),
         }
     };
     log.cycles.windows(2).map(of).collect()
@@ -131,7 +132,7 @@ fn by_ticks(path: &[Parts<f64>], ticks: usize) -> Vec<Parts<f64>> {
     out
 }
 
-/// Weights by which a parabola through so many points tells its value and its slope at one of them, their distance 1.
+/// Returns the weights of a parabola through `points` equidistant points for its value and its slope at one of them.
 fn parabola(at: usize, points: usize) -> [Vec<f64>; 2] {
     let time = DMatrix::from_fn(points, 3, |i, power| (i as f64 - at as f64).powi(power as i32));
     let inverse = time.pseudo_inverse(1e-12).expect("a tolerance above nothing");
@@ -151,7 +152,7 @@ fn on_parabola(poses: &[Parts<f64>], at: usize, [value, slope]: &[Vec<f64>; 2], 
     Parts { a: part(&poses[at].a, &moved.a, &moving.a), b: part(&poses[at].b, &moved.b, &moving.b) }
 }
 
-/// Parts where they are, moving as weighted neighbours on the path say.
+/// Returns the parts at a pose, with the velocity from weighted neighbours on the path.
 fn moving(at: &Parts<f64>, neighbours: &[(&Parts<f64>, f64)], scale: f64) -> Parts<f64> {
     let part = |of: fn(&Parts<f64>) -> Motion<f64>| {
         let own = of(at);
@@ -198,14 +199,14 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_told_from_motion() {
-        let told = noise(&coordinates(&pushed(0.014, NOISE))[0]);
-        assert!((told / NOISE - 1.0).abs() < 0.1, "{told}");
+    fn noise_estimate_is_independent_of_motion() {
+        let commanded = noise(&coordinates(&pushed(0.014, NOISE))[0]);
+        assert!((commanded / NOISE - 1.0).abs() < 0.1, "{commanded}");
         assert!(noise(&coordinates(&pushed(0.014, 0.0))[0]) < 1e-3 * NOISE);
     }
 
     #[test]
-    fn parabolas_reach_as_far_as_noise_hides_what_they_miss() {
+    fn parabola_length_grows_with_noise() {
         let of = |over: f64, noise: f64| reach(&pushed(over, noise), CYCLE);
         assert_eq!(of(0.014, NOISE), 8);
         // What begins within a cycle is missed by more than the noise of fine axes, and by all where there is none.

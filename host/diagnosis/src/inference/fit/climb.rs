@@ -1,4 +1,4 @@
-//! A fit under way: where it stands, the derivatives it goes by, and where its next step leads.
+//! Fit in progress: its parameters, derivatives and next step.
 
 use super::{Fitted, Start};
 use crate::inference::unknown::{Role, Unknown};
@@ -56,12 +56,12 @@ impl Climb {
         let information = DMatrix::zeros(size, size);
         let mut climb =
             Self { at, information, due, aged, damping: DAMPING, quotient, reach: REACH, gained: 0.0, done: false };
-        let told = slopes.into_iter().enumerate().filter_map(|(column, slope)| Some((column, slope?)));
-        climb.take_slopes(told.collect());
+        let known = slopes.into_iter().enumerate().filter_map(|(column, slope)| Some((column, slope?)));
+        climb.take_slopes(known.collect());
         climb
     }
 
-    /// The places beside it whose residuals tell the derivatives that are due.
+    /// Returns the parameter sets for the difference quotients that are due.
     pub(super) fn beside(&self) -> Vec<Vec<f64>> {
         let moved = |column: usize| {
             let mut z = self.at.z.clone();

@@ -1,4 +1,4 @@
-//! Looks beside where fits ended, for what jumps from sample to sample has narrow minima.
+//! Searches beside the end points of fits: effects that jump from sample to sample have narrow minima.
 
 use super::climb::{Climb, GAIN, MUCH, cost};
 use super::{HOPELESS, Simulate, simulated};
@@ -7,9 +7,9 @@ use crate::inference::unknown::Role;
 /// How far one looks to either side, in `z`.
 const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 
-/// Looks beside where fits of effects of one number ended that leave much and are not ruled out: what jumps from sample to
-/// sample, as a hold or a limit, has narrow minima beside narrow minima, and no derivative tells of the next. Whether any
-/// fit goes on from a better place.
+/// Searches beside the end points of one-parameter fits with a large misfit that are not ruled out. Effects that jump
+/// from sample to sample, such as a hold or a limit, have adjacent narrow minima that no derivative shows. Returns
+/// whether any fit continues from a better point.
 pub(super) fn probe(climbs: &mut [Climb], base: &[f64], simulate: &Simulate) -> bool {
     let best = climbs.iter().map(|climb| climb.at.cost()).fold(f64::INFINITY, f64::min);
     let beside = |climb: &Climb| {

@@ -1,24 +1,25 @@
-//! Effects beside the steps of a reading, from what the steps leave open.
+//! Effects in addition to the quantisation of a reading, from the residual beyond the quantisation step.
 
-use super::{Bench, taken, unknowns};
+use super::{JudgementContext, taken, unknowns};
 use crate::block::dead_zone::DeadZone;
 use crate::combine::{Set, price};
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::unknown::{Role, Unknown};
-use crate::steps;
+use crate::quantisation;
 
 /// Share of what the best effect explains that another must explain.
 const SHARE: f64 = 0.5;
-/// Shares of what lies within the step that was read by which fits are led first, and last: nothing within it would
-/// tell where what lies beyond leads, and all of it is rounding.
+/// Weights of the residual within the quantisation step, in the first and the last fits. A weight of zero gives no
+/// direction towards the step, a weight of one would fit the rounding.
 const WITHIN: [f64; 2] = [0.1, 0.0];
 
-/// The steps of a reading with each effect that explains what they leave open; none where readings lie on no steps.
+/// Returns the quantisation combined with each effect that explains the residual beyond it; empty if the readings are
+/// not quantised.
 ///
 /// A model of the steps has a minimum wherever readings are a step off, and finds none but the one that it starts in.
 /// It is fitted by all repeats: they are rounded each in its own way, so that one cannot stand for all.
-pub(super) fn pairs(bench: &Bench, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
-    let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == steps::NAME;
+pub(super) fn pairs(bench: &JudgementContext, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
+    let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == quantisation::NAME;
     let Some(steps) = singles.iter().find(is_steps) else { return Vec::new() };
     let Some(zone) = DeadZone::of(&bench.learn) else { return Vec::new() };
     let others = singles.iter().filter(|single| !is_steps(single));
@@ -35,7 +36,7 @@ pub(super) fn pairs(bench: &Bench, singles: &[Fitted], null: &Fitted) -> Vec<Set
 
 /// Fits of the effects that explain what the steps leave open, about as well as the best does.
 fn explaining<'f>(
-    bench: &Bench,
+    bench: &JudgementContext,
     zone: &DeadZone,
     singles: impl Iterator<Item = &'f Fitted>,
     null: &Fitted,
@@ -59,11 +60,11 @@ fn start(fitted: &Fitted) -> Start {
 }
 
 /// An effect as it was found beside steps as large as they are seen, which nothing but noise blurs.
-fn beside(bench: &Bench, zone: &DeadZone, steps: &Fitted, other: &Fitted) -> Start {
+fn beside(bench: &JudgementContext, zone: &DeadZone, steps: &Fitted, other: &Fitted) -> Start {
     let both = [steps, other].map(|fitted| &bench.library[fitted.hypothesis]);
     let unknowns = unknowns(bench.block, &both);
     let mut z = taken(&unknowns, other);
-    if let Some(size) = unknowns.iter().position(|unknown| unknown.name == steps::SIZE) {
+    if let Some(size) = unknowns.iter().position(|unknown| unknown.name == quantisation::SIZE) {
         z[size] = unknowns[size].prior.place(zone.step);
     }
     Start::new(other.hypothesis, unknowns, z)

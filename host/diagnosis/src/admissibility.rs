@@ -1,4 +1,4 @@
-//! Whether fits are what their names say, and combinations worth their effects.
+//! Admissibility of fits and combinations.
 
 use crate::inference::adequacy::{ADEQUATE, gain_interval};
 use crate::inference::fit::Fitted;
@@ -19,15 +19,14 @@ const WELL_KNOWN: f64 = 8.0;
 const TIED: f64 = 0.8;
 /// Mean square of whitened residuals that may be noise alone.
 pub(crate) const NEARLY_NOISE: f64 = 1.1;
-/// Tolerances by which a combination may pull a nuisance.
+/// Largest nuisance z-score of a combination.
 pub(crate) const PULLED: f64 = 4.5;
 
-/// Whether a fit is what its name says: every effect has a size that differs from the model's, so that it is not its
-/// form alone that explains the data (a gear's stiffness without backlash), and a form that is plausible (a Stribeck
-/// speed beyond all speeds is Coulomb friction by another name). Of a combination more is asked: sizes that are
-/// plausible, or well known and apart from the others', and nuisances near their tolerance. `covariance` of all the fit's
-/// `z`.
-pub(crate) fn is_sound(
+/// Returns whether a fit is admissible: every effect has a size that differs from nominal, so that not its form alone
+/// explains the data (a gear's stiffness without backlash), and a plausible form (a Stribeck speed beyond all speeds is
+/// Coulomb friction by another name). A combination also needs plausible or well-known sizes that are separable, and
+/// nuisance parameters near their priors. `covariance` is that of all the fit's `z`.
+pub(crate) fn is_admissible(
     base: &[f64],
     library: &[Hypothesis],
     members: &[usize],
@@ -47,38 +46,39 @@ pub(crate) fn is_sound(
     let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
     let own = || members.iter().map(|number| &library[*number]);
     let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
-    each && (members.len() == 1 || !(has_doubtful_size(library, members, fitted, covariance) || is_strained(fitted)))
+    each && (members.len() == 1
+        || !(has_doubtful_size(library, members, fitted, covariance) || has_nuisance_beyond_prior(fitted)))
 }
 
-/// The nuisances that a fit pulls further than a combination may; see [`Fitted::nuisances`].
-pub(crate) fn strained(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
+/// Returns the nuisance parameters beyond the limit of a combination; see [`Fitted::nuisances`].
+pub(crate) fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
     fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED)
 }
 
-/// Whether there are any.
-pub(crate) fn is_strained(fitted: &Fitted) -> bool {
-    strained(fitted).next().is_some()
+/// Returns whether there are any.
+pub(crate) fn has_nuisance_beyond_prior(fitted: &Fitted) -> bool {
+    nuisances_beyond_prior(fitted).next().is_some()
 }
 
-/// Log-odds against the pulls of a fit's strained nuisances. What pulls them is no effect of the library, and an effect
-/// that explains less than they hide beside it may be any.
-pub(crate) fn strain(fitted: &Fitted) -> f64 {
-    strained(fitted).map(|(_, _, z)| 0.5 * z * z).sum()
+/// Returns the log-odds penalty of a fit's nuisance parameters beyond their priors. Their cause is not in the library,
+/// and an effect that explains less than they absorb may be arbitrary.
+pub(crate) fn penalty_of_nuisances(fitted: &Fitted) -> f64 {
+    nuisances_beyond_prior(fitted).map(|(_, _, z)| 0.5 * z * z).sum()
 }
 
-/// Whether a fit strains a nuisance and yet explains no more than the nuisances do alone: then the nuisance is the finding,
-/// and the effect only takes some tolerances off it.
-pub(crate) fn is_strained_for_nothing(fitted: &Fitted, null: &Fitted) -> bool {
-    is_strained(fitted) && fitted.chi2() > null.chi2()
+/// Returns whether a fit has a nuisance parameter beyond its prior and explains no more than the nuisance parameters
+/// alone: then the nuisance parameter is the finding.
+pub(crate) fn only_shifts_nuisances(fitted: &Fitted, null: &Fitted) -> bool {
+    has_nuisance_beyond_prior(fitted) && fitted.chi2() > null.chi2()
 }
 
-/// Whether mean squares of held-out residuals tell that something is gained from one to the other.
+/// Returns whether mean squares of held-out residuals show a gain.
 pub(crate) fn gains(without: f64, with: f64) -> bool {
     1.0 - (with / without).sqrt() > WORTH
 }
 
-/// Whether a combination has an effect of implausible size though much is still missing, or one that is hardly known, or
-/// that another one takes back: then it bends with what is missing.
+/// Returns whether a combination has an effect of implausible size despite a large misfit, a poorly determined size, or
+/// a size that another effect cancels: then it only fits the missing part.
 fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted, covariance: &DMatrix<f64>) -> bool {
     let sizes = |number: usize| {
         let own = &library[number];
@@ -96,17 +96,17 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
-/// Drops the effects with all numbers of another, and more, that explain hardly more than it: a gear many times softer than
-/// the model's leaves what a gap of microradians takes up, and has none. What another leaves is to be a share of what it
-/// explains, as what a simulation tells wrong is.
-pub(crate) fn drop_embellished(ranking: &mut Vec<Candidate>, library: &[Hypothesis]) {
+/// Drops over-parameterised effects: those with all parameters of another and more that explain hardly more. For
+/// example, backlash of microradians absorbs the discretisation residual of a gear much softer than the model's. The
+/// residual of the smaller hypothesis must be a share of its explained part.
+pub(crate) fn drop_over_parameterised(ranking: &mut Vec<Candidate>, library: &[Hypothesis]) {
     let alone = |candidate: &Candidate| match candidate.hypotheses[..] {
         [number] => Some(&library[number]),
         _ => None,
     };
-    let sound = ranking.iter().filter(|candidate| candidate.sound);
+    let admissible = ranking.iter().filter(|candidate| candidate.admissible);
     let plain: Vec<(&Hypothesis, f64)> =
-        sound.filter_map(|candidate| Some((alone(candidate)?, candidate.log_odds))).collect();
+        admissible.filter_map(|candidate| Some((alone(candidate)?, candidate.log_odds))).collect();
     let embellishes = |own: &Hypothesis, log_odds: f64| {
         let is_within = |other: &Hypothesis| other.unknowns.len() < own.unknowns.len() && own.has_all_of(other);
         plain.iter().any(|(other, least)| is_within(other) && (1.0 - WORTH) * log_odds < *least)
@@ -114,9 +114,9 @@ pub(crate) fn drop_embellished(ranking: &mut Vec<Candidate>, library: &[Hypothes
     ranking.retain(|candidate| !alone(candidate).is_some_and(|own| embellishes(own, candidate.log_odds)));
 }
 
-/// Drops the combinations that explain hardly more of the held-out motion than one with fewer effects does, those that are
-/// dropped themselves aside; `dispersion` as in the evidence.
-pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
+/// Drops combinations without a gain on held-out motion over any kept combination with fewer effects; `dispersion` as
+/// in the evidence.
+pub(crate) fn drop_without_held_out_gain(ranking: &mut Vec<Candidate>, dispersion: f64) {
     let mut places: Vec<usize> = (0..ranking.len()).collect();
     places.sort_by_key(|place| ranking[*place].hypotheses.len());
     let mut kept: Vec<usize> = Vec::new();
@@ -129,17 +129,19 @@ pub(crate) fn drop_worthless(ranking: &mut Vec<Candidate>, dispersion: f64) {
     ranking.retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
 }
 
-/// Whether a combination explains more of the held-out motion than its parts and anything sound with fewer effects do:
-/// where those leave more than noise, one more effect must explain half of that, else it only bends with what is missing.
-/// What strains a nuisance explains by what is none, and does not count. Where nothing explains what is learnt from, what
-/// is left there is no noise that the evidence could weigh: then chance must not make what is held out look better either.
+/// Returns whether a combination explains more of the held-out motion than its subsets and every admissible candidate
+/// with fewer effects. Where these leave more than noise, one more effect must explain half of the remainder.
+/// Candidates with nuisance parameters beyond their priors do not count. If no hypothesis explains the training data,
+/// the gain must also be significant.
 fn is_worthwhile<'c>(candidate: &Candidate, smaller: impl Iterator<Item = &'c Candidate>, dispersion: f64) -> bool {
     let Some(own) = candidate.adequacy else {
         return true;
     };
     let has_fewer = |other: &Candidate| other.hypotheses.len() < candidate.hypotheses.len();
     let is_part = |other: &Candidate| other.hypotheses.iter().all(|member| candidate.hypotheses.contains(member));
-    let counts = |other: &Candidate| has_fewer(other) && (other.sound || is_part(other)) && !is_strained(&other.fitted);
+    let counts = |other: &Candidate| {
+        has_fewer(other) && (other.admissible || is_part(other)) && !has_nuisance_beyond_prior(&other.fitted)
+    };
     let fewer = smaller.filter(|other| counts(other));
     let best = fewer.filter_map(|other| Some((other, other.adequacy?.with))).min_by(|a, b| a.1.total_cmp(&b.1));
     let Some((best, least)) = best else {

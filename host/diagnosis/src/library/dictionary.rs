@@ -1,15 +1,15 @@
-//! Forms outside the catalogue: the dictionary that an unexplained residual is compared with.
+//! Dictionary of forms outside the catalogue, for unexplained residuals.
 
 use super::drive::Spans;
 use super::{Hypothesis, Shelf};
 use crate::block::MeasuredBlock;
-use crate::inference::unknown::{Prior, Role};
+use crate::inference::unknown::{ParameterPrior, Role};
 use softdock_engine::blocks::BlockKind;
 
 /// What a form may take of the torque where it is largest.
 const SHARE: f64 = 0.3;
 
-/// The forms that a block may have; none for blocks without a dictionary.
+/// Returns the forms of a block; empty for blocks without a dictionary.
 pub fn forms(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     if block.section.is(BlockKind::Drive) {
@@ -22,7 +22,7 @@ fn drive(shelf: &mut Shelf, spans: &Spans) {
     let (v, q) = (spans.rate, spans.farthest);
     let torque = SHARE * spans.torque;
     let mut form = |field: &'static str, name: &'static str, largest: f64| {
-        shelf.form(name, (field, Prior::Normal { mean: 0.0, sd: torque / largest }, Role::Size));
+        shelf.form(name, (field, ParameterPrior::Normal { mean: 0.0, sd: torque / largest }, Role::Size));
     };
     form("form_drag_square", "drag that grows with v |v|", v * v);
     form("form_drag_cube", "drag that grows with v^3", v * v * v);
@@ -32,5 +32,5 @@ fn drive(shelf: &mut Shelf, spans: &Spans) {
     form("form_spring_cube", "a torque that grows with q^3", q * q * q);
     form("form_friction_slope", "dry friction that grows with q", q);
     form("form_friction_square", "dry friction that grows with q^2", q * q);
-    form("form_torque_square", "a torque that falls short with T |T|", spans.peak * spans.peak);
+    form("form_torque_square", "a torque deficit that grows with T |T|", spans.peak * spans.peak);
 }

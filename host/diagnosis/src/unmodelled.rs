@@ -1,11 +1,10 @@
-//! What stands outside the library: the torque that is missing, the form that it has, and whether that holds on motion
-//! that no fit has seen.
+//! Model error outside the library: the missing torque, its form, and whether that form holds on held-out motion.
 //!
-//! Terms of a dictionary and the effects of the library that are linear are simulated; those that most halves of the
-//! data pick are fitted together, and what does not pay is dropped again.
+//! The terms of the dictionary and the linear effects of the library are simulated. Terms that most halves of the data
+//! select are fitted together, and those that do not raise the evidence are dropped.
 
 use crate::block::MeasuredBlock;
-use crate::block::response::Response;
+use crate::block::response::KnotResponse;
 use crate::combine::price;
 use crate::decide::holds;
 use crate::inference::bank::Bank;
@@ -13,45 +12,45 @@ use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::latent::{Latent, latent};
 use crate::inference::selection::{Linear, stable};
-use crate::judge::{Bench, Candidate, Judgement, carried, unknowns};
-use crate::library::{Hypothesis, forms::forms};
+use crate::judge::{BlockJudgement, Candidate, JudgementContext, carried, unknowns};
+use crate::library::{Hypothesis, dictionary::forms};
 use softdock_engine::blocks::BlockKind;
 
 /// Times that terms are looked for, each time on top of what was found.
 const PASSES: usize = 3;
-/// Log-odds by which a term must pay for itself in the end.
+/// Log-odds that a term must gain in the end.
 const PAYS: f64 = 5.0;
 /// Terms that are fitted alone against the library's best.
 const CLOSEST: usize = 2;
 
-/// What is wrong with a block that no effect of its library explains.
+/// Model error of a block that no effect of its library explains.
 #[derive(Clone, Debug)]
-pub struct Outside {
-    /// The torque that is missing, experiment by experiment.
+pub struct Unmodelled {
+    /// Missing torque of each experiment.
     pub missing: Vec<Missing>,
-    /// What it behaves like, if it has any form that is stable.
+    /// Stable form, if there is one.
     pub form: Option<Form>,
 }
 
-impl Outside {
-    /// What a block's library leaves.
-    pub fn of(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> Self {
+impl Unmodelled {
+    /// Estimates the model error that a block's library does not explain.
+    pub fn of(block: &MeasuredBlock, library: &[Hypothesis], judgement: &BlockJudgement) -> Self {
         Self { missing: missing(block, judgement), form: form(block, library, judgement) }
     }
 }
 
-/// The form of a residual that no effect of the library explains.
+/// Form of a residual that no effect of the library explains.
 #[derive(Clone, Debug)]
 pub struct Form {
-    /// Its terms, each with the share of the data's halves that picked it.
+    /// Terms, each with the share of the data's halves that select it.
     pub terms: Vec<(Hypothesis, f64)>,
-    /// All terms together, with what the data say of them; its hypotheses count in `terms`.
+    /// Joint candidate of all terms; its hypotheses are indices into `terms`.
     pub candidate: Candidate,
-    /// Whether it explains motion that no fit has seen, as a named cause must.
+    /// Whether it is adequate on held-out motion, as a named cause must be.
     pub holds: bool,
 }
 
-/// The torque that would close what the model leaves, along one experiment.
+/// Missing torque of the model along an experiment.
 #[derive(Clone, Debug)]
 pub struct Missing {
     /// The experiment.
@@ -60,12 +59,12 @@ pub struct Missing {
     pub time: Vec<f64>,
     /// The block's inputs at the knots, in the order of its field table.
     pub inputs: Vec<Vec<f64>>,
-    /// The torque, and its standard deviation.
+    /// Torque with its standard deviation.
     pub torque: Latent,
 }
 
-/// The missing torques of all blocks as a table; `None` where no torque is missing.
-pub fn table<'a>(all: impl Iterator<Item = &'a Outside>) -> Option<String> {
+/// Returns the missing torques of all blocks as CSV; `None` if there are none.
+pub fn table<'a>(all: impl Iterator<Item = &'a Unmodelled>) -> Option<String> {
     let inputs: Vec<String> = BlockKind::Drive.inputs().iter().map(|field| field.name.clone()).collect();
     let mut out = format!("experiment,t,{},missing,sd\n", inputs.join(","));
     let header = out.len();
@@ -82,18 +81,19 @@ pub fn table<'a>(all: impl Iterator<Item = &'a Outside>) -> Option<String> {
 /// Distance of the knots of a missing torque \[s\].
 const APART: f64 = 0.05;
 
-/// The torque that a drive's model lacks, for each experiment that is learnt from; none for other blocks.
+/// Returns the missing torque of a drive for each training experiment; empty for other blocks.
 ///
-/// It is added to the measured torque: positive where the motion shows more of it than was told.
-fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
+/// It is added to the measured torque: positive where the motion shows more torque than was measured.
+fn missing(block: &MeasuredBlock, judgement: &BlockJudgement) -> Vec<Missing> {
     if !block.section.is(BlockKind::Drive) {
         return Vec::new();
     }
-    let told = block.trials.iter().flat_map(|trial| &trial.recorded.late).fold(0.0_f64, |most, t| most.max(t.abs()));
+    let greatest =
+        block.trials.iter().flat_map(|trial| &trial.recorded.late).fold(0.0_f64, |most, t| most.max(t.abs()));
     let set = judgement.clamped.values(&block.base);
-    let of = |response: Response| -> Option<Missing> {
-        let torque = latent(&response.residual, &response.response, told)?;
-        let Response { recorded, experiment, knots, .. } = response;
+    let of = |response: KnotResponse| -> Option<Missing> {
+        let torque = latent(&response.residual, &response.response, greatest)?;
+        let KnotResponse { recorded, experiment, knots, .. } = response;
         let width = recorded.inputs.len() / recorded.instants;
         let inputs = knots.iter().map(|i| recorded.inputs[i * width..(i + 1) * width].to_vec()).collect();
         Some(Missing { experiment, time: knots.iter().map(|i| *i as f64 * recorded.step).collect(), inputs, torque })
@@ -101,13 +101,13 @@ fn missing(block: &MeasuredBlock, judgement: &Judgement) -> Vec<Missing> {
     block.part(false).responses(&judgement.noise, &set, APART).into_iter().filter_map(of).collect()
 }
 
-/// Whether one term of the dictionary explains the data better than the best of the library: then effects with several
-/// numbers only bend to what is none of them.
-pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> bool {
+/// Returns whether a single term of the dictionary explains the data better than the best hypothesis of the library:
+/// effects with several parameters then only approximate it.
+pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgement: &BlockJudgement) -> bool {
     let terms = forms(block);
-    let best = judgement.ranking.iter().find(|candidate| candidate.sound);
+    let best = judgement.ranking.iter().find(|candidate| candidate.admissible);
     let Some(best) = best.filter(|_| !terms.is_empty()) else { return false };
-    let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
+    let search = Search { bench: JudgementContext::of(block, &terms, judgement.noise.clone()), terms: &terms };
     let closest = search.closest(&judgement.null, judgement.dispersion);
     let choices: Vec<Vec<usize>> = closest.iter().map(|term| vec![*term]).collect();
     let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
@@ -118,13 +118,13 @@ pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgemen
 }
 
 /// The form of what a block's library leaves, if it has any that is stable.
-fn form(block: &MeasuredBlock, library: &[Hypothesis], judgement: &Judgement) -> Option<Form> {
+fn form(block: &MeasuredBlock, library: &[Hypothesis], judgement: &BlockJudgement) -> Option<Form> {
     let mut terms = forms(block);
     if terms.is_empty() {
         return None;
     }
     terms.extend(library.iter().filter(|hypothesis| hypothesis.is_linear()).cloned());
-    let search = Search { bench: Bench::of(block, &terms, judgement.noise.clone()), terms: &terms };
+    let search = Search { bench: JudgementContext::of(block, &terms, judgement.noise.clone()), terms: &terms };
     let mut picked: Vec<(usize, f64)> = Vec::new();
     let mut at = judgement.null.clone();
     for _ in 0..PASSES {
@@ -153,7 +153,7 @@ fn numbers(picked: &[(usize, f64)]) -> Vec<usize> {
 }
 
 struct Search<'a> {
-    bench: Bench<'a>,
+    bench: JudgementContext<'a>,
     terms: &'a [Hypothesis],
 }
 
@@ -232,7 +232,7 @@ impl Search<'_> {
         (picked, at)
     }
 
-    fn candidate(&self, members: &[usize], fitted: Fitted, judgement: &Judgement) -> Candidate {
+    fn candidate(&self, members: &[usize], fitted: Fitted, judgement: &BlockJudgement) -> Candidate {
         let dispersion = fitted.mean_square().max(1.0);
         let evidence_of = |fitted: &Fitted| evidence(fitted, dispersion);
         let own = evidence_of(&fitted);

@@ -1,12 +1,12 @@
-//! Recordings of a block by experiments, and their residuals for any parameters: trial by trial, averaged over repeats,
-//! whitened, and what repeats differ by.
+//! Recordings of a block, grouped into experiments, with their residuals for any parameters: per recording, averaged
+//! over repeats, whitened, and the differences of repeats.
 
 use super::trend::{Aged, Detrended, detrended};
 use super::{MeasuredBlock, Trial};
 use crate::inference::adequacy::Level;
 use crate::inference::noise::{Noise, deviations, mean};
-use crate::inference::spread::Experiment;
-use crate::steps::rounding;
+use crate::inference::parameter_deviations::ExperimentRows;
+use crate::quantisation::rounding;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_kernels::block::Recorded;
@@ -17,8 +17,8 @@ pub(super) const MOST_SETS: usize = 128;
 /// Greatest whitened residual: far beyond what any recording shows, and small enough for sums of squares and their products.
 const FARTHEST: f64 = 1e8;
 
-/// The recordings of a block as experiments: those to learn from or those to judge by.
-pub struct Part<'a> {
+/// Training or held-out recordings of a block, grouped into experiments.
+pub struct BlockRecordings<'a> {
     pub(super) block: &'a MeasuredBlock,
     pub(super) recordings: Vec<&'a Recorded>,
     /// Trials of each experiment, by their places in `recordings`.
@@ -31,8 +31,8 @@ pub struct Part<'a> {
     tares: bool,
 }
 
-impl<'a> Part<'a> {
-    /// Those of a block's recordings that belong to it; whether what their tares have left is fitted with the rest.
+impl<'a> BlockRecordings<'a> {
+    /// Selects recordings of a block; `tares` is whether their tare residuals are fitted.
     pub(super) fn of(block: &'a MeasuredBlock, tares: bool, is_member: impl Fn(&Trial) -> bool) -> Self {
         let outputs = block.section.outputs().len();
         let mut part =
@@ -50,7 +50,7 @@ impl<'a> Part<'a> {
         part
     }
 
-    /// The same recordings, each an experiment by itself.
+    /// Returns the same recordings, each as an experiment of its own.
     pub fn repeats_apart(&self) -> Self {
         let alone = |(name, members): &(&'a str, Vec<usize>)| {
             let name = *name;
@@ -60,12 +60,12 @@ impl<'a> Part<'a> {
         Self { recordings: self.recordings.clone(), measured: self.measured.clone(), experiments, ..*self }
     }
 
-    /// Whether there is nothing in it.
+    /// Returns whether there are no recordings.
     pub fn is_empty(&self) -> bool {
         self.recordings.is_empty()
     }
 
-    /// Whether any experiment was repeated: only then is its noise known.
+    /// Returns whether any experiment was repeated, which is required to estimate the noise.
     pub fn has_repeats(&self) -> bool {
         self.experiments.iter().any(|(_, members)| members.len() > 1)
     }
@@ -107,7 +107,7 @@ impl<'a> Part<'a> {
         (0..self.recordings.len()).collect()
     }
 
-    /// What the repeats of each experiment differ by, for one parameter set.
+    /// Returns the differences of repeats in each experiment, for a parameter set.
     pub fn deviations(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
         self.detrended(set).noise
     }
@@ -134,8 +134,9 @@ impl<'a> Part<'a> {
         starts.iter().map(|start| start - mean).collect()
     }
 
-    /// Power of the noise that the simulation carries into the residuals for every parameter set, beyond what it carries
-    /// for the model's own, in units of the noise: by what repeats differ by. 0 without repeats.
+    /// Returns the power of the input noise that the simulation propagates into the residuals, for every parameter set,
+    /// relative to that of the nominal parameters, in units of the noise. It is estimated from repeats and is 0 without
+    /// them.
     pub fn carried(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<f64> {
         if sets.is_empty() || !self.has_repeats() {
             return vec![0.0; sets.len()];
@@ -146,8 +147,8 @@ impl<'a> Part<'a> {
         powers[1..].iter().map(|power| power - powers[0]).collect()
     }
 
-    /// The noise of these recordings for one parameter set, by what repeats differ by, in units of the noise that all are
-    /// whitened by: some motions are noisier than others, as those through many steps of a reading are.
+    /// Returns the noise level of these recordings for a parameter set, estimated from repeats, in units of the noise
+    /// that whitens them: some motions are noisier than others.
     pub fn level(&self, noise: &Noise, set: &[f64]) -> Level {
         if !self.has_repeats() {
             return Level::LEARNT;
@@ -160,8 +161,7 @@ impl<'a> Part<'a> {
         Level { power: own.norm_squared() / own.len() as f64, samples: independent * own.len() as f64 }
     }
 
-    /// What the residuals of the repeats of each experiment differ by, whitened, one after the other, for every parameter
-    /// set.
+    /// Returns the whitened differences of repeats in each experiment, concatenated, for every parameter set.
     pub fn whitened_differences(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         self.differences(noise, &self.of_trials(&self.all(), sets))
     }
@@ -175,8 +175,8 @@ impl<'a> Part<'a> {
         residuals.par_iter().map(whitened).collect()
     }
 
-    /// The same where all repeats of an experiment are simulated as if they had begun at one time: by it sets differ in what
-    /// they let through of the inputs' noise, and in nothing else.
+    /// Returns the same with all repeats of an experiment simulated from one start time, so that parameter sets differ
+    /// only in the input noise that they propagate.
     pub fn whitened_deviations(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         // What a drive that warms up changes from one repeat to the next is no noise: all begin at one time.
         let field = self.block.section.inputs().iter().position(|field| field.name == "time");
@@ -189,7 +189,7 @@ impl<'a> Part<'a> {
         self.differences(noise, &self.of_recordings(&recordings, &self.all(), sets))
     }
 
-    /// Residuals of each experiment, averaged over its repeats, for one parameter set.
+    /// Returns the residuals of each experiment, averaged over its repeats, for a parameter set.
     pub fn means(&self, set: &[f64]) -> Vec<DMatrix<f64>> {
         self.averaged(&self.of_trials(&self.all(), &[set.to_vec()]).remove(0))
     }
@@ -199,8 +199,8 @@ impl<'a> Part<'a> {
         self.experiments.iter().map(|(_, members)| mean(&cut(members, trials))).collect()
     }
 
-    /// The noise for one parameter set before any hypothesis: by the repeats, or of no colour without any; `None` if it
-    /// cannot be told.
+    /// Estimates the noise for a parameter set before any hypothesis: from repeats, or white without repeats; `None` if
+    /// it is not identifiable.
     pub fn noise(&self, set: &[f64]) -> Option<Noise> {
         match self.has_repeats() {
             true => Noise::above(&self.deviations(set), &self.block.floor),
@@ -208,7 +208,7 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Whitened mean residuals of all experiments, one after the other, for every parameter set.
+    /// Returns the whitened mean residuals of all experiments, concatenated, for every parameter set.
     pub fn whitened(&self, noise: &Noise, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let whiten = |trials: Vec<DMatrix<f64>>| {
             let of = |(_, members): &(&str, Vec<usize>)| self.white(noise, mean(&cut(members, &trials)), members.len());
@@ -217,8 +217,8 @@ impl<'a> Part<'a> {
         self.of_trials(&self.all(), sets).into_par_iter().map(whiten).collect()
     }
 
-    /// The innovations of a residual that is the mean of some repeats. Where what a tare has left is fitted, the residual's
-    /// own mean tells nothing and is taken off, as from every parameter set's: the least squares' constant with the rest.
+    /// Returns the innovations of a residual averaged over repeats. If tare residuals are fitted, its mean has no
+    /// information and is removed, as from every parameter set: the least-squares constant.
     pub(super) fn white(&self, noise: &Noise, mut residual: DMatrix<f64>, repeats: usize) -> Vec<f64> {
         if self.tares {
             let mean = residual.column_mean();
@@ -227,13 +227,13 @@ impl<'a> Part<'a> {
         noise.whiten(&residual, repeats)
     }
 
-    /// The experiments, with their rows of the whitened residuals.
-    pub fn experiments(&self, noise: &Noise) -> Vec<Experiment> {
+    /// Returns the experiments with their rows in the whitened residuals.
+    pub fn experiments(&self, noise: &Noise) -> Vec<ExperimentRows> {
         let mut start = 0;
         let of = |(_, members): &(&str, Vec<usize>)| {
             let shortest = members.iter().map(|trial| self.measured[*trial].ncols()).min().unwrap_or(0);
             let end = start + shortest.saturating_sub(noise.order()) * self.block.channels.len();
-            Experiment { rows: std::mem::replace(&mut start, end)..end, repeats: members.len() }
+            ExperimentRows { rows: std::mem::replace(&mut start, end)..end, repeats: members.len() }
         };
         self.experiments.iter().map(of).collect()
     }

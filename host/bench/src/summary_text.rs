@@ -1,25 +1,25 @@
-//! A score in plain words.
+//! Text of a score for the terminal.
 
-use crate::score::{Failure, Mark, MethodRow, Row, Score};
+use crate::score::{AcceptanceCriterion, Failure, GauntletScore, MethodRow, Row};
 use softdock_analysis::Share;
 use softdock_analysis::number::{digits_of, significant};
 use std::collections::BTreeMap;
 
-/// The score for a terminal.
-pub fn text(score: &Score) -> String {
+/// Returns the score as text for the terminal.
+pub fn text(score: &GauntletScore) -> String {
     let mut out = format!("Cases diagnosed: {}", score.cases);
     if !score.unasked.is_empty() {
-        out += &format!(", and {} that no bench can show", score.unasked.len());
+        out += &format!(", {} beyond the range of the generator", score.unasked.len());
     }
     let [diagnosis, rest] = score.seconds;
-    out += &format!("; {} h of diagnoses, {} h of all else\n\n", hours(diagnosis), hours(rest));
+    out += &format!("; {} h for diagnoses, {} h for everything else\n\n", hours(diagnosis), hours(rest));
     score.marks.iter().for_each(|mark| out += &format!("{}\n", line(mark)));
     out += &format!("\n{}", names(&score.rows));
     if score.methods.len() > 1 {
         out += &format!("\n{}", methods(&score.methods));
     }
     if !score.failures.is_empty() {
-        out += "\nNot as good as can be\n";
+        out += "\nSuboptimal answers\n";
         score.failures.iter().for_each(|failure| out += &format!("{}\n", failed(failure)));
     }
     out
@@ -29,13 +29,13 @@ fn hours(seconds: f64) -> String {
     significant(seconds / 3600.0, 3)
 }
 
-/// A mark: met or not, what was demanded, what was found.
-fn line(mark: &Mark) -> String {
+/// Returns the line of a criterion: status, demand, result.
+fn line(mark: &AcceptanceCriterion) -> String {
     format!("  {:<8} {}: {}", met(mark), mark.demand, found(mark))
 }
 
-/// Whether a demand is met, in a word.
-pub fn met(mark: &Mark) -> &'static str {
+/// Returns the status of a criterion.
+pub fn met(mark: &AcceptanceCriterion) -> &'static str {
     match mark.met {
         Some(true) => "met",
         Some(false) => "NOT MET",
@@ -43,16 +43,16 @@ pub fn met(mark: &Mark) -> &'static str {
     }
 }
 
-/// What was found beside a demand.
-pub fn found(mark: &Mark) -> String {
+/// Returns the result of a criterion.
+pub fn found(mark: &AcceptanceCriterion) -> String {
     match (&mark.share, mark.value) {
         (Some(share), _) => shared(share),
         (_, Some(value)) => significant(value, 3),
-        _ => "no case asks".to_owned(),
+        _ => "no cases".to_owned(),
     }
 }
 
-/// A share with its exact 95 % interval.
+/// Returns a share with its exact 95 % interval.
 pub fn shared(share: &Share) -> String {
     let percent = |share: f64| digits_of(100.0 * share, 3);
     let rate = share.count as f64 / (share.cases as f64).max(1.0);
@@ -60,7 +60,7 @@ pub fn shared(share: &Share) -> String {
     format!("{} of {}, {} % ({lo} to {hi})", share.count, share.cases, percent(rate))
 }
 
-/// Right answers of what was hidden, by multiples of the smallest size that could be told.
+/// Returns the table of right answers by hidden effect and multiple of the detection limit.
 fn names(rows: &[Row]) -> String {
     let mut hidden: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
     for (place, row) in rows.iter().enumerate() {
@@ -72,7 +72,7 @@ fn names(rows: &[Row]) -> String {
     for ((_, name), rows) in hidden {
         let scale = rows[0].scale.map_or("-".to_owned(), |scale| significant(scale, 3));
         let sizes: Vec<String> = rows.iter().map(|row| sized(row)).collect();
-        let rival = rows[0].inseparable.as_ref().map_or(String::new(), |rival| format!("  like {rival}"));
+        let rival = rows[0].inseparable.as_ref().map_or(String::new(), |rival| format!("  confounded with {rival}"));
         out += &format!("{name:<52} {scale:>10}  {}{rival}\n", sizes.join("  "));
     }
     out
@@ -81,12 +81,12 @@ fn names(rows: &[Row]) -> String {
 fn sized(row: &Row) -> String {
     let size = if row.multiple > 0.0 { format!("x{} ", row.multiple) } else { String::new() };
     match row.cases {
-        0 => format!("{size}not shown"),
+        0 => format!("{size}out of range"),
         cases => format!("{size}{}/{cases}", row.right),
     }
 }
 
-/// What a row asks, in a word.
+/// Returns the name of a row's task.
 pub fn asks(row: &Row) -> &'static str {
     use crate::seal::Asks;
     match row.asks {
@@ -94,15 +94,15 @@ pub fn asks(row: &Row) -> &'static str {
         Asks::Effect => "effect",
         Asks::Pair => "pair",
         Asks::Outside => "outside",
-        Asks::LeftOut => "left out",
+        Asks::LeftOut => "excluded",
     }
 }
 
 fn methods(methods: &[MethodRow]) -> String {
-    let mut out = String::from("Other methods on the same recordings (single effects at 2 s* and more)\n");
+    let mut out = String::from("Baseline methods on the same recordings (single effects at 2 s* and more)\n");
     for row in methods {
         out += &format!(
-            "  {:<24} right {}; wrong {}; alarms {}; {} s a case\n",
+            "  {:<24} right {}; wrong {}; false alarms {}; {} s per case\n",
             row.method,
             shared(&row.right),
             shared(&row.wrong),

@@ -1,42 +1,42 @@
-//! What can only be measured with the truth at hand: the gain that an answer's model truly brings.
+//! True gain of an answer's model, which requires the truth.
 
-use crate::exhibit::{files, read};
 use crate::record::TrueGain;
-use crate::{Error, Result};
+use crate::recordings_folder::{files, read};
+use crate::{GauntletError, Result};
 use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::{Judged, Options};
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, Judged};
 use softdock_diagnosis::inference::noise::Noise;
 use softdock_gauntlet::Further;
 use std::path::Path;
 
-/// The true gain of a block's best explanation, on further recordings of the motion that it was judged by, and of one that
-/// it knows nothing of. `folder` is the diagnosed one; the held-out recordings in it are left alone.
+/// Returns the true gain of a block's best hypothesis, on further recordings of the held-out motion and of an
+/// unrecorded motion. `folder` is the diagnosed one; its held-out recordings are unchanged.
 ///
 /// # Errors
 /// Files that cannot be written or read.
 pub(crate) fn true_gain(folder: &Path, judged: &Judged, further: &Further) -> Result<Option<TrueGain>> {
     let Judged { block, judgement, .. } = judged;
-    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.sound) else {
+    let Some(best) = judgement.ranking.iter().find(|candidate| candidate.admissible) else {
         return Ok(None);
     };
     let sets = [judgement.clamped.values(&block.base), best.fitted.values(&block.base)];
     let of = |name: &str, recordings: &[(String, String)]| -> Result<f64> {
         let subfolder = folder.join(name);
-        std::fs::create_dir_all(&subfolder).map_err(Error::file(&subfolder))?;
+        std::fs::create_dir_all(&subfolder).map_err(GauntletError::file(&subfolder))?;
         for (file, text) in recordings {
-            std::fs::write(subfolder.join(file), text).map_err(Error::file(&subfolder))?;
+            std::fs::write(subfolder.join(file), text).map_err(GauntletError::file(&subfolder))?;
         }
-        let blocks = read(folder, &files(&subfolder)?, &Options::default())?.blocks(1);
+        let blocks = read(folder, &files(&subfolder)?, &DiagnosisOptions::default())?.blocks(1);
         let own = blocks.into_iter().find(|(own, _)| own.name == block.name);
-        let (mut own, _) = own.ok_or_else(|| Error::Model(format!("no block {}", block.name)))?;
+        let (mut own, _) = own.ok_or_else(|| GauntletError::Model(format!("no block {}", block.name)))?;
         own.decimator = block.decimator.clone();
         Ok(gain(&own, &judgement.noise, &sets))
     };
     Ok(Some(TrueGain { held_out: of("further", &further.holdout)?, fresh: of("fresh", &further.fresh)? }))
 }
 
-/// By how much the root mean square of held-out residuals falls from the first parameter set to the second. What the
-/// simulation carries of the inputs' noise beyond what it carries for the model's own parameters is no loss.
+/// Returns the relative reduction of the held-out residuals' root mean square from the first parameter set to the
+/// second, compensated for propagated input noise.
 fn gain(block: &MeasuredBlock, noise: &Noise, sets: &[Vec<f64>; 2]) -> f64 {
     let part = block.part(true);
     let residuals = part.whitened(noise, sets);

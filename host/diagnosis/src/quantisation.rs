@@ -1,5 +1,5 @@
-//! Steps of a sensor's reading, seen in the raw readings themselves: whatever the sensor makes of a force, it reads whole
-//! multiples of its step, so that all readings are in phase with it.
+//! Quantisation of a sensor's reading, detected in the raw readings: all readings are whole multiples of the step, so
+//! that they are in phase with it.
 
 use crate::block::{MeasuredBlock, Trial};
 use rayon::prelude::*;
@@ -7,14 +7,14 @@ use statrs::statistics::Statistics;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Raw readings of a channel by which steps are looked for.
+/// Number of raw readings of a channel for the detection.
 const FEW: usize = 250;
 /// Steps of a reading that its greatest value holds at least.
 const LEAST_STEPS: f64 = 10.0;
 /// Most steps a newton that are tried, and share of the greatest power from which on they may be in phase.
 const MOST_DENSITIES: f64 = 5000.0;
 const IN_PHASE: f64 = 0.8;
-/// Most steps that are told.
+/// Largest number of reported steps.
 const MOST_STEPS: usize = 6;
 /// Refinements of a step, each so many times as fine as the one before.
 const REFINEMENTS: usize = 3;
@@ -25,9 +25,9 @@ const FINER: i32 = 20;
 const SHARP: f64 = 0.5;
 const IN_STEP: f64 = 0.24;
 
-/// What they are called as an effect.
-pub(crate) const NAME: &str = "steps of the sensor's reading";
-/// The parameter that is their size.
+/// Name as an effect.
+pub(crate) const NAME: &str = "quantisation of the sensor's reading";
+/// Name of the size parameter.
 pub(crate) const SIZE: &str = "resolution";
 /// Channels of the forces, and of the moments.
 pub(crate) const FORCES: Range<usize> = 0..3;
@@ -78,7 +78,7 @@ pub(crate) fn seen_steps(block: &MeasuredBlock, greatest: f64, least: f64) -> Ve
     Phases::of(block, FORCES).seen(greatest, least).into_iter().map(|step| step.size).collect()
 }
 
-/// A step of readings.
+/// Quantisation step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Its size, in the readings' unit.
@@ -95,7 +95,7 @@ impl Step {
     }
 }
 
-/// Raw readings, a list a channel, whose phase with a step can be told.
+/// Raw readings per channel, whose phase relative to a step is computed.
 struct Phases {
     readings: Vec<Vec<f64>>,
 }

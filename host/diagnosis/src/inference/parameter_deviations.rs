@@ -1,61 +1,62 @@
-//! How far the free numbers of a fit may be off: by noise, by the step of the simulation, by what was not fitted and may be
-//! off itself, and by what the model lacks.
+//! Standard deviations of fitted parameters: from noise, discretisation error, considered parameters and model error.
 //!
-//! What a model lacks pulls each experiment its own way, so that their pulls scatter by more than noise explains (the
-//! sandwich by clusters: Liang and Zeger, Biometrika 73 (1986) 13). They are to first order what leaving an experiment out
-//! would shift, but an experiment that alone shows an effect says nothing of that effect's scatter.
+//! Model error shifts the gradient of each experiment differently, so that the gradients scatter by more than noise
+//! (the sandwich estimator by clusters: Liang and Zeger, Biometrika 73 (1986) 13). To first order, this is the shift
+//! from leaving an experiment out. An experiment that alone shows an effect contains no information on the scatter of
+//! that effect.
 //!
-//! Noise that an effect changes (a limited command keeps for as long as it is limited what it was late by when that began)
-//! is not what it was whitened as. What repeats differ by under the fit pulls as it does, so that theirs are clusters too.
+//! Noise that depends on an effect (a limited command keeps its initial delay error while limited) is not white after
+//! whitening. The differences of repeats under the fit shift the gradient alike, so they form clusters, too.
 
-use super::evidence::Evidence;
+use super::evidence::MarginalLikelihood;
 use super::fit::Fitted;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// An experiment among whitened residuals.
-pub struct Experiment {
+/// Rows of an experiment in the whitened residuals.
+pub struct ExperimentRows {
     /// Rows of its mean residual.
     pub rows: Range<usize>,
-    /// How often it was recorded.
+    /// Number of repeats.
     pub repeats: usize,
 }
 
-/// What tells how far the numbers of a fit may be off.
-pub struct Seen<'a> {
+/// Sources of parameter errors of a fit.
+pub struct ErrorSources<'a> {
     /// All experiments, in the order of their rows.
-    pub experiments: &'a [Experiment],
-    /// What changes the whitened residuals and is not fitted: half the step, considered parameters a deviation off.
+    pub experiments: &'a [ExperimentRows],
+    /// Changes of the whitened residuals from sources that are not fitted: half the step, and each considered parameter
+    /// shifted by its standard deviation.
     pub shifts: Vec<DVector<f64>>,
-    /// What the repeats of each experiment differ by under the fit, whitened, one after the other.
+    /// Whitened differences of repeats under the fit, concatenated.
     pub repeats: Option<&'a DVector<f64>>,
 }
 
-/// Standard deviation of each free number's `z`; `dispersion` as in the evidence.
+/// Returns the standard deviation of each free parameter's `z`; `dispersion` as in the evidence.
 ///
 /// `s^2 = s_stat^2 + sum s_shift^2 + s_in^2 + max(s_gap^2, s_rep^2)`, the first with the dispersion in it, the third by the
 /// noise of inputs. What the repeats of an experiment differ by has a share in what the experiment pulls. Shifts are those
 /// of one Gauss-Newton step.
-pub fn deviations(fitted: &Fitted, evidence: &Evidence, dispersion: f64, seen: &Seen) -> Vec<f64> {
+pub fn deviations(fitted: &Fitted, evidence: &MarginalLikelihood, dispersion: f64, seen: &ErrorSources) -> Vec<f64> {
     let mut variance = evidence.covariance.diagonal();
     for change in &seen.shifts {
         let shift = &evidence.covariance * fitted.jacobian.tr_mul(change) / dispersion;
         variance += shift.component_mul(&shift);
     }
     if let Some(noise) = &fitted.input_noise {
-        // Noise that comes through the sensitivities tells nothing, and moves the numbers all the same.
+        // Noise in the sensitivities has no information, but shifts the parameters.
         variance += (&evidence.covariance * &noise.information * &evidence.covariance).diagonal() / dispersion;
     }
     let clusters = Clusters { fitted, covariance: &evidence.covariance, dispersion };
-    let restless = seen.repeats.map(|repeats| clusters.restless(seen.experiments, repeats));
+    let by_repeats = seen.repeats.map(|repeats| clusters.by_repeats(seen.experiments, repeats));
     let gap = clusters.gap(seen.experiments);
-    variance += restless.map_or(gap.clone(), |restless| restless.sup(&gap));
+    variance += by_repeats.map_or(gap.clone(), |by_repeats| by_repeats.sup(&gap));
     variance.iter().map(|variance| variance.sqrt()).collect()
 }
 
-/// Factor by which what independent clusters of so many residuals each pull at a fit scatters more than noise of unit
-/// variance would have it, the mean over the free numbers: that by which a likelihood of all residuals tells too much
-/// (Pauli, Racugno and Ventura, Statistica Sinica 21 (2011) 149).
+/// Returns the factor by which the gradients of independent clusters of `rows` residuals scatter more than unit noise,
+/// averaged over the free parameters: the factor by which a likelihood of all residuals is overconfident (Pauli,
+/// Racugno and Ventura, Statistica Sinica 21 (2011) 149).
 pub fn scatter(fitted: &Fitted, rows: usize) -> f64 {
     let count = fitted.z.len();
     if count == 0 {
@@ -88,13 +89,13 @@ impl Clusters<'_> {
     }
 
     /// Variance by what each experiment pulls, beyond what noise explains of it.
-    fn gap(&self, experiments: &[Experiment]) -> DVector<f64> {
+    fn gap(&self, experiments: &[ExperimentRows]) -> DVector<f64> {
         let Self { fitted, covariance, .. } = self;
         let mut sum = DVector::zeros(fitted.z.len());
         if experiments.len() < 2 {
             return sum;
         }
-        for Experiment { rows, .. } in experiments {
+        for ExperimentRows { rows, .. } in experiments {
             let own = fitted.jacobian.rows(rows.start, rows.len());
             let share = rows.len() as f64 / fitted.residual.len() as f64;
             let mut pull = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
@@ -110,9 +111,9 @@ impl Clusters<'_> {
     }
 
     /// Variance by what repeats differ by, beyond that of noise that is as it was whitened.
-    fn restless(&self, experiments: &[Experiment], differences: &DVector<f64>) -> DVector<f64> {
+    fn by_repeats(&self, experiments: &[ExperimentRows], differences: &DVector<f64>) -> DVector<f64> {
         let (mut sum, mut start) = (DVector::zeros(self.fitted.z.len()), 0);
-        for Experiment { rows, repeats } in experiments.iter().filter(|experiment| experiment.repeats > 1) {
+        for ExperimentRows { rows, repeats } in experiments.iter().filter(|experiment| experiment.repeats > 1) {
             let own = self.fitted.jacobian.rows(rows.start, rows.len());
             for _ in 0..*repeats {
                 let shift = self.shift(own.tr_mul(&differences.rows(start, rows.len())));
@@ -128,7 +129,7 @@ impl Clusters<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::evidence::evidence;
-    use super::super::unknown::{Prior, Role, Unknown};
+    use super::super::unknown::{ParameterPrior, Role, Unknown};
     use super::*;
     use softdock_kernels::philox;
 
@@ -140,7 +141,7 @@ mod tests {
 
     /// One number, measured in three experiments that are each off by as much, in standard deviations of one sample.
     fn fitted(off: [f64; 3]) -> Fitted {
-        let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
+        let prior = ParameterPrior::Normal { mean: 0.0, sd: 1.0 };
         let unknown = Unknown { name: "p".to_owned(), field: 0, unit: "1", prior, role: Role::Size };
         let residual = DVector::from_fn(3 * ROWS, |i, _| noise(i) + off[i / ROWS]);
         let mean = residual.mean();
@@ -157,17 +158,22 @@ mod tests {
         }
     }
 
-    fn experiments() -> [Experiment; 3] {
-        [0, 1, 2].map(|i| Experiment { rows: i * ROWS..(i + 1) * ROWS, repeats: 2 })
+    fn experiments() -> [ExperimentRows; 3] {
+        [0, 1, 2].map(|i| ExperimentRows { rows: i * ROWS..(i + 1) * ROWS, repeats: 2 })
     }
 
     fn deviation(off: [f64; 3], shifts: Vec<DVector<f64>>, repeats: Option<&DVector<f64>>) -> f64 {
         let fitted = fitted(off);
-        deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &Seen { experiments: &experiments(), shifts, repeats })[0]
+        deviations(
+            &fitted,
+            &evidence(&fitted, 1.0),
+            1.0,
+            &ErrorSources { experiments: &experiments(), shifts, repeats },
+        )[0]
     }
 
     #[test]
-    fn noise_alone_adds_little_and_experiments_that_disagree_much() {
+    fn disagreeing_experiments_widen_the_deviation_and_noise_does_not() {
         let plain = 1.0 / (3.0 * ROWS as f64).sqrt();
         let alone = deviation([0.0; 3], Vec::new(), None) / plain;
         assert!((0.99..1.8).contains(&alone), "{alone}");
@@ -177,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn repeats_that_disagree_count_as_much_as_they_pull() {
+    fn disagreeing_repeats_widen_the_deviation() {
         // Two repeats, each off by as much as the other to the other side, and noise; each experiment's mean is known to
         // that over the root of two, times the root of two as a single one's noise would be.
         let repeats = |off: f64| {
@@ -191,16 +197,16 @@ mod tests {
     }
 
     #[test]
-    fn an_experiment_that_alone_shows_an_effect_says_nothing_of_its_scatter() {
+    fn single_informative_experiment_adds_no_scatter() {
         let mut fitted = fitted([0.0; 3]);
         fitted.jacobian.rows_mut(ROWS, 2 * ROWS).fill(0.0);
-        let seen = Seen { experiments: &experiments(), shifts: Vec::new(), repeats: None };
+        let seen = ErrorSources { experiments: &experiments(), shifts: Vec::new(), repeats: None };
         let own = deviations(&fitted, &evidence(&fitted, 1.0), 1.0, &seen)[0];
         assert!((own * (ROWS as f64).sqrt() - 1.0).abs() < 0.5, "{own}");
     }
 
     #[test]
-    fn what_is_not_fitted_and_moves_the_residuals_counts() {
+    fn considered_parameters_widen_the_deviation() {
         let change = DVector::from_element(3 * ROWS, 0.3);
         assert!((deviation([0.0; 3], vec![change], None) - 0.3).abs() < 0.01);
     }

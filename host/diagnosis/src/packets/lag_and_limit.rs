@@ -1,4 +1,5 @@
-//! What a command was before a lag and a limit behind its packets: what repeats differ by there is the packets' own.
+//! Commands before the lag and the rate limit that follow the packets: their differences between repeats come from the
+//! packets.
 
 use crate::answer::EffectFound;
 use softdock_kernels::block::command::CommandValues;
@@ -6,10 +7,10 @@ use softdock_kernels::block::low_pass::LowPass;
 
 /// Share of a limit from which on a rate counts as limited.
 const AT_LIMIT: f64 = 0.99;
-/// Share of a limit below which a restless delay alone does not reach it.
+/// Share of a limit that jitter alone does not reach.
 const WELL_BELOW: f64 = 0.8;
 
-/// What stands between the packets and the command in force.
+/// Lag and limit between the packets and the effective command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Behind {
     /// Time constant of the lag \[s\], 0 without one.
@@ -26,11 +27,11 @@ impl Behind {
 
     /// The same with what was found.
     pub(super) fn with(self, effects: &[EffectFound]) -> Self {
-        let told = |field: &str, own: f64| {
+        let value = |field: &str, own: f64| {
             let estimate = effects.iter().find_map(|effect| effect.parameters.get(field));
             estimate.map_or(own, |estimate| estimate.value)
         };
-        Self { lag: told("lag", self.lag), rate_limit: told("rate_limit", self.rate_limit) }
+        Self { lag: value("lag", self.lag), rate_limit: value("rate_limit", self.rate_limit) }
     }
 
     /// The commands \[rad\] that become these behind the lag, row by row of a step \[s\].
@@ -69,7 +70,7 @@ impl Behind {
         change.abs() > AT_LIMIT * self.rate_limit * step
     }
 
-    /// Whether a command of such a rate \[rad/s\] stays below the limit though packets come a little early or late.
+    /// Returns whether a command of this rate \[rad/s\] stays below the limit despite jitter of the packets.
     pub(super) fn spares(&self, rate: f64) -> bool {
         rate < WELL_BELOW * self.rate_limit
     }
@@ -80,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lag_is_taken_off_to_the_last_loss() {
+    fn lag_is_removed_exactly_with_losses() {
         let (step, lag) = (1e-3, 3.3e-3);
         let low_pass = LowPass::of(step, lag);
         // A ramp on which some packets got lost.
@@ -94,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_grow_as_much_as_is_said() {
+    fn error_magnification_is_as_stated() {
         let (step, behind) = (1e-3, Behind { lag: 2.5e-3, rate_limit: 1e9 });
         let draw = |k: u32| softdock_kernels::philox::uniform(7, "errors", 0, k) - 0.5;
         let errors: Vec<f64> = (0..20_000).map(draw).collect();

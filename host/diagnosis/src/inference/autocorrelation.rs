@@ -1,4 +1,4 @@
-//! How much noise there is in a channel of repeats, and how long it remembers.
+//! Power and correlation time of the noise in a channel of repeats.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -7,17 +7,17 @@ use std::ops::RangeInclusive;
 /// Longest lag at which the noise's memory is looked for, as a share of a recording.
 const LONGEST_LAG: f64 = 0.1;
 
-/// How long noise remembers.
-pub(crate) struct Memory {
+/// Correlation time of noise.
+pub(crate) struct CorrelationTime {
     /// Samples until the correlation has fallen to 1/e.
     pub(crate) time: f64,
-    /// Share of the samples that, were they independent, would tell a channel's variance as well (Bartlett).
+    /// Effective share of independent samples for a channel's variance (Bartlett).
     pub(crate) independent: f64,
     /// The same for a channel's mean.
     independent_for_mean: f64,
 }
 
-impl Memory {
+impl CorrelationTime {
     /// Of all channels alike, by their mean correlation.
     pub(crate) fn of(series: &[DMatrix<f64>]) -> Self {
         let most = (LONGEST_LAG * series[0].ncols() as f64) as usize;
@@ -78,7 +78,7 @@ mod tests {
     use softdock_kernels::philox;
 
     #[test]
-    fn the_variance_of_noise_with_a_memory_is_told_though_its_mean_is_taken_off() {
+    fn variance_of_coloured_noise_is_unbiased_after_centring() {
         let (keep, length) = (0.98_f64, 1000);
         let series = |k: u64| {
             let mut x = 0.0;
@@ -93,9 +93,9 @@ mod tests {
             x.map(|value| value - mean)
         };
         let all: Vec<_> = (0..60).map(series).collect();
-        let (memory, found) = (Memory::of(&all), power(&all, 0));
+        let (correlation_time, found) = (CorrelationTime::of(&all), power(&all, 0));
         assert!((0.87..0.93).contains(&found), "a tenth lies in the means: {found}");
-        assert!((found * memory.bias(&all) - 1.0).abs() < 0.03, "{}", found * memory.bias(&all));
-        assert!((40.0..56.0).contains(&memory.time), "{}", memory.time);
+        assert!((found * correlation_time.bias(&all) - 1.0).abs() < 0.03, "{}", found * correlation_time.bias(&all));
+        assert!((40.0..56.0).contains(&correlation_time.time), "{}", correlation_time.time);
     }
 }

@@ -1,20 +1,20 @@
-//! A motion that somebody else asks for: sampled, and followed through its samples.
+//! Commanded path: sampled, and followed through its samples.
 
 use crate::motion::Reference;
 
-/// A path that a bench is told to follow.
+/// Path that a rig is commanded to follow.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct CommandedPath {
     /// From one sample to the next \[s\].
     pub step_s: f64,
     /// Angles \[rad\], sample by sample; it begins and ends at rest.
     pub path: Vec<f64>,
-    /// How often.
+    /// Number of repeats.
     pub repeats: u64,
 }
 
-impl Told {
-    /// How long it lasts \[s\].
+impl CommandedPath {
+    /// Returns the duration \[s\].
     pub(crate) fn duration_s(&self) -> f64 {
         (self.path.len().max(1) - 1) as f64 * self.step_s
     }
@@ -29,7 +29,7 @@ impl Told {
     }
 }
 
-impl Reference for Told {
+impl Reference for CommandedPath {
     /// Polynomials of the fifth degree between the samples: rate and acceleration are continuous, as in a drive that
     /// interpolates its set points.
     fn at(&self, time: f64) -> [f64; 3] {
@@ -61,20 +61,23 @@ mod tests {
     use std::f64::consts::TAU;
 
     #[test]
-    fn a_sampled_sine_is_followed_with_its_rate_and_acceleration() {
+    fn sampled_sine_is_followed_with_rate_and_acceleration() {
         let (step_s, omega) = (0.004, TAU * 2.0);
         let path = (0..=500).map(|i| 0.3 * (omega * f64::from(i) * step_s).sin()).collect();
-        let told = Told { step_s, path, repeats: 1 };
-        assert!((told.duration_s() - 2.0).abs() < 1e-12);
+        let commanded = CommandedPath { step_s, path, repeats: 1 };
+        assert!((commanded.duration_s() - 2.0).abs() < 1e-12);
         for time in [0.0501, 0.333, 0.9999, 1.25, 1.7] {
-            let [value, rate, acceleration] = told.at(time);
+            let [value, rate, acceleration] = commanded.at(time);
             let (sin, cos) = (omega * time).sin_cos();
             assert!((value - 0.3 * sin).abs() < 1e-7, "{time}");
             assert!((rate - 0.3 * omega * cos).abs() < 1e-5 * 0.3 * omega, "{time}");
             assert!((acceleration + 0.3 * omega * omega * sin).abs() < 1e-3 * 0.3 * omega * omega, "{time}");
-            let slope = |order: usize| (told.at(time + 1e-6)[order] - told.at(time - 1e-6)[order]) / 2e-6;
+            let slope = |order: usize| (commanded.at(time + 1e-6)[order] - commanded.at(time - 1e-6)[order]) / 2e-6;
             assert!((slope(0) - rate).abs() < 1e-6 && (slope(1) - acceleration).abs() < 1e-3, "{time}");
         }
-        assert_eq!((told.at(-0.1), told.at(5.0)), ([told.path[0], 0.0, 0.0], [told.path[500], 0.0, 0.0]));
+        assert_eq!(
+            (commanded.at(-0.1), commanded.at(5.0)),
+            ([commanded.path[0], 0.0, 0.0], [commanded.path[500], 0.0, 0.0])
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Channels that fit the model far better by another unit or with the other sign: mistakes that no effect explains.
+//! Unit and sign checks: channels that fit the model far better with another unit or sign.
 
 use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
@@ -6,26 +6,26 @@ use crate::inference::noise::Noise;
 use crate::recording::grid::{Finding, Piece};
 use softdock_campaign::rig::DriveRig;
 
-/// Factors by which a channel may be wrong, in words.
+/// Possible unit and sign errors: factor and description.
 const FACTORS: [(f64, &str); 9] = [
     (-1.0, "with its sign reversed"),
     (2.0, "times 2"),
     (0.5, "times 0.5"),
-    (9.80665, "times 9.81, as if it stood in kgf"),
+    (9.80665, "times 9.81, as if recorded in kgf"),
     (1.0 / 9.80665, "divided by 9.81"),
-    (180.0 / std::f64::consts::PI, "times 180/pi, as if degrees and radians were swapped"),
-    (std::f64::consts::PI / 180.0, "times pi/180, as if it stood in degrees"),
+    (180.0 / std::f64::consts::PI, "times 180/pi, as if degrees and radians were exchanged"),
+    (std::f64::consts::PI / 180.0, "times pi/180, as if recorded in degrees"),
     (1e3, "times 1000"),
     (1e-3, "divided by 1000"),
 ];
 
-/// Mean square of the whitened residual above which a channel is suspected at all, and below which a factor is believed.
+/// Mean square of the whitened residual above which channels are checked, and below which a factor is reported.
 const SUSPICIOUS: f64 = 4.0;
 /// The same of one recording alone, above which a factor is not tried on all.
 const HARDLY: f64 = 40.0;
 
-/// What a drive's channels are suspected of.
-pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
+/// Returns the channels of a drive with a suspected unit or sign error.
+pub(crate) fn check_units(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
     let Some((as_is, noise)) = misfit(rig, pieces).filter(|(misfit, _)| *misfit > SUSPICIOUS) else {
         return Vec::new();
     };
@@ -47,7 +47,8 @@ pub(crate) fn suspects(rig: &DriveRig, pieces: &[Piece]) -> Vec<Finding> {
     findings
 }
 
-/// Mean square of the whitened residual at the model's own parameters, and the noise; `None` if that cannot be told.
+/// Returns the mean square of the whitened residual at the nominal parameters, and the noise; `None` if the noise is
+/// not identifiable.
 fn misfit(rig: &DriveRig, pieces: &[Piece]) -> Option<(f64, Noise)> {
     let block = drive_block(rig, pieces, &|_| false, 1, &[]);
     let noise = block.part(false).noise(&block.base)?;

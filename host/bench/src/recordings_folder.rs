@@ -1,44 +1,44 @@
-//! A data set as a folder, which is all that a diagnosis is given.
+//! Folder with a data set, the only input of a diagnosis.
 
-use crate::{Error, Result};
+use crate::{GauntletError, Result};
 use softdock_campaign::{FileKind, Problems, Rig, Scenario, kind};
 use softdock_diagnosis::block::facility::FacilityModel;
-use softdock_diagnosis::diagnosis::{Options, Prepared, prepare, prepare_facility};
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, Prepared, prepare, prepare_facility};
 use softdock_gauntlet::Set;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Model and recordings in a folder of their own, gone when dropped.
-pub(crate) struct Exhibit {
+/// Temporary folder with model and recordings, removed on drop.
+pub(crate) struct RecordingsFolder {
     folder: TempDir,
 }
 
-impl Exhibit {
-    /// Writes a data set; its truth stays behind.
+impl RecordingsFolder {
+    /// Writes a data set without its truth.
     pub(crate) fn of(set: &Set) -> Result<Self> {
-        let folder = tempfile::tempdir().map_err(Error::file(Path::new("a temporary folder")))?;
-        set.write(folder.path()).map_err(Error::file(folder.path()))?;
+        let folder = tempfile::tempdir().map_err(GauntletError::file(Path::new("a temporary folder")))?;
+        set.write(folder.path()).map_err(GauntletError::file(folder.path()))?;
         Ok(Self { folder })
     }
 
-    /// Adds recordings to learn from.
+    /// Adds training recordings.
     pub(crate) fn add(&self, recordings: &[(String, String)]) -> Result<()> {
         for (name, text) in recordings {
             let file = self.path().join("training").join(name);
-            std::fs::write(&file, text).map_err(Error::file(&file))?;
+            std::fs::write(&file, text).map_err(GauntletError::file(&file))?;
         }
         Ok(())
     }
 
-    /// Where it lies.
+    /// Returns its path.
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// Reads model and recordings of a folder; those of `holdout` are judged by, or the folder's own where there are none.
-pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &Options) -> Result<Prepared> {
-    let (model, refused) = (folder.join("model.toml"), |problems: Problems| Error::Model(problems.to_string()));
+/// Reads model and recordings of a folder. The held-out recordings are `holdout`, or the folder's own if empty.
+pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &DiagnosisOptions) -> Result<Prepared> {
+    let (model, refused) = (folder.join("model.toml"), |problems: Problems| GauntletError::Model(problems.to_string()));
     let training = files(&folder.join("training"))?;
     let own = if holdout.is_empty() { files(&folder.join("holdout"))? } else { holdout.to_vec() };
     let training: Vec<&Path> = training.iter().map(PathBuf::as_path).collect();
@@ -50,13 +50,13 @@ pub(crate) fn read(folder: &Path, holdout: &[PathBuf], options: &Options) -> Res
     Ok(prepare(Rig::load(&model).map_err(refused)?, &training, &own, options)?)
 }
 
-/// Files of a folder, sorted.
+/// Returns the files of a folder, sorted.
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = folder.read_dir().map_err(Error::file(folder))?;
+    let entries = folder.read_dir().map_err(GauntletError::file(folder))?;
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
         .collect::<std::io::Result<_>>()
-        .map_err(Error::file(folder))?;
+        .map_err(GauntletError::file(folder))?;
     files.sort();
     Ok(files)
 }
