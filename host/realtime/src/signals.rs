@@ -179,7 +179,7 @@ impl From<std::io::Error> for LinkFault {
 }
 
 /// A robot, whatever its protocol; also an emulated one.
-pub trait Robot {
+pub trait RobotLink {
     /// What it can do.
     fn capabilities(&self) -> Capabilities;
 
@@ -217,7 +217,7 @@ pub trait ForceSensor {
 /// Both robots and the sensor.
 pub struct Links {
     /// Robots 1 and 2.
-    pub robots: [Box<dyn Robot>; 2],
+    pub robots: [Box<dyn RobotLink>; 2],
     /// The sensor.
     pub sensor: Box<dyn ForceSensor>,
 }

@@ -23,4 +23,5 @@ pub mod rights;
 pub mod run;
 pub mod terminal_text;
 
-pub use error::{Result, SessionError};
+pub(crate) use error::Result;
+pub use error::SessionError;

@@ -8,7 +8,7 @@ use softdock_campaign::station::AxisLimits;
 use softdock_campaign::{Campaign, Scenario, Station, rules};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::links::{LinkNotice, check_arming};
 use softdock_realtime::time::Nanos;
 use std::io;
@@ -96,7 +96,7 @@ pub struct SessionPlan {
     /// What was asked for.
     pub(crate) options: SessionOptions,
     pub(crate) campaign: Campaign,
-    pub(crate) task: Task,
+    pub(crate) task: SessionTask,
     /// The facility that stands in for a real one.
     pub(crate) emulated: (Arc<Plant>, Params<f64>),
     pub(crate) addresses: FacilityAddresses,
@@ -127,13 +127,13 @@ impl SessionPlan {
             return Err(SessionError::refused("virtual time is for emulated robots alone", remedy));
         }
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let task = Task {
+        let task = SessionTask {
             armed,
             // Emulated robots need nobody's leave to move to the start.
             to_start: options.to_start || !any_real || !armed,
             check_only: options.mode == SessionMode::CheckOnly,
             retract: options.retract,
-            ..Task::new(plant, Arc::new(station), run, campaign.draw(run).params)
+            ..SessionTask::new(plant, Arc::new(station), run, campaign.draw(run).params)
         };
         if options.effects.is_some() && any_real {
             let remedy = "give them to `softdock emulate`";
@@ -154,7 +154,7 @@ impl SessionPlan {
     }
 
     /// What is driven, and where.
-    pub fn task(&self) -> &Task {
+    pub fn task(&self) -> &SessionTask {
         &self.task
     }
 

@@ -6,7 +6,7 @@ use crate::plan::SessionPlan;
 use crate::prediction::PredictedAnswer;
 use crate::replay::ReplayedLog;
 use softdock_analysis::number::{percent, with_unit};
-use softdock_realtime::drive::checklist::{Answer, Check, Checklist};
+use softdock_realtime::drive::checklist::{Check, CheckOutcome, Checklist};
 
 impl SessionPlan {
     /// Returns run, mode, addresses, limits and stop rules, before the links open.
@@ -22,8 +22,8 @@ impl SessionPlan {
 
 /// Returns the start-up checks as a table with their count; failed checks have a line with their remedy.
 pub fn checks_text(list: &Checklist, is_coloured: bool) -> String {
-    let count = |answer: Answer| list.checks().iter().filter(|check| check.answer() == answer).count();
-    let [passed, failed, open] = [Answer::Passed, Answer::Failed, Answer::Open].map(count);
+    let count = |answer: CheckOutcome| list.checks().iter().filter(|check| check.answer() == answer).count();
+    let [passed, failed, open] = [CheckOutcome::Passed, CheckOutcome::Failed, CheckOutcome::Open].map(count);
     let lines: Vec<String> = list.checks().iter().map(|check| check_line(check, is_coloured)).collect();
     let table = lines.join("\n");
     format!("{table}\n\n{passed} checks passed, {failed} failed, {open} without an answer; nothing has moved")
@@ -32,13 +32,13 @@ pub fn checks_text(list: &Checklist, is_coloured: bool) -> String {
 fn check_line(check: &Check, is_coloured: bool) -> String {
     let (row, answer) = (check.what.row(), check.answer());
     let mark = match (answer, is_coloured) {
-        (Answer::Passed, true) => "\x1b[32mok    \x1b[0m",
-        (Answer::Failed, true) => "\x1b[31mFAILED\x1b[0m",
-        (Answer::Passed, false) => "ok    ",
-        (Answer::Failed, false) => "FAILED",
-        (Answer::Open, _) => "-     ",
+        (CheckOutcome::Passed, true) => "\x1b[32mok    \x1b[0m",
+        (CheckOutcome::Failed, true) => "\x1b[31mFAILED\x1b[0m",
+        (CheckOutcome::Passed, false) => "ok    ",
+        (CheckOutcome::Failed, false) => "FAILED",
+        (CheckOutcome::Open, _) => "-     ",
     };
-    let remedy = if answer == Answer::Failed { format!("\n       {}", row.remedy) } else { String::new() };
+    let remedy = if answer == CheckOutcome::Failed { format!("\n       {}", row.remedy) } else { String::new() };
     let [value, limit] = [check.value_text(), check.limit_text()];
     format!("{mark} {:<16} {:<66} {value:>14}   {limit}{remedy}", check.subject(), row.title)
 }

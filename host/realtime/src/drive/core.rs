@@ -7,7 +7,7 @@ mod retracting;
 mod starting;
 
 use super::checklist::{Check, Checklist};
-use super::guard::{Alarm, Found, Guard, Seen, ToolError};
+use super::guard::{Alarm, Guard, GuardInputs, LimitViolation, ToolError};
 use super::motion::{JointMove, RunIn};
 use super::start::{StartUp, Weighing, apart, moved};
 use super::torque::TorqueWatch;
@@ -43,7 +43,7 @@ const LONGEST_STOP: f64 = 10.0;
 
 /// What is driven.
 #[derive(Clone)]
-pub struct Task {
+pub struct SessionTask {
     /// The scenario.
     pub plant: Arc<Plant>,
     /// The facility.
@@ -62,7 +62,7 @@ pub struct Task {
     pub retract: f64,
 }
 
-impl Task {
+impl SessionTask {
     /// A run that moves emulated robots from wherever they stand.
     pub fn new(plant: Arc<Plant>, station: Arc<Station>, run: u64, params: Params<f64>) -> Self {
         Self { plant, station, run, params, armed: false, to_start: true, check_only: false, retract: 0.0 }
@@ -71,7 +71,7 @@ impl Task {
 
 /// What came over the links of those who take the commands, or of those who are only exercised.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Arrived {
+pub struct LinkInputs {
     /// Reports of robots 1 and 2.
     pub robots: [Option<RobotState>; 2],
     /// The sensor's newest sample.
@@ -86,13 +86,13 @@ pub struct Arrived {
 
 /// All that a cycle decides from.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs {
+pub struct CycleInputs {
     /// Start of the cycle since the start of the drive.
     pub now: Nanos,
     /// From those who take the commands.
-    pub moved: Arrived,
+    pub moved: LinkInputs,
     /// From the real links of a dry run.
-    pub exercised: Option<Arrived>,
+    pub exercised: Option<LinkInputs>,
     /// Somebody wants the run stopped.
     pub request: Option<StopCause>,
     /// The operator has let the robots move: armed ones do not before.
@@ -198,7 +198,7 @@ struct Read {
 
 /// The drive's decisions.
 pub struct Core {
-    task: Task,
+    task: SessionTask,
     arms: Arms,
     sensing: Sensing,
     /// The sensor has its tare.
@@ -247,7 +247,7 @@ impl Core {
     ///
     /// # Errors
     /// If the robots cannot hold their parts, or their cycle does not fit the scenario.
-    pub fn new(task: Task, capabilities: [Capabilities; 2]) -> Result<Self, Unprepared> {
+    pub fn new(task: SessionTask, capabilities: [Capabilities; 2]) -> Result<Self, Unprepared> {
         let arms = Arms::new(&task.plant, &task.station)?;
         let (cycle, tick) = (capabilities[0].cycle.seconds(), task.plant.timing.tick());
         let ticks = (cycle / tick).round();
@@ -388,7 +388,7 @@ impl Core {
     }
 
     /// One cycle: takes what has arrived, decides, and notes all of it in the record.
-    pub fn step(&mut self, inputs: &Inputs) -> Orders {
+    pub fn step(&mut self, inputs: &CycleInputs) -> Orders {
         self.record.cycle += 1;
         self.record.time = inputs.now;
         self.take(inputs);
@@ -402,7 +402,7 @@ impl Core {
     }
 
     /// What has arrived goes into the record and the short memory.
-    fn take(&mut self, inputs: &Inputs) {
+    fn take(&mut self, inputs: &CycleInputs) {
         let dry = inputs.exercised.is_some();
         let r = &mut self.record;
         let bits = inputs.moved.broken.iter().enumerate().map(|(link, broken)| u32::from(*broken) << link);
@@ -429,7 +429,7 @@ impl Core {
     }
 
     /// Parts as the robots hold them and the wrench between them.
-    fn measure(&mut self, inputs: &Inputs) -> Read {
+    fn measure(&mut self, inputs: &CycleInputs) -> Read {
         let cycle = self.capabilities[0].cycle.seconds();
         let rates =
             std::array::from_fn(|r| std::array::from_fn(|i| (self.axes[0][r][i] - self.axes[1][r][i]) * (1.0 / cycle)));
@@ -446,7 +446,7 @@ impl Core {
     }
 
     /// The first reason to stop; none while nothing moves yet or any more.
-    fn alarm(&mut self, inputs: &Inputs, read: &Read) -> Option<Alarm> {
+    fn alarm(&mut self, inputs: &CycleInputs, read: &Read) -> Option<Alarm> {
         if matches!(self.state, State::Ending { .. } | State::Over) {
             return None;
         }
@@ -463,7 +463,7 @@ impl Core {
         let running = matches!(self.state, State::Running);
         let retracting = matches!(self.state, State::Retracting { .. });
         let stopping = matches!(self.state, State::Closing { .. } | State::Stopping) || retracting;
-        let seen = Seen {
+        let seen = GuardInputs {
             now: inputs.now,
             wrenches: [read.measured.wrench, read.peak],
             tools: self.tool_errors(&read.measured.parts),
@@ -502,7 +502,7 @@ impl Core {
     }
 
     /// A real link of a dry run that has fallen silent: what the run shows is not shown on these links.
-    fn of_exercised(&mut self, inputs: &Inputs) -> Option<Alarm> {
+    fn of_exercised(&mut self, inputs: &CycleInputs) -> Option<Alarm> {
         let real = inputs.exercised.as_ref()?;
         let there = [real.robots[0].is_some(), real.robots[1].is_some(), real.sample.is_some()];
         // A robot slower than the master is not there in every cycle of it.
@@ -514,7 +514,7 @@ impl Core {
             if self.silent[link] > most || real.broken[link] {
                 let robot = (link < 2).then_some(link);
                 let (value, limit) = (f64::from(self.silent[link]), f64::from(most));
-                let found = Some(Found { robot, axis: None, value, limit, unit: "cycles" });
+                let found = Some(LimitViolation { robot, axis: None, value, limit, unit: "cycles" });
                 return Some(Alarm { found, ..Alarm::of(StopCause::LinkSilent) });
             }
         }
@@ -553,7 +553,7 @@ impl Core {
     }
 
     /// The phase's own business.
-    fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
+    fn decide(&mut self, inputs: &CycleInputs, net: Option<Measured>) -> Orders {
         match self.state {
             State::StartUp => self.start_up(inputs),
             State::Enabling { begun } => self.enable(begun, inputs.now),

@@ -21,7 +21,7 @@ const MOVING: f64 = 1e-3;
 
 /// Which clock counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Timing {
+pub enum DelayClock {
     /// The robot's own stamps (IPOC of RSI): what the network does to datagrams does not count.
     Robot,
     /// Arrivals of its reports on our clock.
@@ -30,14 +30,14 @@ pub enum Timing {
 
 /// What a protocol states of a robot's commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stated {
+pub struct ProtocolTiming {
     /// Period of its commands.
     pub cycle: Nanos,
     /// From the instant of a report to the one for which the command that answers it is meant.
     pub ahead: Nanos,
 }
 
-impl Stated {
+impl ProtocolTiming {
     /// Emulated in process, and drives in CSP: a command is for the end of the cycle that begins with it.
     pub fn one_cycle(cycle: Nanos) -> Self {
         Self { cycle, ahead: cycle }
@@ -51,7 +51,7 @@ impl Stated {
 
 /// What is known of a robot's own lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Response {
+pub enum ServoResponse {
     /// It has none: all that delays it is dead time.
     None,
     /// This one.
@@ -64,7 +64,7 @@ pub enum Response {
 
 /// The measured dead time of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delay {
+pub struct DeadTime {
     /// Dead time beyond what the protocol states \[s\].
     pub dead_time: f64,
     /// Its standard error \[s\], with the correlation of successive residuals in the count of samples.
@@ -77,7 +77,7 @@ pub struct Delay {
     pub samples: usize,
 }
 
-impl Delay {
+impl DeadTime {
     /// How much later slow motion comes: the dead time and the lag's own delay at low frequency \[s\].
     pub fn of_slow_motion(&self) -> f64 {
         self.dead_time + self.lag.map_or(0.0, Lag::delay)
@@ -88,19 +88,19 @@ impl Delay {
 /// `None` for a robot that has not moved.
 ///
 /// It counts from the instant for which a command was meant, which is the instant of the report that it answered and
-/// [`Stated::ahead`], to the instant of the report that shows the axes there. So with [`Stated::one_cycle`] a command
+/// [`ProtocolTiming::ahead`], to the instant of the report that shows the axes there. So with [`ProtocolTiming::one_cycle`] a command
 /// sent at t and reached at t + cycle has a dead time of 0, and over RSI one that is reached two cycles after the
-/// report that it answered. With [`Timing::Robot`] both instants are the robot's own stamps; with [`Timing::Ours`] both are
+/// report that it answered. With [`DelayClock::RobotLink`] both instants are the robot's own stamps; with [`DelayClock::Ours`] both are
 /// arrivals on our clock, so that a constant transport of the reports cancels and their jitter is noise.
 ///
 /// Records that the log has lost, and lost packets, are held over as the robots do. A fitted lag and the dead time are
-/// told apart by quick changes of speed alone: see [`Delay::error`].
+/// told apart by quick changes of speed alone: see [`DeadTime::error`].
 pub fn delays(
     records: &[CycleRecord],
-    stated: [Stated; 2],
-    timing: Timing,
-    response: [Response; 2],
-) -> [Option<Delay>; 2] {
+    stated: [ProtocolTiming; 2],
+    timing: DelayClock,
+    response: [ServoResponse; 2],
+) -> [Option<DeadTime>; 2] {
     std::array::from_fn(|robot| {
         let history = History::of(records, robot, stated[robot], timing);
         fit::fit(&history.axes, response[robot])
@@ -121,7 +121,7 @@ struct History {
 }
 
 impl History {
-    fn of(records: &[CycleRecord], robot: usize, stated: Stated, timing: Timing) -> Self {
+    fn of(records: &[CycleRecord], robot: usize, stated: ProtocolTiming, timing: DelayClock) -> Self {
         let mut commands: Vec<(f64, [f64; AXES])> = Vec::new();
         let mut measured: Vec<(f64, [f64; AXES])> = Vec::new();
         let mut begin = None;
@@ -129,7 +129,7 @@ impl History {
             if record.flags & robot_flags::FRESH == 0 {
                 continue;
             }
-            let instant = if timing == Timing::Robot { record.stamp } else { record.received };
+            let instant = if timing == DelayClock::Robot { record.stamp } else { record.received };
             // Near zero a number of seconds has all its digits.
             let time = (instant - *begin.get_or_insert(instant)).seconds();
             let Some(command) = told(record).or_else(|| commands.last().map(|(_, last)| *last)) else {

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// What a cycle has seen.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct GuardInputs<'a> {
     /// The time of the cycle.
     pub now: Nanos,
     /// Robots' reports that came in it.
@@ -63,12 +63,12 @@ pub struct Alarm {
     /// The robot whose link is dead, 0 or 1.
     pub dead: Option<usize>,
     /// What was found beyond its limit, where that can be said.
-    pub found: Option<Found>,
+    pub found: Option<LimitViolation>,
 }
 
 /// A value beyond its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct LimitViolation {
     /// The robot, 0 or 1, if it is about one.
     pub robot: Option<usize>,
     /// Its axis, if it is about one.
@@ -89,14 +89,19 @@ impl Alarm {
 
     /// A value of a robot beyond its limit.
     fn beyond(cause: StopCause, robot: usize, value: f64, limit: f64, unit: &'static str) -> Self {
-        Self { found: Some(Found { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
+        Self { found: Some(LimitViolation { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
     }
 
     /// A rule of the session that was met.
     fn of_rule(plant: &Plant, stop: Stop) -> Self {
         let row = stop.rule.row();
-        let found =
-            Found { robot: None, axis: None, value: stop.value, limit: (row.limit)(&plant.facility), unit: row.unit };
+        let found = LimitViolation {
+            robot: None,
+            axis: None,
+            value: stop.value,
+            limit: (row.limit)(&plant.facility),
+            unit: row.unit,
+        };
         Self { found: Some(found), ..Self::of(cause_of(stop.rule)) }
     }
 }
@@ -206,7 +211,7 @@ impl Guard {
     }
 
     /// The first reason to stop, if there is one. Before the tare the rules but those of force and moment are silent.
-    pub fn check(&mut self, seen: &Seen) -> Option<Alarm> {
+    pub fn check(&mut self, seen: &GuardInputs) -> Option<Alarm> {
         for (r, report) in seen.robots.iter().enumerate() {
             if report.is_some() {
                 self.last_report[r] = seen.now;
@@ -239,7 +244,7 @@ impl Guard {
     }
 
     /// What a robot's link and the robot itself give reason for.
-    fn of_link(&mut self, robot: usize, seen: &Seen) -> Option<Alarm> {
+    fn of_link(&mut self, robot: usize, seen: &GuardInputs) -> Option<Alarm> {
         let (links, wire) = (self.links, &seen.wires[robot]);
         let cycles =
             |cause, cycles: u64, limit: u32| Alarm::beyond(cause, robot, cycles as f64, f64::from(limit), "cycles");
@@ -278,7 +283,7 @@ impl Guard {
     }
 
     /// The rule of the session that is met in this cycle.
-    fn of_rules(&mut self, seen: &Seen) -> Option<Stop> {
+    fn of_rules(&mut self, seen: &GuardInputs) -> Option<Stop> {
         let measured = seen.measured?;
         if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
             return Some(Stop { rule: Rule::Divergence, value: progress.speed });
@@ -338,11 +343,11 @@ impl Guard {
     }
 
     /// Geometry and measured force that contradict each other, as long as no latch holds the parts.
-    fn of_contact(&self, seen: &Seen) -> Option<Alarm> {
+    fn of_contact(&self, seen: &GuardInputs) -> Option<Alarm> {
         let measured = seen.measured.filter(|_| !seen.progress.is_some_and(|progress| progress.captured))?;
         let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
         let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
-        let found = |value, limit, unit| Some(Found { robot: None, axis: None, value, limit, unit });
+        let found = |value, limit, unit| Some(LimitViolation { robot: None, axis: None, value, limit, unit });
         if depth > limits.blind_overlap && force < self.sensor.touch_force {
             let found = found(depth, limits.blind_overlap, "m");
             return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });
@@ -365,7 +370,7 @@ impl Guard {
         is_beyond(moment, rules.moment + bias[1]).then_some(Stop { rule: Rule::Moment, value: moment })
     }
 
-    fn of_sensor(&mut self, seen: &Seen) -> Option<StopCause> {
+    fn of_sensor(&mut self, seen: &GuardInputs) -> Option<StopCause> {
         if let Some(sample) = seen.sample {
             self.last_sample = seen.now;
             let w = sample.wrench;

@@ -1,9 +1,9 @@
 //! What the model expects of a drive: the same drive on an emulated facility, in process and in virtual time.
 
-use super::core::{Task, Unprepared};
+use super::core::{SessionTask, Unprepared};
 use super::session::Session;
 use crate::clock::Virtual;
-use crate::emulation::in_process::{Bench, links};
+use crate::emulation::in_process::{InProcessRig, links};
 use crate::emulation::world::World;
 use crate::log::record::CycleRecord;
 use crate::time::Nanos;
@@ -18,7 +18,7 @@ const MOST_CYCLES: u64 = 10_000_000;
 
 /// How an emulated drive ended.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected {
+pub struct PredictedRun {
     /// Metrics as that facility sees them.
     pub metrics: Metrics<f64>,
     /// The session's rule that was met, and by what; none if no rule stopped it.
@@ -33,7 +33,12 @@ pub struct Expected {
 ///
 /// # Errors
 /// If the run cannot be driven on these robots.
-pub fn expect(task: &Task, key: [u32; 2], facility: &Params<f64>, cycle: Nanos) -> Result<Expected, Unprepared> {
+pub fn expect(
+    task: &SessionTask,
+    key: [u32; 2],
+    facility: &Params<f64>,
+    cycle: Nanos,
+) -> Result<PredictedRun, Unprepared> {
     rehearse(task, key, facility, cycle, &mut |_| ())
 }
 
@@ -42,16 +47,16 @@ pub fn expect(task: &Task, key: [u32; 2], facility: &Params<f64>, cycle: Nanos) 
 /// # Errors
 /// As [`expect`].
 pub fn rehearse(
-    task: &Task,
+    task: &SessionTask,
     key: [u32; 2],
     facility: &Params<f64>,
     cycle: Nanos,
     see: &mut dyn FnMut(&CycleRecord),
-) -> Result<Expected, Unprepared> {
+) -> Result<PredictedRun, Unprepared> {
     let world = World::new(&task.plant, &task.station, key, task.run, facility, Wrench::zero())?;
     let clock = Rc::new(Virtual::default());
-    let bench = Bench::new(world, clock.clone(), cycle);
-    let task = Task { armed: false, to_start: true, ..task.clone() };
+    let bench = InProcessRig::new(world, clock.clone(), cycle);
+    let task = SessionTask { armed: false, to_start: true, ..task.clone() };
     let mut session = Session::new(task, links(&bench), None, clock)?;
     for _ in 0..MOST_CYCLES {
         if session.core().begins() {
@@ -64,7 +69,7 @@ pub fn rehearse(
         }
     }
     let core = session.core();
-    Ok(Expected {
+    Ok(PredictedRun {
         metrics: core.metrics(),
         stop: core.rule_met(),
         run_time: core.progress().time,

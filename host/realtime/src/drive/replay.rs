@@ -3,11 +3,11 @@
 //! The decisions are pure, so that on the machine type that wrote the log every bit must come back. What only the
 //! session knows (lateness, busy time, commands as they went onto the wire) is no decision and is not compared.
 
-use super::core::{Arrived, Core, Inputs, Task, Unprepared};
+use super::core::{Core, CycleInputs, LinkInputs, SessionTask, Unprepared};
 use super::start::moved;
 use crate::log::codes::{OrderKind, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
-use crate::log::table::{Logged, Value, columns, store};
+use crate::log::table::{LogValue, Logged, columns, store};
 use crate::signals::Capabilities;
 use crate::time::Nanos;
 use std::fmt;
@@ -20,9 +20,9 @@ pub struct Difference {
     /// Column of the log, with its unit as a suffix.
     pub column: String,
     /// What the log holds.
-    pub logged: Value,
+    pub logged: LogValue,
     /// What the replay gave.
-    pub replayed: Value,
+    pub replayed: LogValue,
 }
 
 impl fmt::Display for Difference {
@@ -33,12 +33,12 @@ impl fmt::Display for Difference {
 }
 
 /// A value with all its digits.
-fn text(value: Value) -> String {
+fn text(value: LogValue) -> String {
     match value {
-        Value::Real(real) => format!("{real:?}"),
-        Value::Signed(whole) => whole.to_string(),
-        Value::Whole(whole) => whole.to_string(),
-        Value::Word(word) => word.to_string(),
+        LogValue::Real(real) => format!("{real:?}"),
+        LogValue::Signed(whole) => whole.to_string(),
+        LogValue::Whole(whole) => whole.to_string(),
+        LogValue::Word(word) => word.to_string(),
     }
 }
 
@@ -72,20 +72,20 @@ pub struct Replayed {
 /// # Errors
 /// If the run cannot be prepared: the task is not the one that was driven. If the log holds no cycle.
 pub fn replay(
-    task: Task,
+    task: SessionTask,
     capabilities: [Capabilities; 2],
     mut records: impl Iterator<Item = CycleRecord>,
 ) -> Result<Replayed, Unplayed> {
     let mut core = Core::new(task, capabilities)?;
     let mut replayed = Replayed::default();
     let names = columns::<CycleRecord>();
-    let [mut before, mut after] = [(); 2].map(|()| vec![Value::Whole(0); names.len()]);
+    let [mut before, mut after] = [(); 2].map(|()| vec![LogValue::Whole(0); names.len()]);
     while let Some(record) = records.next() {
         if record.cycle == core.record().cycle {
             // The session's own end, without decisions: a stop asked for twice, or a panic in them. Nothing follows it.
             if let (Some(next), None) = (records.next(), &replayed.first) {
-                let logged = Value::Whole(next.cycle);
-                let replayed_as = Value::Whole(record.cycle + 1);
+                let logged = LogValue::Whole(next.cycle);
+                let replayed_as = LogValue::Whole(record.cycle + 1);
                 replayed.first =
                     Some(Difference { cycle: next.cycle, column: "cycle".to_owned(), logged, replayed: replayed_as });
             }
@@ -109,27 +109,27 @@ pub fn replay(
 }
 
 /// What a cycle decided from, out of its record.
-pub fn inputs(record: &CycleRecord) -> Inputs {
+pub fn inputs(record: &CycleRecord) -> CycleInputs {
     let robots = |robots: [&RobotRecord; 2]| robots.map(|robot| robot.report(Nanos(0)));
     let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
     // Real and emulated robots beside one another are there in a dry run alone, from its first cycle on.
     let dry = record.emulated_1.present() || record.emulated_2.present();
-    let real = Arrived {
+    let real = LinkInputs {
         robots: robots([&record.robot_1, &record.robot_2]),
         sample: record.ft.sample(Nanos(0)),
         links: [record.robot_1.link, record.robot_2.link, record.ft.link],
         broken: [false; 3],
         wires: [record.robot_1.wire, record.robot_2.wire],
     };
-    let emulated = Arrived {
+    let emulated = LinkInputs {
         robots: robots(moved(record)),
         sample: record.emulated_ft.sample(Nanos(0)),
         wires: moved(record).map(|robot| robot.wire),
-        ..Arrived::default()
+        ..LinkInputs::default()
     };
     let request = (record.request != StopCause::None).then_some(record.request);
-    let moved = Arrived { broken, ..if dry { emulated } else { real } };
-    Inputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
+    let moved = LinkInputs { broken, ..if dry { emulated } else { real } };
+    CycleInputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
 }
 
 /// A record without what the session and the log have added to it.

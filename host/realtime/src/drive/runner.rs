@@ -4,7 +4,7 @@ use super::controls::Controls;
 use super::feed::Feed;
 use super::session::Session;
 use crate::log::codes::StopCause;
-use crate::log::evidence::Evidence;
+use crate::log::evidence::EvidenceBuffer;
 use crate::log::writer::LogWriter;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -14,7 +14,7 @@ pub struct Keeping {
     /// The log's ring.
     pub log: Option<LogWriter>,
     /// The last seconds.
-    pub evidence: Evidence,
+    pub evidence: EvidenceBuffer,
     /// The operator's view.
     pub feed: Option<Feed>,
 }

@@ -3,7 +3,7 @@
 //! Robot 1 gives the beat, by its packets or by its timer. While the session waits for it, robot 2 is answered in its
 //! own cycle from the last command. Nothing here allocates, prints or locks once the session runs.
 
-use super::core::{Arrived, Core, Inputs, Orders, Task, Unprepared};
+use super::core::{Core, CycleInputs, LinkInputs, Orders, SessionTask, Unprepared};
 use super::wire::Wire;
 use crate::clock::Clock;
 use crate::limiter::Limiter;
@@ -55,7 +55,12 @@ impl Session {
     ///
     /// # Errors
     /// If the run cannot be driven on these robots.
-    pub fn new(task: Task, moved: Links, exercised: Option<Links>, clock: Rc<dyn Clock>) -> Result<Self, Unprepared> {
+    pub fn new(
+        task: SessionTask,
+        moved: Links,
+        exercised: Option<Links>,
+        clock: Rc<dyn Clock>,
+    ) -> Result<Self, Unprepared> {
         let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
         let mut core = Core::new(task, capabilities)?;
         if let Some(links) = &exercised {
@@ -115,7 +120,8 @@ impl Session {
         moved.wires = self.wires.each_ref().map(Wire::state);
         localise(&mut real, self.start);
         localise(&mut moved, self.start);
-        let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request, go: self.go };
+        let inputs =
+            CycleInputs { now: begun - self.start, moved, exercised: dry.then_some(real), request, go: self.go };
         self.last = self.core.step(&inputs);
         self.answer(&inputs);
         self.finish(&inputs, begun, lateness);
@@ -123,9 +129,9 @@ impl Session {
     }
 
     /// Waits for robot 1; gives what has arrived by then.
-    fn wait(&mut self) -> Arrived {
+    fn wait(&mut self) -> LinkInputs {
         let deadline = self.due + Nanos(self.cycle.0 / 2);
-        let mut arrived = Arrived::default();
+        let mut arrived = LinkInputs::default();
         let (dry, stopping) = (self.exercised.is_some(), self.last.stopping);
         let order = if dry { Some(Order::Hold) } else { self.last.moved[1] };
         let links = self.exercised.as_mut().unwrap_or(&mut self.moved);
@@ -181,8 +187,8 @@ impl Session {
     }
 
     /// The emulated robots of a dry run make one cycle in virtual time.
-    fn shadows(&mut self, now: Nanos) -> Arrived {
-        let mut arrived = Arrived::default();
+    fn shadows(&mut self, now: Nanos) -> LinkInputs {
+        let mut arrived = LinkInputs::default();
         for ((robot, report), wire) in self.moved.robots.iter_mut().zip(&mut arrived.robots).zip(&mut self.wires) {
             *report = robot.receive(NEVER).ok().flatten();
             if let Some(report) = report {
@@ -198,7 +204,7 @@ impl Session {
     }
 
     /// Sends the orders to those whose report has come with the beat, and notes what went out.
-    fn answer(&mut self, inputs: &Inputs) {
+    fn answer(&mut self, inputs: &CycleInputs) {
         if let (Some(links), Some(reported)) = (&mut self.exercised, &inputs.exercised) {
             for (r, robot) in links.robots.iter_mut().enumerate() {
                 if reported.robots[r].is_some() && (r == 0 || self.pending) {
@@ -231,7 +237,7 @@ impl Session {
     }
 
     /// What only the session knows of a cycle.
-    fn finish(&mut self, inputs: &Inputs, begun: Nanos, lateness: Nanos) {
+    fn finish(&mut self, inputs: &CycleInputs, begun: Nanos, lateness: Nanos) {
         let now = self.clock.now();
         let busy = now - begun;
         self.overruns += u64::from(busy > self.cycle);
@@ -294,7 +300,7 @@ impl Session {
 }
 
 /// Times since the start of the drive.
-fn localise(arrived: &mut Arrived, start: Nanos) {
+fn localise(arrived: &mut LinkInputs, start: Nanos) {
     arrived.robots.iter_mut().flatten().for_each(|report| report.received = report.received - start);
     if let Some(sample) = &mut arrived.sample {
         sample.received = sample.received - start;

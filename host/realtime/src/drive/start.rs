@@ -1,6 +1,6 @@
 //! What is checked before anything moves: links whole, rates as configured, poses as computed, sensor quiet.
 
-use super::checklist::{Answer, Check, Checklist, What};
+use super::checklist::{Check, CheckKind, CheckOutcome, Checklist};
 use super::motion::JointMove;
 use crate::arms::Arms;
 use crate::log::codes::{force_flags, robot_flags};
@@ -53,7 +53,7 @@ pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
 
 /// What the start-up has seen of one robot.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct RobotHistory {
     /// Reports since the last gap, and what the robot counted as late when they began.
     good: u32,
     late_answers: u32,
@@ -71,7 +71,7 @@ struct Report {
     number: u64,
 }
 
-impl Seen {
+impl RobotHistory {
     /// Takes a cycle's record of the robot; `period` is the longer one of its cycle and the master's.
     fn take(&mut self, robot: &RobotRecord, now: Nanos, period: Nanos) {
         let gap = |until: Nanos| (until - self.last.received).0 as f64 > GAP * period.0 as f64;
@@ -150,16 +150,16 @@ impl Weighing {
     pub fn checks(&self, station: &Station) -> [Check; 3] {
         let (mean, sensor) = (self.mean(), &station.sensor);
         [
-            Check::new(What::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
-            Check::new(What::RestForce, mean.force.norm(), sensor.bias[0]),
-            Check::new(What::RestMoment, mean.moment.norm(), sensor.bias[1]),
+            Check::new(CheckKind::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
+            Check::new(CheckKind::RestForce, mean.force.norm(), sensor.bias[0]),
+            Check::new(CheckKind::RestMoment, mean.moment.norm(), sensor.bias[1]),
         ]
     }
 }
 
 /// The links that a start-up checks, as a cycle has left them.
 #[derive(Clone, Copy, Debug)]
-pub struct Watched<'a> {
+pub struct CheckedLinks<'a> {
     /// Robots 1 and 2.
     pub robots: [&'a RobotRecord; 2],
     /// The sensor.
@@ -168,7 +168,7 @@ pub struct Watched<'a> {
     pub broken: [bool; 3],
 }
 
-impl<'a> Watched<'a> {
+impl<'a> CheckedLinks<'a> {
     /// Those who take the commands.
     pub fn moved(record: &'a CycleRecord, broken: [bool; 3]) -> Self {
         Self { robots: moved(record), sensor: moved_sensor(record), broken }
@@ -182,7 +182,7 @@ impl<'a> Watched<'a> {
 
 /// What the links are compared with.
 #[derive(Clone, Copy)]
-pub struct Cell<'a> {
+pub struct StartUpContext<'a> {
     /// The robots in their places.
     pub arms: &'a Arms,
     /// Limits of the axes as the controllers count them.
@@ -205,7 +205,7 @@ pub struct Cell<'a> {
 
 /// The checks as far as a cycle knows them.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
+pub struct StartUpResult {
     /// All of them.
     pub list: Checklist,
     /// They decide: every check has its answer, or one that ends the start-up at once has failed.
@@ -215,7 +215,7 @@ pub struct Found {
 /// The checks at start-up, cycle by cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartUp {
-    robots: [Seen; 2],
+    robots: [RobotHistory; 2],
     samples: u64,
     weighings: [Weighing; 2],
     cycles: u64,
@@ -224,7 +224,7 @@ pub struct StartUp {
 
 impl StartUp {
     /// One more cycle; the checks in every [`SHOWN_EVERY`]th, and in each once they decide.
-    pub fn check(&mut self, links: &Watched, cell: &Cell) -> Option<Found> {
+    pub fn check(&mut self, links: &CheckedLinks, cell: &StartUpContext) -> Option<StartUpResult> {
         self.cycles += 1;
         let master = cell.robots[0].cycle;
         for ((seen, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
@@ -243,15 +243,15 @@ impl StartUp {
             // Whoever waits for GO has all the time, and may lose a packet over it.
             self.cycles = u64::from(GOOD_REPORTS);
         }
-        let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == Answer::Failed);
+        let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == CheckOutcome::Failed);
         let settled = whole || self.cycles >= LAST_CYCLE;
         let decides = settled || disturbed;
         let shown = decides || self.cycles.is_multiple_of(SHOWN_EVERY);
-        shown.then(|| Found { list: self.list(links, cell, settled), decides })
+        shown.then(|| StartUpResult { list: self.list(links, cell, settled), decides })
     }
 
     /// The readings of the last hundred samples, or so.
-    fn weigh(&mut self, links: &Watched, cell: &Cell) {
+    fn weigh(&mut self, links: &CheckedLinks, cell: &StartUpContext) {
         if self.weighings[0].samples() >= WEIGHING_SAMPLES {
             self.weighings = [Weighing::default(), self.weighings[0]];
         }
@@ -266,31 +266,31 @@ impl StartUp {
     }
 
     /// The checks that end a start-up at once: links that cannot go on, robots that others move or write to.
-    fn disturbs(&self, links: &Watched) -> [Check; 7] {
+    fn disturbs(&self, links: &CheckedLinks) -> [Check; 7] {
         let works = |broken: bool| f64::from(u8::from(!broken));
         let of_robot = |r: usize| {
             let (robot, seen) = (links.robots[r], &self.robots[r]);
-            let link = Check::of_robot(What::Link, r, works(links.broken[r]), 1.0);
-            let foreign = Check::of_robot(What::Foreign, r, robot.link.foreign as f64, 0.0);
+            let link = Check::of_robot(CheckKind::Link, r, works(links.broken[r]), 1.0);
+            let foreign = Check::of_robot(CheckKind::Foreign, r, robot.link.foreign as f64, 0.0);
             let change = |i: usize| (robot.set_point()[i] - seen.set_point[i]).abs();
-            let still = worst_axis(What::Still, r, change, STAYS);
+            let still = worst_axis(CheckKind::Still, r, change, STAYS);
             let value = if seen.first.is_some() { still.value } else { f64::NAN };
             [link, foreign, Check { value, ..still }]
         };
         let ([a, b, c], [d, e, f]) = (of_robot(0), of_robot(1));
-        [a, d, Check::new(What::SensorLink, works(links.broken[2]), 1.0), b, e, c, f]
+        [a, d, Check::new(CheckKind::SensorLink, works(links.broken[2]), 1.0), b, e, c, f]
     }
 
     /// All checks, as far as their values are known; before the links are `settled`, what they have not brought yet
     /// decides nothing.
-    fn list(&mut self, links: &Watched, cell: &Cell, settled: bool) -> Checklist {
+    fn list(&mut self, links: &CheckedLinks, cell: &StartUpContext, settled: bool) -> Checklist {
         let mut list = Checklist::default();
         for r in 0..2 {
             let seen = &self.robots[r];
             let reports = seen.first.map_or(0, |first| seen.last.number - first.number + 1);
-            list.push(Check { decides: settled, ..Check::of_robot(What::Reports, r, reports as f64, 1.0) });
+            list.push(Check { decides: settled, ..Check::of_robot(CheckKind::Reports, r, reports as f64, 1.0) });
         }
-        list.push(Check { decides: settled, ..Check::new(What::Samples, self.samples as f64, 1.0) });
+        list.push(Check { decides: settled, ..Check::new(CheckKind::Samples, self.samples as f64, 1.0) });
         self.disturbs(links).into_iter().for_each(|check| list.push(check));
         self.of_links(links, cell, settled, &mut list);
         for r in (0..2).filter(|r| self.robots[*r].first.is_some()) {
@@ -301,8 +301,8 @@ impl StartUp {
             let weighed = self.weighing().samples() > 0;
             let checks = self.weighing().checks(cell.station);
             checks.into_iter().for_each(|check| list.push(Check { decides: weighed || settled, ..check }));
-            for what in [What::TurnedForce, What::TurnedMoment] {
-                let limit = cell.station.sensor.weighing[usize::from(what == What::TurnedMoment)];
+            for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
+                let limit = cell.station.sensor.weighing[usize::from(what == CheckKind::TurnedMoment)];
                 list.push(Check::new(what, f64::NAN, limit));
             }
         }
@@ -312,28 +312,28 @@ impl StartUp {
             }
             let way = self.way.unwrap_or(OnTheWay { parts: f64::NAN, arms: f64::NAN, depth: f64::NAN });
             let rules = &cell.plant.facility.rules;
-            list.push(Check::new(What::Clearance, way.parts, 0.0));
+            list.push(Check::new(CheckKind::Clearance, way.parts, 0.0));
             if rules.arm_distance.is_finite() {
-                list.push(Check::new(What::ArmDistance, way.arms, rules.arm_distance));
+                list.push(Check::new(CheckKind::ArmDistance, way.arms, rules.arm_distance));
             }
             if !rules.keep_out.is_empty() {
-                list.push(Check::new(What::KeepOut, way.depth, 0.0));
+                list.push(Check::new(CheckKind::KeepOut, way.depth, 0.0));
             }
         }
         list
     }
 
     /// Rates, losses and clocks.
-    fn of_links(&self, links: &Watched, cell: &Cell, settled: bool, list: &mut Checklist) {
-        let mut rows = |what: What, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
-            let decides = settled || what != What::Loss;
+    fn of_links(&self, links: &CheckedLinks, cell: &StartUpContext, settled: bool, list: &mut Checklist) {
+        let mut rows = |what: CheckKind, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
+            let decides = settled || what != CheckKind::Loss;
             (0..2).for_each(|r| list.push(Check { decides, ..Check::of_robot(what, r, value(r), limit(r)) }));
         };
-        rows(What::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
-        rows(What::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
+        rows(CheckKind::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
+        rows(CheckKind::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
         let late = |r: usize| links.robots[r].late_answers.saturating_sub(self.robots[r].late_answers);
-        rows(What::Late, &|r| f64::from(late(r)), &|_| f64::from(cell.station.links.hold_cycles));
-        rows(What::Clock, &|r| self.robots[r].clock(), &|_| CLOCK_TOLERANCE);
+        rows(CheckKind::Late, &|r| f64::from(late(r)), &|_| f64::from(cell.station.links.hold_cycles));
+        rows(CheckKind::Clock, &|r| self.robots[r].clock(), &|_| CLOCK_TOLERANCE);
     }
 }
 
@@ -349,39 +349,39 @@ fn axes(robot: usize) -> std::ops::Range<usize> {
 }
 
 /// The axis with the greatest share of its tolerance.
-fn worst_axis(what: What, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
+fn worst_axis(what: CheckKind, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
     let share = |i: &usize| value(*i) / of_axis(tolerance, *i);
     let axis = axes(robot).rev().max_by(|i, j| share(i).total_cmp(&share(j))).unwrap_or(0);
     Check { axis: Some(axis), ..Check::of_robot(what, robot, value(axis), of_axis(tolerance, axis)) }
 }
 
 /// The checks of a robot itself.
-fn of_robot(r: usize, robot: &RobotRecord, cell: &Cell, list: &mut Checklist) {
+fn of_robot(r: usize, robot: &RobotRecord, cell: &StartUpContext, list: &mut Checklist) {
     let ready = f64::from(u8::from(robot.flags & robot_flags::READY != 0));
-    list.push(Check::of_robot(What::Ready, r, ready, 1.0));
+    list.push(Check::of_robot(CheckKind::Ready, r, ready, 1.0));
     let error = |i: usize| (robot.position[i] - robot.set_point()[i]).abs();
-    list.push(worst_axis(What::Servo, r, error, SERVO_ERROR));
+    list.push(worst_axis(CheckKind::Servo, r, error, SERVO_ERROR));
     let margin = |i: usize| {
         let (at, limit) = (robot.position[i], &cell.limits[i]);
         // Rounding of a position on the wire is no excess.
         (at - limit.lower).min(limit.upper - at) + 1e-9
     };
     let nearest = axes(r).min_by(|i, j| margin(*i).total_cmp(&margin(*j))).unwrap_or(0);
-    list.push(Check { axis: Some(nearest), ..Check::of_robot(What::Range, r, margin(nearest), 0.0) });
+    list.push(Check { axis: Some(nearest), ..Check::of_robot(CheckKind::Range, r, margin(nearest), 0.0) });
     let tool = if robot.flags & robot_flags::POSE != 0 {
         apart(&robot.tool, &cell.arms.tool_pose(r, &robot.position))
     } else {
         (f64::NAN, f64::NAN)
     };
-    list.push(Check::of_robot(What::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
-    list.push(Check::of_robot(What::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
+    list.push(Check::of_robot(CheckKind::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
+    list.push(Check::of_robot(CheckKind::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
     if cell.station.torques.limits.is_some() {
         let reports = f64::from(u8::from(robot.flags & robot_flags::TORQUE != 0));
-        list.push(Check::of_robot(What::Torques, r, reports, 1.0));
+        list.push(Check::of_robot(CheckKind::Torques, r, reports, 1.0));
     }
     let start = if r == 0 { &cell.start.a } else { &cell.start.b };
     let reaches = cell.arms.axes_for(r, start).1;
-    list.push(Check::of_robot(What::Reach, r, f64::from(u8::from(reaches)), 1.0));
+    list.push(Check::of_robot(CheckKind::Reach, r, f64::from(u8::from(reaches)), 1.0));
     let [position, rotation] = start_errors(r, &robot.position, cell.arms, cell.start);
     let decides = !cell.to_start;
     list.push(Check { decides, ..position });
@@ -394,17 +394,17 @@ pub fn start_errors(robot: usize, axes: &[f64; AXES], arms: &Arms, start: &Parts
     let pose = |motion: &Motion<f64>| Pose { position: motion.position, attitude: motion.attitude };
     let (distance, angle) = apart(&pose(want), &pose(&at));
     [
-        Check::of_robot(What::StartPosition, robot, distance, START_TOLERANCE[0]),
-        Check::of_robot(What::StartRotation, robot, angle, START_TOLERANCE[1]),
+        Check::of_robot(CheckKind::StartPosition, robot, distance, START_TOLERANCE[0]),
+        Check::of_robot(CheckKind::StartRotation, robot, angle, START_TOLERANCE[1]),
     ]
 }
 
 /// The checks of the sensor's stream.
-fn of_sensor(sensor: &ForceRecord, cell: &Cell, list: &mut Checklist) {
+fn of_sensor(sensor: &ForceRecord, cell: &StartUpContext, list: &mut Checklist) {
     let valid = sensor.flags & (force_flags::SATURATED | force_flags::INVALID) == 0;
-    list.push(Check::new(What::Status, f64::from(u8::from(valid)), 1.0));
+    list.push(Check::new(CheckKind::Status, f64::from(u8::from(valid)), 1.0));
     let age = (cell.now - sensor.received).seconds();
-    list.push(Check::new(What::Age, age, cell.station.links.sensor_age));
+    list.push(Check::new(CheckKind::Age, age, cell.station.links.sensor_age));
 }
 
 /// What the robots come near to where they stand and on their way to the start of the run.
@@ -418,7 +418,7 @@ struct OnTheWay {
     depth: f64,
 }
 
-fn on_the_way(links: &Watched, cell: &Cell) -> OnTheWay {
+fn on_the_way(links: &CheckedLinks, cell: &StartUpContext) -> OnTheWay {
     let from = links.robots.map(|robot| robot.position);
     let (to, reachable) = cell.arms.positions_for(cell.start);
     let way = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);

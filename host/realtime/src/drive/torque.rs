@@ -3,7 +3,7 @@
 //! A robot that is pushed beside the sensor (an arm against the other robot, a cable, a person) feels a torque that no
 //! measured force explains. Friction is not modelled: the limits have to be above twice the Coulomb friction of a joint.
 
-use super::guard::{Alarm, Found};
+use super::guard::{Alarm, LimitViolation};
 use crate::arms::Arms;
 use crate::log::codes::StopCause;
 use crate::signals::{AXES, RAIL, RobotState};
@@ -86,7 +86,7 @@ impl TorqueWatch {
             let since = *self.since[r].get_or_insert(now);
             if (now - since).seconds() >= self.rules.time {
                 let (value, limit) = (found[axis].abs(), limits[axis]);
-                let found = Some(Found { robot: Some(r), axis: Some(axis), value, limit, unit: "N m" });
+                let found = Some(LimitViolation { robot: Some(r), axis: Some(axis), value, limit, unit: "N m" });
                 return Some(Alarm { found, ..Alarm::of(StopCause::Torque) });
             }
         }

@@ -1,10 +1,10 @@
 //! From open links to a run that begins: checks, drives that come up, the tool's weighing, the way to the start, the tare.
 
-use super::{Core, Inputs, Orders, State};
-use crate::drive::checklist::{Answer, Check, Checklist, What};
+use super::{Core, CycleInputs, Orders, State};
+use crate::drive::checklist::{Check, CheckKind, CheckOutcome, Checklist};
 use crate::drive::guard::{Alarm, Guard};
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Cell, Found, Watched, Weighing, moved, start_errors};
+use crate::drive::start::{CheckedLinks, StartUpContext, StartUpResult, Weighing, moved, start_errors};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
@@ -34,8 +34,8 @@ pub(super) enum Leg {
 }
 
 impl Core {
-    pub(super) fn start_up(&mut self, inputs: &Inputs) -> Orders {
-        let cell = Cell {
+    pub(super) fn start_up(&mut self, inputs: &CycleInputs) -> Orders {
+        let cell = StartUpContext {
             arms: &self.arms,
             limits: &self.limits,
             robots: &self.capabilities,
@@ -47,10 +47,11 @@ impl Core {
             now: inputs.now,
         };
         let [moved, real] = &mut self.checks;
-        let moved = moved.check(&Watched::moved(&self.record, inputs.moved.broken), &cell);
-        let of_real = Cell { robots: &self.exercised, ..cell };
-        let real =
-            inputs.exercised.map(|arrived| real.check(&Watched::exercised(&self.record, arrived.broken), &of_real));
+        let moved = moved.check(&CheckedLinks::moved(&self.record, inputs.moved.broken), &cell);
+        let of_real = StartUpContext { robots: &self.exercised, ..cell };
+        let real = inputs
+            .exercised
+            .map(|arrived| real.check(&CheckedLinks::exercised(&self.record, arrived.broken), &of_real));
         // The list of a dry run is that of the real links, unless only the emulated ones have failed.
         let found = [real.flatten(), moved];
         let decided = || found.iter().flatten().filter(|found| found.decides).map(|found| &found.list);
@@ -62,7 +63,7 @@ impl Core {
         if let Some(failed) = failed {
             return self.refuse(failed);
         }
-        let whole = |found: Option<Found>| found.is_some_and(|found| found.decides);
+        let whole = |found: Option<StartUpResult>| found.is_some_and(|found| found.decides);
         let passed = whole(moved) && real.is_none_or(whole);
         self.ready = passed && self.task.armed && !inputs.go && !self.task.check_only;
         match (passed, self.ready) {
@@ -148,7 +149,7 @@ impl Core {
     }
 
     /// Weighs the tool in a second attitude: axes of the sensor that are exchanged about the vertical show in no single one.
-    pub(super) fn weigh(&mut self, inputs: &Inputs) -> Orders {
+    pub(super) fn weigh(&mut self, inputs: &CycleInputs) -> Orders {
         let State::Weighing { way, begun, leg } = self.state else {
             return self.hold_position();
         };
@@ -170,8 +171,8 @@ impl Core {
                 if time >= TARE_TIME && weighing.samples() > 0 {
                     let change = weighing.mean() - self.checks[0].weighing().mean();
                     let limits = self.task.station.sensor.weighing;
-                    let force = Check::new(What::TurnedForce, change.force.norm(), limits[0]);
-                    let moment = Check::new(What::TurnedMoment, change.moment.norm(), limits[1]);
+                    let force = Check::new(CheckKind::TurnedForce, change.force.norm(), limits[0]);
+                    let moment = Check::new(CheckKind::TurnedMoment, change.moment.norm(), limits[1]);
                     if let Some(refusal) = self.first_failed(&[force, moment]) {
                         return self.refuse(refusal);
                     }
@@ -184,7 +185,7 @@ impl Core {
     }
 
     /// Takes the sample of a cycle, if one came, without the weight of the tool.
-    fn take_reading(&self, inputs: &Inputs, weighing: &mut Weighing) {
+    fn take_reading(&self, inputs: &CycleInputs, weighing: &mut Weighing) {
         if let Some(sample) = inputs.moved.sample {
             let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
             weighing.take(sample.wrench - self.sensing.weight(&a));
@@ -195,14 +196,14 @@ impl Core {
     fn first_failed(&mut self, checks: &[Check]) -> Option<Check> {
         checks.iter().for_each(|check| self.checklist.set(*check));
         // Not "failed": a value that is no number is refused too.
-        checks.iter().copied().find(|check| check.answer() != Answer::Passed)
+        checks.iter().copied().find(|check| check.answer() != CheckOutcome::Passed)
     }
 
     /// The robot that holds its part too far from the start of the run.
     pub(super) fn off_start(&self) -> Option<Check> {
         let start = self.run_in.at(&self.task.plant, 0.0);
         let errors = |r: usize| start_errors(r, &self.axes[0][r], &self.arms, &start);
-        (0..2).flat_map(errors).find(|check| check.answer() == Answer::Failed)
+        (0..2).flat_map(errors).find(|check| check.answer() == CheckOutcome::Failed)
     }
 
     pub(super) fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
@@ -220,7 +221,7 @@ impl Core {
     }
 
     /// Reads the sensor at rest; then the run begins.
-    pub(super) fn tare(&mut self, inputs: &Inputs) -> Orders {
+    pub(super) fn tare(&mut self, inputs: &CycleInputs) -> Orders {
         let State::Taring { begun, mut weighing } = self.state else {
             return self.hold_position();
         };

@@ -1,7 +1,7 @@
 //! Least squares for dead time and lag: Levenberg and Marquardt's steps with numerical derivatives.
 
 use super::response::Lag;
-use super::{Axis, Delay, Response};
+use super::{Axis, DeadTime, ServoResponse};
 
 /// Most unknowns: dead time and three of a lag.
 const MOST: usize = 4;
@@ -16,7 +16,7 @@ type Unknowns = [f64; MOST];
 type Normal = [[f64; MOST]; MOST];
 
 /// Dead time and lag of a robot from its moving axes; none without any.
-pub(super) fn fit(axes: &[Axis], response: Response) -> Option<Delay> {
+pub(super) fn fit(axes: &[Axis], response: ServoResponse) -> Option<DeadTime> {
     let samples: usize = axes.iter().map(|axis| axis.measured.len()).sum();
     if axes.is_empty() || samples <= 2 * MOST {
         return None;
@@ -32,7 +32,7 @@ pub(super) fn fit(axes: &[Axis], response: Response) -> Option<Delay> {
     let error = invert(&best.normal, problem.count()).map_or(f64::NAN, |inverse| (inverse[0][0] * variance).sqrt());
     let plain = Problem { weights: vec![1.0; axes.len()], ..problem }.residuals(&best.unknowns);
     let residual = (plain.iter().map(|r| r * r).sum::<f64>() / samples as f64).sqrt();
-    Some(Delay { dead_time: best.unknowns[0], error, lag: lag_of(response, &best.unknowns), residual, samples })
+    Some(DeadTime { dead_time: best.unknowns[0], error, lag: lag_of(response, &best.unknowns), residual, samples })
 }
 
 /// How many times fewer independent residuals there are than residuals: (1 + r) / (1 - r) of their correlation r.
@@ -49,13 +49,13 @@ fn spread(residuals: &[f64], axes: &[Axis]) -> f64 {
 }
 
 /// Times in the logarithm stay positive.
-fn lag_of(response: Response, unknowns: &Unknowns) -> Option<Lag> {
+fn lag_of(response: ServoResponse, unknowns: &Unknowns) -> Option<Lag> {
     let [_, time, damping, zero] = *unknowns;
     match response {
-        Response::None => None,
-        Response::Known(lag) => Some(lag),
-        Response::First => Some(Lag::First { time: time.exp() }),
-        Response::Second => Some(Lag::Second { time: time.exp(), damping: damping.exp(), zero }),
+        ServoResponse::None => None,
+        ServoResponse::Known(lag) => Some(lag),
+        ServoResponse::First => Some(Lag::First { time: time.exp() }),
+        ServoResponse::Second => Some(Lag::Second { time: time.exp(), damping: damping.exp(), zero }),
     }
 }
 
@@ -68,30 +68,31 @@ struct Place {
 
 struct Problem<'a> {
     axes: &'a [Axis],
-    response: Response,
+    response: ServoResponse,
     weights: Vec<f64>,
 }
 
 impl Problem<'_> {
     fn count(&self) -> usize {
         match self.response {
-            Response::None | Response::Known(_) => 1,
-            Response::First => 2,
-            Response::Second => MOST,
+            ServoResponse::None | ServoResponse::Known(_) => 1,
+            ServoResponse::First => 2,
+            ServoResponse::Second => MOST,
         }
     }
 
     /// The best descent from several starts: dead time and lag can stand in for one another in part.
     fn best(&self) -> Place {
-        let whole = Problem { response: Response::None, weights: self.weights.clone(), ..*self }.descend([0.0; MOST]);
+        let whole =
+            Problem { response: ServoResponse::None, weights: self.weights.clone(), ..*self }.descend([0.0; MOST]);
         let starts: Vec<Unknowns> = match self.response {
-            Response::None => return whole,
-            Response::Known(_) => vec![[0.0; MOST]],
-            Response::First => {
+            ServoResponse::None => return whole,
+            ServoResponse::Known(_) => vec![[0.0; MOST]],
+            ServoResponse::First => {
                 let lag = whole.unknowns[0].max(1e-3);
                 vec![[0.1 * lag, (0.9 * lag).ln(), 0.0, 0.0], [0.8 * lag, (0.2 * lag).ln(), 0.0, 0.0]]
             }
-            Response::Second => {
+            ServoResponse::Second => {
                 let lag = whole.unknowns[0].max(1e-3);
                 let start = |dead: f64, damping: f64, zero: f64| {
                     // The dead time at low frequency is tau + 2 z / w - T_z.
