@@ -10,7 +10,7 @@ use softdock_kernels::model::{KeepOut, SessionRules};
 use softdock_kernels::outcome::{Finished, Stop};
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::session::{RelayRule, axes_asked};
+use softdock_kernels::session::{Rule, axes_asked};
 use softdock_kernels::vector::{Pose, vec3};
 use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::prediction::expect;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// How a session ended: the rule that stopped it, or the criterion that failed, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ended {
-    Stopped(RelayRule, f64),
+    Stopped(Rule, f64),
     Failed(&'static str),
     Passed,
 }
@@ -93,16 +93,16 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
 }
 
 /// Rules of the workspace, each alone and so tight that it binds in the shipped campaign.
-fn tight_rules(plant: &Plant) -> [(RelayRule, SessionRules); 4] {
+fn tight_rules(plant: &Plant) -> [(Rule, SessionRules); 4] {
     let angle = axes_asked(plant, &plant.start).least_sine.asin();
     // A sheet between the parts, which both approach.
     let sheet = KeepOut { name: "sheet".to_owned(), frame: Pose::identity(), half: vec3(5e-3, 0.3, 0.3) };
     let none = || SessionRules::NONE;
     [
-        (RelayRule::ToolSpeed, SessionRules { tool_speed: 0.06, ..none() }),
-        (RelayRule::KeepOut, SessionRules { keep_out: vec![sheet], ..none() }),
-        (RelayRule::ArmDistance, SessionRules { arm_distance: 0.38, ..none() }),
-        (RelayRule::Singularity, SessionRules { singularity: angle - 1f64.to_radians(), ..none() }),
+        (Rule::ToolSpeed, SessionRules { tool_speed: 0.06, ..none() }),
+        (Rule::KeepOut, SessionRules { keep_out: vec![sheet], ..none() }),
+        (Rule::ArmDistance, SessionRules { arm_distance: 0.38, ..none() }),
+        (Rule::Singularity, SessionRules { singularity: angle - 1f64.to_radians(), ..none() }),
     ]
 }
 
@@ -134,7 +134,7 @@ fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
                 assert!(alike, "{rule:?}, run {}: {one:?} in the farm, {two:?} in drive", farm.run);
                 if let (Some(farm), Some(drive)) = (farm.stop, drive.stop) {
                     let limit = (rule.row().limit)(&job.plant.facility);
-                    let least = matches!(rule, RelayRule::ArmDistance | RelayRule::Singularity);
+                    let least = matches!(rule, Rule::ArmDistance | Rule::Singularity);
                     let is_beyond = |value: f64| if least { value < limit } else { value > limit };
                     assert!(is_beyond(farm.value) && is_beyond(drive.value), "{farm:?}, {drive:?}, limit {limit}");
                 }

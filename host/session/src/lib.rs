@@ -23,5 +23,4 @@ pub mod rights;
 pub mod run;
 pub mod terminal_text;
 
-pub(crate) use error::Result;
 pub use error::SessionError;

@@ -1,4 +1,4 @@
-//! What the model expects of a drive: the same drive on an emulated facility, in process and in virtual time.
+//! Prediction of a session: the same session on an emulated facility, in process and in virtual time.
 
 use super::core::{SessionTask, Unprepared};
 use super::session::Session;
@@ -13,15 +13,15 @@ use softdock_kernels::params::Params;
 use softdock_kernels::space::Wrench;
 use std::rc::Rc;
 
-/// More cycles than any drive has.
+/// More cycles than any session has.
 const MOST_CYCLES: u64 = 10_000_000;
 
-/// How an emulated drive ended.
+/// End of a predicted session.
 #[derive(Clone, Copy, Debug)]
 pub struct PredictedRun {
-    /// Metrics as that facility sees them.
+    /// Metrics as measured by that facility.
     pub metrics: Metrics<f64>,
-    /// The session's rule that was met, and by what; none if no rule stopped it.
+    /// The session rule that was met, with its value; `None` if no rule stopped the session.
     pub stop: Option<Stop>,
     /// Time of the run at its end \[s\].
     pub run_time: f64,
@@ -29,7 +29,7 @@ pub struct PredictedRun {
     pub last: CycleRecord,
 }
 
-/// Drives a task on a facility with the parameters of another draw, robots with a cycle of so long.
+/// Predicts a session on a facility with the parameters of another draw; `cycle` is that of the robots.
 ///
 /// # Errors
 /// If the run cannot be driven on these robots.
@@ -42,7 +42,7 @@ pub fn expect(
     rehearse(task, key, facility, cycle, &mut |_| ())
 }
 
-/// The same, with a look at each cycle.
+/// Predicts a session, and passes each cycle to `watch`.
 ///
 /// # Errors
 /// As [`expect`].

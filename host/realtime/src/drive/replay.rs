@@ -1,7 +1,7 @@
-//! A drive's log played again: the same inputs into fresh decisions, and what they give compared with what was logged.
+//! Replays a session's log: computes the decisions again from the logged inputs and compares them with the log.
 //!
-//! The decisions are pure, so that on the machine type that wrote the log every bit must come back. What only the
-//! session knows (lateness, busy time, commands as they went onto the wire) is no decision and is not compared.
+//! The decisions are pure: on the machine type that wrote the log every bit must be equal. Values that only the session
+//! knows (lateness, busy time, commands on the wire) are not decisions and are not compared.
 
 use super::core::{Core, CycleInputs, LinkInputs, SessionTask, Unprepared};
 use super::start::moved;
@@ -12,16 +12,16 @@ use crate::signals::Capabilities;
 use crate::time::Nanos;
 use std::fmt;
 
-/// A value that came out otherwise.
+/// A value that differs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Cycle of the drive, as it was logged.
+    /// Logged cycle number.
     pub cycle: u64,
     /// Column of the log, with its unit as a suffix.
     pub column: String,
-    /// What the log holds.
+    /// Value in the log.
     pub logged: LogValue,
-    /// What the replay gave.
+    /// Value in the replay.
     pub replayed: LogValue,
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// A value with all its digits.
+/// Formats a value with all its digits.
 fn text(value: LogValue) -> String {
     match value {
         LogValue::Real(real) => format!("{real:?}"),
@@ -48,26 +48,26 @@ pub enum Unplayed {
     /// The run cannot be prepared: the task is not the one that was driven.
     #[error(transparent)]
     Unprepared(#[from] Unprepared),
-    /// Nothing was compared.
+    /// The log holds no cycle to compare.
     #[error(
-        "the log holds no cycle, so that nothing was compared: name the log.mcap of a session that has begun, or copy the \
+        "the log holds no cycle: name the log.mcap of a session that has begun, or copy the \
          file again if it was cut"
     )]
     NoCycle,
 }
 
-/// What a replay has found.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Cycles played.
+    /// Cycles replayed.
     pub cycles: u64,
-    /// Those in which every decided column was equal bit for bit.
+    /// Cycles in which every decided column is equal bit for bit.
     pub equal: u64,
-    /// The first value that was not. Records that the log has lost show here as a difference of `cycle`.
+    /// The first difference. Records that the log has lost show here as a difference of `cycle`.
     pub first: Option<Difference>,
 }
 
-/// Plays a log again: `capabilities` are those of the robots that took the commands, `records` the whole log in order.
+/// Replays a log: `capabilities` are those of the robots that received the commands, `records` the whole log in order.
 ///
 /// # Errors
 /// If the run cannot be prepared: the task is not the one that was driven. If the log holds no cycle.
@@ -82,7 +82,7 @@ pub fn replay(
     let [mut before, mut after] = [(); 2].map(|()| vec![LogValue::Whole(0); names.len()]);
     while let Some(record) = records.next() {
         if record.cycle == core.record().cycle {
-            // The session's own end, without decisions: a stop asked for twice, or a panic in them. Nothing follows it.
+            // The session ended without decisions, after a second stop request or a panic; no cycle follows.
             if let (Some(next), None) = (records.next(), &replayed.first) {
                 let logged = LogValue::Whole(next.cycle);
                 let replayed_as = LogValue::Whole(record.cycle + 1);
@@ -108,11 +108,11 @@ pub fn replay(
     Ok(replayed)
 }
 
-/// What a cycle decided from, out of its record.
+/// Reconstructs the inputs of a cycle from its record.
 pub fn inputs(record: &CycleRecord) -> CycleInputs {
     let robots = |robots: [&RobotRecord; 2]| robots.map(|robot| robot.report(Nanos(0)));
     let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
-    // Real and emulated robots beside one another are there in a dry run alone, from its first cycle on.
+    // Only a dry run has real and emulated robots together, from its first cycle on.
     let dry = record.emulated_1.present() || record.emulated_2.present();
     let real = LinkInputs {
         robots: robots([&record.robot_1, &record.robot_2]),
@@ -132,7 +132,7 @@ pub fn inputs(record: &CycleRecord) -> CycleInputs {
     CycleInputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
 }
 
-/// A record without what the session and the log have added to it.
+/// Clears the fields of a record that session and log add.
 fn decided(record: &CycleRecord) -> CycleRecord {
     let robot = |robot: RobotRecord| RobotRecord {
         order: OrderKind::None,

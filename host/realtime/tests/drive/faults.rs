@@ -3,7 +3,7 @@
 use crate::fixture::{CYCLE, Rig, Setting, campaign, rule};
 use softdock_kernels::philox::uniform;
 use softdock_kernels::vector::{Quat, vec3};
-use softdock_realtime::drive::checklist::{Answer, Check, CheckKind};
+use softdock_realtime::drive::checklist::{Check, CheckKind, CheckOutcome};
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{OrderKind, Phase, StopCause};
 use softdock_realtime::signals::AXES;
@@ -216,7 +216,7 @@ fn axes_of_the_sensor_exchanged_about_the_vertical_are_refused_in_a_second_attit
     assert!((refusal.value - 43.2).abs() < 3.0, "{refusal}");
     let list = rig.session.core().checklist();
     let first = list.checks().iter().find(|check| check.what == CheckKind::RestForce).expect("a check");
-    assert_eq!(first.answer(), Answer::Passed, "the first attitude shows nothing: {first}");
+    assert_eq!(first.answer(), CheckOutcome::Passed, "the first attitude shows nothing: {first}");
     assert!(rig.greatest_share(&rig.session.core().limits()) < 0.11, "the tool is turned at a tenth of the limits");
 }
 
@@ -225,10 +225,10 @@ fn a_tool_is_weighed_in_two_attitudes_before_an_armed_run() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     assert_eq!(rig.finish().cause, StopCause::Completed);
     let checks = rig.session.core().checklist().checks();
-    assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
+    assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
     for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
         let check = checks.iter().find(|check| check.what == what).expect("a check");
-        assert_eq!(check.answer(), Answer::Passed, "{check}");
+        assert_eq!(check.answer(), CheckOutcome::Passed, "{check}");
     }
     // Robot 1 comes back before the run.
     let phase = |phase: Phase| rig.records.iter().filter(move |record| record.phase == phase);
@@ -247,7 +247,7 @@ fn checks_alone_move_nothing_and_list_every_value_with_its_limit() {
         assert_eq!(cause, StopCause::Checked, "{:?}", rig.session.core().refusal());
         assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
         let checks = rig.session.core().checklist().checks();
-        assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
+        assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
         for what in CheckKind::ALL {
             let known = checks.iter().filter(|check| check.what == *what && !check.value.is_nan()).count();
             let turned = matches!(what, CheckKind::TurnedForce | CheckKind::TurnedMoment);

@@ -54,7 +54,7 @@ impl Drop for Veth {
 
 /// Whether `ip` did what it was asked for.
 pub(crate) fn ip(arguments: &[&str]) -> bool {
-    ServoCommand::new("ip").args(arguments).output().is_ok_and(|done| done.status.success())
+    Command::new("ip").args(arguments).output().is_ok_and(|done| done.status.success())
 }
 
 /// As a drive does with its cycle, where that is permitted; whether it is.
